@@ -20,6 +20,7 @@ from tests.oracle.random_problems import (
 import percuss as pc
 from percuss.certified import CertifiedRun, Ending
 from percuss.certified.ball_law import law_of
+from percuss.certified.knots import Blur
 from percuss.certified.numbers import precision
 from percuss.certified.pieces import Moment
 from percuss.certified.system import system_of
@@ -52,6 +53,32 @@ def test_no_enclosure_misses_the_truth(seeds: range) -> None:
     assert found == []
 
 
+def dropped_on_knots(seed: int) -> Motion:
+    """Return a ball under gravities that change at quarters: many impacts come at a knot exactly."""
+    rng = np.random.default_rng(seed)
+    t = np.cumsum(rng.choice([0.25, 0.5, 1.0], 12)) - 0.25
+    f = rng.choice([-1.0, -2.0, -4.0], 12)
+    force = pc.record(t, f, "hold" if rng.random() < 0.7 else "linear")
+    osc = pc.impact_oscillator(float(rng.choice([0.5, 0.5, 1.0, 0.0])), stiffness=0)
+    start = (0.5, 0.0, 0.0) if rng.random() < 0.5 else (0.0, float(rng.choice([0.5, 1.0])), 0.0)
+    return Motion(osc, force, start)
+
+
+@pytest.mark.parametrize(
+    "seeds",
+    [range(40), pytest.param(range(2000), marks=pytest.mark.nightly)],
+    ids=lambda seeds: str(len(seeds)),
+)
+def test_impacts_at_knots_are_those_of_the_oracle(seeds: range) -> None:
+    """What stays open is an accumulation at a knot, or an impact at the very end."""
+    found = [text for seed in seeds for text in misses(dropped_on_knots(seed), bits=(None, 53))]
+
+    open_ones = [text for text in found if "outside of" not in text and "stops of" not in text]
+    assert [text for text in found if text not in open_ones] == []
+    assert len(open_ones) <= 0.05 * len(seeds)
+    assert all("before the knot" in text or "comes by t_end" in text for text in open_ones)
+
+
 @pytest.mark.parametrize("force", [pc.triangle_wave(1), pc.square_wave(2, "0.7")])
 @pytest.mark.parametrize(
     ("stiffness", "damping"),
@@ -81,6 +108,15 @@ def test_an_impact_at_a_jump_is_the_same_in_either_order() -> None:
     with precision(200):
         first, second = (t.arb for t in proven.impacts.t)
         assert first.contains(arb.pi())
+        # At the jump itself the balls hold the motion in either order.
+        x, v = proven(PI)
+        assert x[0].contains(0)
+        assert x[0].radius() < 1e-19
+        assert v[0].arb.contains(-1)
+        assert v[0].contains("1/2")
+    assert proven.accumulations == 0
+    assert len(proven.event_times) == 1 + len(proven.impacts)
+    with precision(200):
         assert proven.impacts.v_after[0].contains("1/2")
         # Then x = 2 (1 - cos s) + sin(s)/2, until tan(s/2) = -1/4.
         assert second.contains(3 * arb.pi() - 2 * (arb(1) / 4).atan())
@@ -124,6 +160,20 @@ def test_a_landing_at_a_jump_is_held_if_both_forces_hold_it() -> None:
         else:
             assert proven.outcome is Ending.precision
             assert "whether a landing comes before a knot is open" in proven.reason
+
+
+def test_two_impacts_at_a_jump_are_left_open() -> None:
+    """Between walls nearer than the radius: the second impact may be before the jump, too."""
+    walls = pc.Wall(0, "below", 1), pc.Wall("1e-90", "above", 1)
+    force = pc.record([0, PI, 10], [0, 2, 0], kind="hold", outside="zero")
+    run = pc.simulate(pc.Oscillator(1, 0, walls[:1]), force, v0=1, t_end=4.0)
+    assert pc.certify(run).complete
+    system = system_of(pc.Oscillator(1, 0, walls), force)
+    with precision(100):
+        tiny = arb(2) ** -60
+        blur = Blur(arb(0), arb(0), arb.pi(), tiny, arb(2))
+        with pytest.raises(Exception, match="two events may lie within the radius of a knot"):
+            blur.after(system, 0, 0, arb(1))
 
 
 def test_a_graze_at_a_knot_is_left_open() -> None:

@@ -143,7 +143,7 @@ def test_a_worker_that_joins_in_mid_run_gets_its_part_and_a_lost_cluster_is_repo
 
 
 def test_a_cluster_gives_the_same_bits_though_a_worker_dies(local: Any) -> None:
-    over = {"forcing.omega": np.linspace(2.0, 3.0, 160)}
+    over = {"forcing.omega": np.linspace(2.0, 3.0, 96)}
     expected = pc.sweep(slow_measure, OSC, FORCE, over=over, engine="threads")
     killed: list[float] = []
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Browser, Error, Page, expect
 from tests.web.hands import WAIT
 from tests.web.serving import served
 
@@ -111,51 +111,53 @@ def written(page: Page) -> str:
 
 
 @pytest.mark.parametrize("name", STUDIES)
-def test_a_link_is_what_the_page_writes_itself(browser: Browser, address: str, name: str) -> None:
+def test_a_link_is_what_the_page_writes_itself(tab: Page, address: str, name: str) -> None:
     link = link_of(STUDIES[name])
-    opened = browser.new_page()
     errors: list[str] = []
-    opened.on("pageerror", lambda error: errors.append(str(error)))
-    opened.goto(f"http://{address}/#{link}")
+
+    def hear(error: Error) -> None:
+        errors.append(str(error))
+
+    tab.on("pageerror", hear)
+    tab.goto("about:blank")
+    tab.goto(f"http://{address}/#{link}")
     if name.startswith("diagram") or name in ("response", "basins"):
         view = "Basins" if name == "basins" else "Diagram"
-        shown = opened.locator(f"section[aria-label={view}]")
+        shown = tab.locator(f"section[aria-label={view}]")
         expect(shown).to_be_visible()
         # The picture is whole, and the page has kept it in its state.
         expect(shown).to_contain_text(DONE, timeout=WAIT)
     else:
-        opened.wait_for_selector(".explore[data-drawn]", timeout=WAIT)
+        tab.wait_for_selector(".explore[data-drawn]", timeout=WAIT)
 
-    assert written(opened) == link
+    assert written(tab) == link
+    tab.remove_listener("pageerror", hear)
     assert errors == []
-    opened.close()
 
 
-def test_the_page_shows_the_limit_of_the_motion(browser: Browser, address: str) -> None:
-    opened = browser.new_page()
-    opened.goto(f"http://{address}/#{link_of(STUDIES['impacts'])}")
-    opened.wait_for_selector(".explore[data-drawn]", timeout=WAIT)
+def test_the_page_shows_the_limit_of_the_motion(tab: Page, address: str) -> None:
+    tab.goto("about:blank")
+    tab.goto(f"http://{address}/#{link_of(STUDIES['impacts'])}")
+    tab.wait_for_selector(".explore[data-drawn]", timeout=WAIT)
 
-    assert value_at(opened, "run.max_impacts") == "12"
-    expect(opened.locator(".explore")).to_contain_text("12 impacts")
+    assert value_at(tab, "run.max_impacts") == "12"
+    expect(tab.locator(".explore")).to_contain_text("12 impacts")
     # Not the page has ended it.
-    expect(opened.locator(".explore")).not_to_contain_text("the page follows")
-    opened.close()
+    expect(tab.locator(".explore")).not_to_contain_text("the page follows")
 
 
-def test_the_page_shows_mass_dashpot_and_units(browser: Browser, address: str) -> None:
-    opened = browser.new_page()
-    opened.goto(f"http://{address}/#{link_of(STUDIES['mass'])}")
-    opened.wait_for_selector(".explore[data-drawn]", timeout=WAIT)
+def test_the_page_shows_mass_dashpot_and_units(tab: Page, address: str) -> None:
+    tab.goto("about:blank")
+    tab.goto(f"http://{address}/#{link_of(STUDIES['mass'])}")
+    tab.wait_for_selector(".explore[data-drawn]", timeout=WAIT)
 
-    panel = opened.locator("fieldset", has_text="mass m")
+    panel = tab.locator("fieldset", has_text="mass m")
     for label in ("mass m (t)", "stiffness k (kN/m)", "damping c (kN s/m)"):
         expect(panel).to_contain_text(label)
-    expect(opened.get_by_text("k x = F(t) + stops")).to_be_visible()
-    expect(opened.get_by_text("amplitude (kN)", exact=True)).to_be_visible()
-    assert value_at(opened, "oscillator.mass") == "50"
-    assert value_at(opened, "oscillator.damping_coefficient") == "4"
-    opened.close()
+    expect(tab.get_by_text("k x = F(t) + stops")).to_be_visible()
+    expect(tab.get_by_text("amplitude (kN)", exact=True)).to_be_visible()
+    assert value_at(tab, "oscillator.mass") == "50"
+    assert value_at(tab, "oscillator.damping_coefficient") == "4"
 
 
 def test_a_study_that_the_page_does_not_show_is_refused() -> None:

@@ -165,7 +165,10 @@ class Hold(NamedTuple):
 
 
 class Hops(NamedTuple):
-    """The hops of a chatter after the last listed one: balls of their end and of all states."""
+    """The hops of a chatter after the last listed one, or an event at a knot in either order.
+
+    Balls of their end and of all states.
+    """
 
     end: arb
     x: arb

@@ -1,4 +1,4 @@
-"""Events that may be at a knot of a record: what their order changes, where it changes little."""
+"""Events that may be at a knot of a record: what their order changes, where that is little."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from flint import arb
 from percuss.certified.ball_arithmetic import Undecided
 from percuss.certified.ball_law import law_of
 from percuss.certified.cloud import BallPair
+from percuss.certified.contact import Hops
 from percuss.certified.numbers import constant_of, order_of, span, upper
 from percuss.certified.pieces import Moment
 from percuss.certified.step import Arrival, Departure
@@ -45,14 +46,17 @@ class Blur(NamedTuple):
     ----------
     t, v
         Of the instant and the velocity of the event.
+    around
+        The instants that event and knot may have, and all between them.
     window
-        A time that holds event and knot.
+        A bound of their distance.
     jump
         Bound of the difference of the forces in it.
     """
 
     t: arb
     v: arb
+    around: arb
     window: arb
     jump: arb
 
@@ -62,9 +66,27 @@ class Blur(NamedTuple):
         Raises
         ------
         Undecided
-            If the motion may return within the window.
+            If the motion may meet another bound, or this one again, within the window.
         """
+        ends, places = system.regions[region], law_of(system).places
+        opposite = ends.upper if ends.lower == bound else ends.lower
+        far = 2 * abs(v) * self.window
+        if opposite is not None and not abs(places[opposite] - places[bound]) > far:
+            raise Undecided("precision", "two events may lie within the radius of a knot")
         return _changes(self.window, self.jump, v, _strongest(system, region, bound, v))
+
+    def states(self, system: BallSystem, regions: tuple[int, int], bound: int, v: BallPair) -> Hops:
+        """Return balls of all states in the window, in either order.
+
+        ``regions`` and ``v`` are those before and after the event.
+        """
+        place, both = law_of(system).places[bound], v[0].union(v[1])
+        most = max((_strongest(system, region, bound, both) for region in regions), key=float)
+        return Hops(
+            self.around.upper(),
+            place + span(2 * both.abs_upper() * self.window),
+            both + span(self.v.abs_upper() + 2 * self.window * (most + self.jump)),
+        )
 
 
 def blur_at_knot(system: BallSystem, start: Departure, arrival: Arrival, knot: Moment) -> Blur:
@@ -103,7 +125,7 @@ def blur_at_knot(system: BallSystem, start: Departure, arrival: Arrival, knot: M
     except Undecided:
         reason = f"whether an event without speed to speak of comes before {where} is open"
         raise Undecided("precision", reason) from None
-    return Blur(by_t, by_v, window, jump)
+    return Blur(by_t, by_v, t.union(knot.t) + by_t, window, jump)
 
 
 def _strongest(system: BallSystem, region: int, bound: int, v: arb) -> arb:

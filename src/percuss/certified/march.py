@@ -13,7 +13,7 @@ from flint import arb, ctx
 
 from percuss.certified.ball_arithmetic import Undecided
 from percuss.certified.ball_law import law_of
-from percuss.certified.cloud import Cloud
+from percuss.certified.cloud import BallPair, Cloud
 from percuss.certified.contact import (
     Hold,
     Hops,
@@ -197,7 +197,8 @@ class MarchRecord:
     @property
     def accumulations(self) -> int:
         """Number of chatters that end."""
-        return sum(isinstance(piece.what, Hops) for piece, _ in pairwise(self.pieces))
+        hops = (piece for piece, _ in pairwise(self.pieces) if not piece.at_knot)
+        return sum(isinstance(piece.what, Hops) for piece in hops)
 
     def earliest(self) -> list[float]:
         """Return, for each piece, a float before which neither it nor a later one begins."""
@@ -464,8 +465,17 @@ class BallMotion:
         if blur is not None:
             more = blur.after(self.system, region, arrival.bound, arrival.box[1])
             t, point = t + more[0], (point[0] + more[0], point[1] + more[1])
+            regions = start.region, region
+            self._note_blur(
+                blur, regions, arrival.bound, (arrival.box[1], arrival.box[1] + more[1])
+            )
         cloud = start.cloud.image(point, arrival.derivative)
         self._depart(Departure(region, cloud, arrival.bound, piece=start.piece), t)
+
+    def _note_blur(self, blur: Blur, regions: tuple[int, int], bound: int, v: BallPair) -> None:
+        """Keep what the motion is around an event at a knot, whose order is open."""
+        states = blur.states(self.system, regions, bound, v)
+        self.record.pieces.append(Piece(blur.around.lower(), states, at_knot=True))
 
     def _list_impact(self, wall: int, t: arb, v: arb) -> arb:
         """List an impact, and return the velocity after it."""
@@ -506,6 +516,7 @@ class BallMotion:
             if blur is not None:
                 more = blur.after(self.system, region, bound, after)
                 t, point = t + more[0], (point[0] + more[0], point[1] + more[1])
+                self._note_blur(blur, (region, region), bound, (v, after + more[1]))
             cloud = start.cloud.image(point, derivative)
             self._depart(Departure(region, cloud, bound, piece=piece), t)
         self.fastest = max(self.fastest, float(v.abs_lower()))
@@ -532,6 +543,8 @@ class BallMotion:
         """Continue from a wall without velocity."""
         order, direction = first_push_at(self.law, region, bound, moment, piece)
         if blur is not None:
+            v = self.record.impacts[-1].v_before, arb(0)
+            self._note_blur(blur, (region, region), bound, v)
             # Before the knot too, the force has to hold the mass.
             before = first_push_at(self.law, region, bound, moment, piece - 1)
             if before != (2, direction) or direction != self._inward(region, bound):

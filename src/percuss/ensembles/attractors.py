@@ -10,7 +10,7 @@ from typing import TypeAlias
 import numpy as np
 
 from percuss.arrays import Flags, Floats, Integers
-from percuss.ensembles.batch import BatchResult, Plan, exponents_of, follow_batch, tangent_plan
+from percuss.ensembles.batch import BatchResult, Plan, exponents_of, tangent_plan
 from percuss.ensembles.classification import (
     CERTAIN,
     CHAOTIC,
@@ -23,13 +23,15 @@ from percuss.ensembles.classification import (
     UNBOUNDED,
     Arrays,
 )
+from percuss.ensembles.grid import Group, StructureGroup
 from percuss.ensembles.repetition import period_of
-from percuss.errors import ConvergenceError, ParameterError
+from percuss.errors import ConvergenceError, ParameterError, PercussError
 from percuss.kernels import observables
 from percuss.kernels.law_columns import PERIOD
+from percuss.model.acting_sets import StructureSystem
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
-from percuss.model.system import System, law
+from percuss.model.system import System, law, stop_rows
 from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
 from percuss.numerics import hypot, log
@@ -37,8 +39,18 @@ from percuss.orbits.finding.find import find_orbit
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.steady import regions, steady_orbit
 from percuss.orbits.orbit.sticking import sticking_orbits
+from percuss.orbits.orbit.structure_orbit import structure_orbit_at
 
-__all__ = ["Attractor", "Chaos", "StrobedSystem", "impacts_at", "label_starts", "same_chaos"]
+__all__ = [
+    "AnyStrobed",
+    "Attractor",
+    "Chaos",
+    "StrobedStructure",
+    "StrobedSystem",
+    "impacts_at",
+    "label_starts",
+    "same_chaos",
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,8 +70,11 @@ class Attractor:
     exponent, error
         Largest Lyapunov exponent, of an orbit from its multipliers, and its standard error where
         it is taken from a motion [1/time]; NaN where unknown.
+    residual
+        By how much the refined periodic orbit fails to close, NaN where there is none.
     orbit
-        The periodic orbit, to full accuracy; None where there is none or Newton's method failed.
+        The periodic orbit of an oscillator, to full accuracy; None where there is none or Newton's
+        method failed.
     """
 
     kind: str
@@ -68,6 +83,7 @@ class Attractor:
     strobes: Floats = field(default_factory=lambda: np.full((1, 2), np.nan))
     exponent: float = math.nan
     error: float = math.nan
+    residual: float = math.nan
     orbit: PeriodicOrbit | None = None
 
     @property
@@ -98,7 +114,7 @@ def _always() -> bool:
 
 
 def label_starts(
-    system: StrobedSystem, arrays: Arrays, go_on: GoOn = _always
+    system: AnyStrobed, arrays: Arrays, go_on: GoOn = _always
 ) -> tuple[Integers, list[Attractor]]:
     """Return the number of each start's attractor, and the attractors.
 
@@ -138,7 +154,7 @@ def label_starts(
     return labels, [attractors[i][1] for i in order]
 
 
-def _periodic(system: StrobedSystem, arrays: Arrays, rows: Integers, go_on: GoOn) -> Members:
+def _periodic(system: AnyStrobed, arrays: Arrays, rows: Integers, go_on: GoOn) -> Members:
     """Group periodic motions by the strobes of the orbits on which they settle."""
     left, failures, n_orbits = rows, 0, 0
     while len(left) and failures < MOST_FAILURES and n_orbits < MOST_ORBITS and go_on():
@@ -165,31 +181,24 @@ def _are_near(strobes: Floats, rows: Integers, orbit: Floats) -> Flags:
     return near
 
 
-def _orbit_of(system: StrobedSystem, strobe: Floats, longest: int) -> Attractor:
+def _orbit_of(system: AnyStrobed, strobe: Floats, longest: int) -> Attractor:
     """Return the attractor on which a periodic motion settles, refined where possible."""
     strobes, n_impacts = _settled_strobes(system, strobe, longest)
-    n_periods = len(strobes)
-    if n_periods == 0:
+    if len(strobes) == 0:
         return Attractor("periodic")
-    orbit = refined_orbit(system, strobes[0], n_periods, n_impacts)
-    if orbit is None:
-        return Attractor("periodic", n_periods, n_impacts, strobes)
-    with np.errstate(divide="ignore"):
-        exponent = float(log(np.abs(orbit.multipliers).max()) / orbit.period)
-    refined = strobes_of_orbit(system, orbit, strobes[0])
-    return Attractor("periodic", orbit.n_periods, orbit.n_impacts, refined, exponent, orbit=orbit)
+    return system.settled(strobes, n_impacts)
 
 
-def _settled_strobes(system: StrobedSystem, strobe: Floats, longest: int) -> tuple[Floats, float]:
+def _settled_strobes(system: AnyStrobed, strobe: Floats, longest: int) -> tuple[Floats, float]:
     """Return strobes and impacts over one period of a motion after it has settled."""
-    which, every = np.zeros(1, dtype=np.int64), np.array([system.period])
+    every = np.array([system.period])
     since = np.array([system.t0 + SETTLING * system.period])
     until = since + 2 * longest * system.period
     plan = Plan(since, every, until, section=observables.STROBES, n_points=2 * longest + 1)
     for _ in range(AGAIN):
         begin = np.array([[*strobe, system.t0]])
-        result = follow_batch(system.law[np.newaxis], which, begin, plan)
-        points = np.nan_to_num(result.points[:, :, :2])
+        result = system.group(begin).follow(plan)
+        points = np.nan_to_num(result.strobes)
         n_periods = int(period_of(points, longest)[0])
         if n_periods:
             break
@@ -198,7 +207,7 @@ def _settled_strobes(system: StrobedSystem, strobe: Floats, longest: int) -> tup
     return points[0, :n_periods], float(n_impacts)
 
 
-def _chaotic(system: StrobedSystem, arrays: Arrays, rows: Integers, go_on: GoOn) -> Members:
+def _chaotic(system: AnyStrobed, arrays: Arrays, rows: Integers, go_on: GoOn) -> Members:
     """Group chaotic motions by their strobes and largest exponents."""
     left, failures = rows, 0
     while len(left) and failures < MOST_TRANSIENTS and go_on():
@@ -216,14 +225,14 @@ def _chaotic(system: StrobedSystem, arrays: Arrays, rows: Integers, go_on: GoOn)
         left = left[~same]
 
 
-def _resting(system: StrobedSystem, arrays: Arrays, rows: Integers, go_on: GoOn) -> Members:  # noqa: ARG001
+def _resting(system: AnyStrobed, arrays: Arrays, rows: Integers, go_on: GoOn) -> Members:  # noqa: ARG001
     places = np.asarray(arrays["strobe"])[rows, 0]
     for place in np.unique(places):
         at = np.array([[place, 0.0]], dtype=np.float64)
         yield rows[places == place], Attractor("rest", strobes=at, exponent=-math.inf)
 
 
-def _unbounded(system: StrobedSystem, arrays: Arrays, rows: Integers, go_on: GoOn) -> Members:  # noqa: ARG001
+def _unbounded(system: AnyStrobed, arrays: Arrays, rows: Integers, go_on: GoOn) -> Members:  # noqa: ARG001
     yield rows, Attractor("unbounded")
 
 
@@ -249,6 +258,26 @@ class StrobedSystem:
         """Return a system with its law."""
         return cls(osc, force, law(osc, force), t0)
 
+    def group(self, starts: Floats) -> Group:
+        """Return motions from starts (n, 3)."""
+        which = np.zeros(len(starts), dtype=np.int64)
+        stops = stop_rows(self.osc)[np.newaxis]
+        return Group(self.law[np.newaxis], which, starts, which, stops)
+
+    def settled(self, strobes: Floats, n_impacts: float) -> Attractor:
+        """Return the attractor of a periodic motion with these strobes, refined where possible."""
+        n_periods = len(strobes)
+        orbit = refined_orbit(self, strobes[0], n_periods, n_impacts)
+        if orbit is None:
+            return Attractor("periodic", n_periods, n_impacts, strobes)
+        with np.errstate(divide="ignore"):
+            exponent = float(log(np.abs(orbit.multipliers).max()) / orbit.period)
+        refined = strobes_of_orbit(self, orbit, strobes[0])
+        return Attractor(
+            "periodic", orbit.n_periods, orbit.n_impacts, refined, exponent,
+            residual=orbit.residual, orbit=orbit,
+        )  # fmt: skip
+
     @property
     def period(self) -> float:
         """The forcing period [time]."""
@@ -258,6 +287,49 @@ class StrobedSystem:
         """Return the motion over so many forcing periods from a strobe."""
         x, v = (float(part) for part in strobe)
         return simulate(self.osc, self.force, x, v, self.t0, t_end=self.t0 + periods * self.period)
+
+
+@dataclass(frozen=True, slots=True)
+class StrobedStructure:
+    """A structure under loads with a period, and the time t0 of a strobe.
+
+    ``on`` is the direction of the displacement that measures take.
+    """
+
+    system: StructureSystem
+    t0: float
+    on: Floats
+
+    @property
+    def period(self) -> float:
+        """The period of the loads [time]."""
+        return float(self.system.period or math.nan)
+
+    def group(self, starts: Floats) -> StructureGroup:
+        """Return motions from starts (n, 2 n_coordinates + 1)."""
+        which = np.zeros(len(starts), dtype=np.int64)
+        return StructureGroup((self.system,), which, starts, which, self.on)
+
+    def settled(self, strobes: Floats, n_impacts: float) -> Attractor:
+        """Return the attractor of a periodic motion with these strobes, refined where possible."""
+        n_periods = len(strobes)
+        phase = self.t0 / self.period
+        exponent = residual = math.nan
+        if phase == round(phase):
+            try:
+                orbit = structure_orbit_at(self.system, strobes[0], n_periods)
+            except PercussError:
+                return Attractor("periodic", n_periods, n_impacts, strobes)
+            there = np.concatenate([orbit.x0, orbit.v0])
+            if np.abs(there - strobes[0]).max() <= NEAR * np.abs(strobes).max():
+                strobes = strobes + (there - strobes[0]) * (np.arange(n_periods) == 0)[:, None]
+                largest = float(np.abs(orbit.multipliers).max())
+                exponent = float(log(largest) / orbit.period) if largest > 0.0 else -math.inf
+                residual = orbit.residual
+        return Attractor("periodic", n_periods, n_impacts, strobes, exponent, residual=residual)
+
+
+AnyStrobed: TypeAlias = StrobedSystem | StrobedStructure
 
 
 def refined_orbit(
@@ -339,7 +411,7 @@ MOTIONS_AT_ONCE = 4096
 
 @dataclass(frozen=True, slots=True)
 class Chaos:
-    """A chaotic motion that has covered its attractor: (n, 2) strobes, x and v at whole periods.
+    """A chaotic motion that has covered its attractor: (n, 2 d) strobes, x and v at whole periods.
 
     ``exponent`` is the largest Lyapunov exponent, ``error`` its standard error [1/time];
     ``persists`` says whether the motion is still chaotic after a long time.
@@ -351,7 +423,7 @@ class Chaos:
     persists: bool
 
     @classmethod
-    def of(cls, system: StrobedSystem, strobe: Floats) -> Chaos:
+    def of(cls, system: AnyStrobed, strobe: Floats) -> Chaos:
         """Follow a chaotic motion from a strobe."""
         strobes = _strobes(system, strobe[np.newaxis], FILLING)[0]
         largest, error = _exponents(system, strobe[np.newaxis], LONG)
@@ -364,17 +436,22 @@ class Chaos:
         return cls(strobes, float(largest[0]), float(error[0]), persists)
 
 
-def same_chaos(system: StrobedSystem, chaos: Chaos, arrays: Arrays, rows: Integers) -> Flags:
+def same_chaos(system: AnyStrobed, chaos: Chaos, arrays: Arrays, rows: Integers) -> Flags:
     """Return which chaotic motions, by their rows, are on the attractor that one has covered.
 
     They are where their strobes lie among those of the attractor and the exponents agree.
     """
-    cells = _Cells(chaos.strobes)
+    d = chaos.strobes.shape[1] // 2
+    planes = [(i, d + i) for i in range(d)]
+    cells = [_Cells(chaos.strobes[:, plane]) for plane in planes]
     same = np.zeros(len(rows), dtype=np.bool_)
     for first in range(0, len(rows), MOTIONS_AT_ONCE):
         part = rows[first : first + MOTIONS_AT_ONCE]
         starts = np.asarray(arrays["strobe"], dtype=np.float64)[part]
-        among = cells.share(_strobes(system, starts, COMPARED)) > LEAST_SHARE
+        places = _strobes(system, starts, COMPARED)
+        # In the plane of each coordinate and its velocity.
+        shares = [own.share(places[..., plane]) for own, plane in zip(cells, planes, strict=True)]
+        among = np.min(shares, axis=0) > LEAST_SHARE
         own = np.asarray(arrays["exponent"], dtype=np.float64)[part]
         agree = _agree(chaos, own, np.asarray(arrays["exponent_error"], dtype=np.float64)[part])
         # A longer run decides: of many short ones some differ beyond their errors by chance.
@@ -391,7 +468,7 @@ def _agree(chaos: Chaos, exponents: Floats, errors: Floats) -> Flags:
 
 
 class _Cells:
-    """The cells of the plane that contain an attractor, and their neighbours."""
+    """The cells of a plane that contain an attractor, and their neighbours."""
 
     def __init__(self, cloud: Floats) -> None:
         cloud = cloud[np.isfinite(cloud).all(axis=1)]
@@ -416,15 +493,15 @@ class _Cells:
         return np.asarray(self._full[self._cell(places)].mean(axis=1))
 
 
-def _strobes(system: StrobedSystem, starts: Floats, count: int) -> Floats:
+def _strobes(system: AnyStrobed, starts: Floats, count: int) -> Floats:
     """Return strobes (n, count, 2) of motions, the first one included."""
     since = np.full(len(starts), system.t0)
     every = np.full(len(starts), system.period)
     plan = Plan(since, every, since + (count - 1) * every, observables.STROBES, count)
-    return np.asarray(_follow(system, starts, plan).points[:, :, :2])
+    return _follow(system, starts, plan).strobes
 
 
-def _exponents(system: StrobedSystem, starts: Floats, periods: int) -> tuple[Floats, Floats]:
+def _exponents(system: AnyStrobed, starts: Floats, periods: int) -> tuple[Floats, Floats]:
     """Return the largest exponents of motions and their standard errors."""
     since = np.full(len(starts), system.t0)
     plan = tangent_plan(np.full(len(starts), system.period), since, 0, periods)
@@ -432,7 +509,5 @@ def _exponents(system: StrobedSystem, starts: Floats, periods: int) -> tuple[Flo
     return largest, error
 
 
-def _follow(system: StrobedSystem, starts: Floats, plan: Plan) -> BatchResult:
-    begin = np.column_stack([starts, plan.since])
-    which = np.zeros(len(starts), dtype=np.int64)
-    return follow_batch(system.law[np.newaxis], which, begin, plan)
+def _follow(system: AnyStrobed, starts: Floats, plan: Plan) -> BatchResult:
+    return system.group(np.column_stack([starts, plan.since])).follow(plan)

@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from percuss.arrays import Floats, Integers
-from percuss.ensembles.attractors import Attractor, StrobedSystem, impacts_at, label_starts
+from percuss.ensembles.attractors import (
+    AnyStrobed,
+    Attractor,
+    StrobedStructure,
+    StrobedSystem,
+    impacts_at,
+    label_starts,
+)
 from percuss.ensembles.batch import MOST_IMPACTS
 from percuss.ensembles.classification import CHUNK, NO_START, STAGE, Classification, Rules, Starts
 from percuss.ensembles.datasets import (
@@ -21,18 +28,19 @@ from percuss.ensembles.datasets import (
     with_units,
 )
 from percuss.ensembles.engines import Engine
-from percuss.ensembles.grid import Grid, Group, make_grid, whole
+from percuss.ensembles.grid import AnyGroup, Grid, make_grid, whole
 from percuss.ensembles.job import Answer, Dimension, spans_of
 from percuss.ensembles.measures import MEASURES, Window, measure_group
 from percuss.ensembles.run_job import execution_of, keep, run_job
-from percuss.ensembles.sweep import named_measures
+from percuss.ensembles.sweep import check_structure, named_measures
 from percuss.errors import ParameterError
-from percuss.kernels.law_columns import PERIOD
+from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import Phase, as_float, real
 from percuss.model.forcing import Forcing
-from percuss.model.oscillator import Oscillator, Wall
+from percuss.model.loads import Loads, loads_of
+from percuss.model.oscillator import On, Oscillator, Wall
 from percuss.model.start import Start
-from percuss.model.system import stop_rows
+from percuss.model.structure import Structure, StructureStart
 from percuss.progress import Progress, Report
 
 if TYPE_CHECKING:
@@ -58,12 +66,14 @@ DRAWN = 1000
 
 
 def basins(
-    osc: Oscillator,
-    force: Forcing | None,
+    osc: Oscillator | Structure,
+    force: Forcing | Loads | None,
     *,
+    over: Mapping[Any, object] | None = None,
+    on: On | None = None,
     x0: object = None,
     v0: object = None,
-    start: Start | Sequence[Any] | None = None,
+    start: Start | StructureStart | Sequence[Any] | None = None,
     cycle: object = None,
     v: object = None,
     stop: int = 0,
@@ -81,13 +91,19 @@ def basins(
     Parameters
     ----------
     osc, force
-        The oscillator, and a forcing with a period.
+        The oscillator, and a forcing with a period; or a structure, and loads with a period.
+    over
+        Of a structure the plane of the starts: two paths of numbers of the start, such as
+        ``{"start.x0.0": (-1, 1), "start.v0.1": (-1, 1)}``, or directions (x, v) of 2 n numbers,
+        along which the start moves. All other numbers are those of ``start``.
+    on
+        The coordinate, direction or point of a structure of which measures are taken.
     x0, v0
         Starts [length], [length/time]: the two axes, at the time t0, each a range (low, high),
         which stands for 201 values, or the values themselves.
     start
         The same as (x0, v0) or (x0, v0, t0), in place of these: ``start=((-1, 1), [0.0])``. A
-        number, or a `Start`, is one value.
+        number, or a `Start`, is one value. Of a structure the start whose two numbers vary.
     cycle, v
         Instead of these: starts at the wall ``stop``, at cycles in [0, 1) and with speeds >= 0
         away from it [length/time].
@@ -122,7 +138,9 @@ def basins(
         forcing periods of a chaotic motion; NaN of unbounded ones.
 
         Over `attractor` and `point`, the attractor in the plane of the starts: `attractor_x0` and
-        `attractor_v0` at whole periods, or `attractor_cycle` and `attractor_v` at impacts.
+        `attractor_v0` at whole periods, or `attractor_cycle` and `attractor_v` at impacts. Of a
+        structure `x` and `v_strobe` are over `coordinate`, too, and its attractors are given in the
+        plane by `attractor_x0.0` and alike, where the axes are numbers of the start.
 
         The attribute `failed` counts the starts inside walls, `n_starts` the others, and
         `undecided` is the undecided part of these.
@@ -146,26 +164,43 @@ def basins(
     ['(1, 1)', '(0, 1)', '(0, 1)', '(1, 1)']
     """
     execution = execution_of(store, engine, n_workers, progress)
+    if isinstance(osc, Structure):
+        force = loads_of(osc, force)
     if force is None or force.period is None:
-        raise ParameterError("forcing.period", None, "basins need a periodic forcing")
+        path = "loads.period" if isinstance(osc, Structure) else "forcing.period"
+        raise ParameterError(path, None, "basins need a periodic forcing")
     periods = whole("periods", periods, STAGE)
     escape = real("escape", escape)
     if not escape > 0.0:
         raise ParameterError("escape", escape, "not a finite distance above 0")
     names = named_measures(measures)
-    x0, v0, t0 = start_ranges(start, x0, v0, t0)
-    grid, at_wall = _grid(osc, force, (x0, v0), (cycle, v), stop, t0)
+    if isinstance(osc, Structure):
+        given = {"x0": x0, "v0": v0, "cycle": cycle, "v": v}
+        grid, at_wall = _plane(osc, force, over, start, t0, on, given), None
+        check_structure(names, grid)
+        t0 = grid.start.t0
+    else:
+        if over is not None or on is not None:
+            name, value = ("over", over) if over is not None else ("on", on)
+            raise ParameterError(name, value, "given for an oscillator; give x0 and v0")
+        x0, v0, t0 = start_ranges(start, x0, v0, t0)
+        grid, at_wall = _grid(osc, cast("Forcing", force), (x0, v0), (cycle, v), stop, t0)
     begin = 0.0 if at_wall is not None else as_float(t0)
     rules = Rules(begin, at_wall is not None, periods, escape)
     identity = grid.identity() | {"kind": "basins", "stop": at_wall}
     identity |= {"measures": list(names)} if names else {}
     starts = grid if at_wall is None else AtWall(grid, at_wall)
-    answer = run_job(Classification(starts, rules, tuple(identity.items())), execution)
+    count = osc.n if isinstance(osc, Structure) else 1
+    answer = run_job(Classification(starts, rules, tuple(identity.items()), count), execution)
     warn_without_starts(starts, answer)
     # A caller who has stopped the motions is not asked again.
     report = execution.progress if answer.complete else None
     reported = Progress(report, starts.size, "starts", done=starts.size)
-    system = StrobedSystem.of(osc, force, begin)
+    system: AnyStrobed
+    if isinstance(osc, Structure):
+        system = StrobedStructure(StructureSystem.of(osc, force), begin, grid.direction)
+    else:
+        system = StrobedSystem.of(osc, cast("Forcing", force), begin)
     labels, attractors = label_starts(
         system,
         answer.arrays,
@@ -187,6 +222,33 @@ def warn_without_starts(starts: Starts, answer: Answer) -> None:
         spans = spans_of(starts.size, CHUNK)
         reasons = [text for span in spans for text in starts.groups(*span)[1].values()]
         warn_of_failures("no motion starts anywhere", reasons, stacklevel=4)
+
+
+def _plane(
+    structure: Structure,
+    loads: object,
+    over: Mapping[Any, object] | None,
+    start: object,
+    t0: Phase,
+    on: On | None,
+    others: Mapping[str, object],
+) -> Grid:
+    """Return the grid of the starts of a structure in a plane."""
+    for name, value in others.items():
+        if value is not None:
+            reason = 'given for a structure; give over={"start.x0.0": (-1, 1), "start.v0.0": ...}'
+            raise ParameterError(name, value, reason)
+    if not isinstance(over, Mapping) or len(over) != 2:
+        reason = 'not two axes, such as {"start.x0.0": (-1, 1), "start.v0.0": (-1, 1)}'
+        raise ParameterError("over", over, reason)
+    grid = make_grid(structure, cast("Loads", loads), start, over, VALUES, on)
+    for axis in grid.axes:
+        if not axis.of_start or axis.path == "start.t0":
+            reason = "no displacement or velocity of the start; a basin is over two of these"
+            raise ParameterError("over", axis.dimension, reason)
+    if as_float(t0) == 0.0:
+        return grid
+    return replace(grid, start=replace(cast("StructureStart", grid.start), t0=t0))
 
 
 def _grid(
@@ -240,15 +302,15 @@ class AtWall:
         cycle, v = (tuple(axis.values.tolist()) for axis in self.grid.axes)
         return Dimension("cycle", cycle), Dimension("v", v, "length/time")
 
-    def groups(self, first: int, last: int) -> tuple[list[Group], dict[int, str]]:
+    def groups(self, first: int, last: int) -> tuple[list[AnyGroup], dict[int, str]]:
         """Return the starts from first to last, in groups of one shape of law."""
         groups, faults = self.grid.groups(first, last)
         sign = -1.0 if self.grid.osc.stops[self.stop].side == "above" else 1.0
         return [self._at_wall(group, sign) for group in groups], faults
 
-    def _at_wall(self, group: Group, sign: float) -> Group:
+    def _at_wall(self, group: AnyGroup, sign: float) -> AnyGroup:
         starts = group.starts.copy()
-        starts[:, 2] *= group.laws[group.which, 0, PERIOD]
+        starts[:, 2] *= group.periods
         starts[:, 1] *= sign
         return replace(group, starts=starts)
 
@@ -275,7 +337,7 @@ def columns_of(attractor: Attractor | None) -> dict[str, float]:
         "v_strobe": float(known.strobes[0, 1]),
         "exponent": known.exponent,
         "exponent_error": known.error,
-        "residual": known.orbit.residual if known.orbit is not None else math.nan,
+        "residual": known.residual,
     }
 
 
@@ -315,24 +377,19 @@ def _is_list(part: object) -> bool:
 CHAOTIC_PERIODS = 1000
 
 
-def measures_of(
-    system: StrobedSystem, attractor: Attractor, names: Sequence[str]
-) -> dict[str, float]:
+def measures_of(system: AnyStrobed, attractor: Attractor, names: Sequence[str]) -> dict[str, float]:
     """Return measures of an attractor, NaN of unbounded motions."""
     if not names or attractor.kind == "unbounded":
         return dict.fromkeys(names, math.nan)
     # A motion shows its period once it has come again.
     known = 2 * attractor.n_periods if attractor.kind == "periodic" else 2
     window = Window(0, CHAOTIC_PERIODS if attractor.kind == "chaotic" else known)
-    which = np.zeros(1, dtype=np.int64)
-    start = np.array([[*attractor.strobes[0], system.t0]])
-    stops = stop_rows(system.osc)[np.newaxis]
-    group = Group(system.law[np.newaxis], which, start, which, stops)
+    group = system.group(np.array([[*attractor.strobes[0], system.t0]]))
     values, _, _ = measure_group(names, group, window, MOST_IMPACTS)
     return {name: float(values[name][0]) for name in names}
 
 
-def about_measure(name: str, osc: Oscillator) -> dict[str, str]:
+def about_measure(name: str, osc: Oscillator | Structure) -> dict[str, str]:
     """Return the attributes of a measure's variable."""
     measure = MEASURES[name]
     return {"units": measure.dimensions_of(osc), "long_name": measure.meaning_for(osc)}
@@ -348,7 +405,7 @@ COLUMN_UNITS = {
 
 def _dataset(
     starts: Grid | AtWall,
-    system: StrobedSystem,
+    system: AnyStrobed,
     answer: Answer,
     labels: Integers,
     attractors: Sequence[Attractor],
@@ -376,9 +433,13 @@ def _dataset(
     for name in measures:
         values = np.array([row[name] for row in measured], dtype=np.float64)
         data[name] = ("attractor", values, about_measure(name, grid.osc))
+    if isinstance(grid.osc, Structure):
+        _set_coordinates(data, attractors, grid.osc.n)
     points = _points(starts, system, attractors)
     for i, (name, axis) in enumerate(zip(dims, starts.dimensions, strict=True)):
         short = name.removeprefix("start.")
+        if grid.axes[i].along:
+            continue
         data[f"attractor_{short}"] = (
             ("attractor", "point"), points[:, :, i], {"units": axis.units}
         )  # fmt: skip
@@ -389,11 +450,19 @@ def _dataset(
     return with_units(dataset, grid.osc.units)
 
 
-def _points(
-    starts: Grid | AtWall, system: StrobedSystem, attractors: Sequence[Attractor]
-) -> Floats:
+def _set_coordinates(data: dict[str, Any], attractors: Sequence[Attractor], n: int) -> None:
+    """Give the strobes of a structure's attractors by coordinate."""
+    firsts = np.full((len(attractors), 2 * n), np.nan)
+    for row, attractor in zip(firsts, attractors, strict=True):
+        if attractor.strobes.shape[1] == 2 * n:
+            row[:] = attractor.strobes[0]
+    for name, part in (("x", firsts[:, :n]), ("v_strobe", firsts[:, n:])):
+        data[name] = (("attractor", "coordinate"), part, {"units": COLUMN_UNITS[name]})
+
+
+def _points(starts: Grid | AtWall, system: AnyStrobed, attractors: Sequence[Attractor]) -> Floats:
     """Return the attractors in the plane of the starts, NaN beyond their ends."""
-    if isinstance(starts, AtWall):
+    if isinstance(starts, AtWall) and isinstance(system, StrobedSystem):
         drawn = [
             np.empty((0, 2))
             if attractor.kind in ("rest", "unbounded")
@@ -401,7 +470,12 @@ def _points(
             for attractor in attractors
         ]
     else:
-        drawn = [attractor.strobes for attractor in attractors]
+        grid = starts.grid if isinstance(starts, AtWall) else starts
+        axes = [0 if a.along else grid.start_paths.index(a.path) for a in grid.axes]
+        nowhere = np.full((1, 2), np.nan)
+        drawn = [
+            a.strobes[:, axes] if a.strobes.shape[1] > max(axes) else nowhere for a in attractors
+        ]
     drawn = [part[:DRAWN] for part in drawn]
     points = np.full((len(attractors), max(map(len, drawn), default=0), 2), np.nan)
     for i, part in enumerate(drawn):

@@ -19,12 +19,16 @@ from percuss.motion.reach import free_until
 
 __all__ = [
     "BLOCKS",
+    "CHANCE",
     "MOST_IMPACTS",
+    "MOST_SEARCHES",
+    "NO_MODES",
     "BatchResult",
     "Plan",
     "drift_of",
     "exponents_of",
     "follow_batch",
+    "put_in_order",
     "reason_of",
     "tangent_plan",
 ]
@@ -61,6 +65,10 @@ class Plan:
     level, way
         The displacement [length] whose passages are kept, and the sign of the velocity there, 0
         for either.
+    of_stop
+        The stop of a structure whose impacts are kept as points, -1 for all.
+    n_tangents
+        How many perturbations of a structure are carried along, where points are of them.
     timed
         (n,) array [time], longer than the motion: a point's first number is t / timed mod 1, of
         motions without a period; None: the cycle. Motions of one law have one.
@@ -77,6 +85,8 @@ class Plan:
     edges: Floats | None = None
     level: float = 0.0
     way: float = 0.0
+    of_stop: int = -1
+    n_tangents: int = 1
     timed: Floats | None = None
 
 
@@ -101,6 +111,13 @@ class BatchResult:
         (n, m) array, the greatest impact speed in each interval of the plan; 0 without any.
     masses
         (n,) array, the mass of each oscillator, 1 without one.
+    strobes
+        (n, n_points, 2 d) array, displacements and velocities of points that are strobes.
+    ends
+        (n, 2 d) array, displacements and velocities at the end, NaN before it.
+    logs
+        (n, n_points, c) array, of points that are of perturbations of a structure the logarithms
+        of the growth of each, orthogonal to those before it.
     """
 
     status: Integers
@@ -110,6 +127,9 @@ class BatchResult:
     points: Floats
     peaks: Floats = field(default_factory=lambda: np.empty((0, 0)))
     masses: Floats = field(default_factory=lambda: np.ones(1))
+    strobes: Floats = field(default_factory=lambda: np.empty((0, 0, 2)))
+    ends: Floats = field(default_factory=lambda: np.empty((0, 2)))
+    logs: Floats = field(default_factory=lambda: np.empty((0, 0, 0)))
 
 
 # Searches of a motion in the batch before it is treated alone, and how often that is repeated.
@@ -117,6 +137,8 @@ PATIENCE = 20_000
 MOST_SEARCHES = 50
 # Results whose points are put in order at a time.
 AT_ONCE = 256
+# A status beside those of the kernels: the modes of a structure under the stops that act.
+NO_MODES = -3
 
 
 def follow_batch(
@@ -192,10 +214,12 @@ def follow_batch(
             march(slice(i, i + 1))
             if status[i] != columns.SPENT:
                 break
-    _put_in_order(points, values)
+    put_in_order(points, values)
     peaks = values[:, observables.EDGES + edges.shape[1] :]
     n_impacts, masses = counters[:, columns.N_IMPACTS].copy(), laws[which, 0, MASS]
-    return BatchResult(status, states, n_impacts, values, points, peaks, masses)
+    ends = values[:, [observables.END_X, observables.END_V]]
+    strobes = points[:, :, :2]
+    return BatchResult(status, states, n_impacts, values, points, peaks, masses, strobes, ends)
 
 
 def _workspace(laws: Floats) -> batch.Workspace:
@@ -230,8 +254,16 @@ def _search_far(law: Floats, state: Floats, counters: Integers, until: float) ->
         state[side] = max(state[side], min(free, longest))
 
 
-def _put_in_order(points: Floats, values: Floats) -> None:
-    """Rotate the ring buffers of points, so that the oldest point comes first."""
+def put_in_order(points: Floats, values: Floats) -> None:
+    """Rotate the ring buffers of points, so that the oldest point comes first.
+
+    Parameters
+    ----------
+    points
+        (n, m, columns) array, changed.
+    values
+        (n, entries) array, the observables of the same motions.
+    """
     m = points.shape[1]
     written = values[:, observables.POINTS].astype(np.int64)
     turned = np.flatnonzero((written > m) & (written % m > 0))
@@ -254,6 +286,8 @@ def reason_of(status: int, plan: Plan) -> str | None:
         return "the motion grew beyond 1e150"
     if status == columns.REACHED_LIMIT and plan.until.size and plan.until.min() < math.inf:
         return f"more than {plan.max_impacts} impacts before the end"
+    if status == NO_MODES:
+        return "the stops that act hold it twice, or leave modes that cannot be told apart"
     if status in (columns.SPENT, columns.NO_MORE, batch.NEW):
         return f"not at its end after {PATIENCE * (1 + MOST_SEARCHES)} searches"
     return None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -15,15 +15,13 @@ from percuss.ensembles.batch import (
     BatchResult,
     Plan,
     exponents_of,
-    follow_batch,
     tangent_plan,
 )
-from percuss.ensembles.grid import Group
+from percuss.ensembles.grid import AnyGroup
 from percuss.ensembles.job import Block, Column, Dimension
 from percuss.ensembles.repetition import period_of
 from percuss.kernels import observables
 from percuss.kernels import record as columns
-from percuss.kernels.law_columns import PERIOD
 
 __all__ = [
     "CERTAIN",
@@ -74,6 +72,11 @@ CLASS_COLUMNS = {
 }
 
 
+def class_columns(n: int) -> dict[str, Column]:
+    """Return the columns of the classes of motions of n coordinates, 1 for an oscillator."""
+    return CLASS_COLUMNS | {"strobe": Column((2 * n,), dims=("entry",))}
+
+
 class Starts(Protocol):
     """Starts of motions, as a `Grid` has them."""
 
@@ -87,7 +90,7 @@ class Starts(Protocol):
         """The axes, whose lengths multiply to the size."""
         ...
 
-    def groups(self, first: int, last: int) -> tuple[list[Group], dict[int, str]]:
+    def groups(self, first: int, last: int) -> tuple[Sequence[AnyGroup], dict[int, str]]:
         """Return the starts from first to last in groups, and the faults of the others."""
         ...
 
@@ -113,14 +116,15 @@ class Rules:
     periods: int
     escape: float
 
-    def follow(self, group: Group) -> tuple[dict[str, NDArray[np.generic]], int]:
+    def follow(self, group: AnyGroup) -> tuple[dict[str, NDArray[np.generic]], int]:
         """Follow starts until each is decided; return their columns and the number of impacts."""
         n = len(group.starts)
+        columns_of_group = class_columns((group.starts.shape[1] - 1) // 2)
         classes: dict[str, NDArray[np.generic]] = {
-            name: column.empty(n) for name, column in CLASS_COLUMNS.items()
+            name: column.empty(n) for name, column in columns_of_group.items()
         }
         n_impacts = 0
-        period = group.laws[group.which, 0, PERIOD]
+        period = group.periods
         left, begun = np.arange(n), group.starts.copy()
         for stage in range(-(-self.periods // STAGE)):
             # One period more for starts at a wall, which begin within the first.
@@ -133,11 +137,11 @@ class Rules:
                 n_points=COMPARED + 1,
                 max_impacts=MOST_IMPACTS,
             )
-            result = follow_batch(group.laws, group.which[left], begun[left], plan)
+            result = group.beginning(left, begun[left]).follow(plan)
             n_impacts += int(result.n_impacts.sum())
             decided = self._decide(classes, left, result, period[left])
-            begun[left, :2] = result.values[:, [observables.END_X, observables.END_V]]
-            begun[left, 2] = until
+            begun[left, :-1] = result.ends
+            begun[left, -1] = until
             lost = ~np.isfinite(begun[left]).all(axis=1)
             left = left[~(decided | lost)]
             if len(left) == 0:
@@ -149,15 +153,15 @@ class Rules:
         return classes, n_impacts
 
     def _find_long_periods(
-        self, classes: Arrays, group: Group, rows: Integers, begun: Floats
+        self, classes: Arrays, group: AnyGroup, rows: Integers, begun: Floats
     ) -> int:
         """Classify motions of long periods; return the number of impacts."""
         if len(rows) == 0:
             return 0
-        period, since = group.laws[group.which[rows], 0, PERIOD], begun[:, 2].copy()
+        period, since = group.periods[rows], begun[:, -1].copy()
         until = since + 2 * LONGEST_OF_ALL * period
         plan = Plan(since, period, until, observables.STROBES, 2 * LONGEST_OF_ALL + 1)
-        result = follow_batch(group.laws, group.which[rows], begun, plan)
+        result = group.beginning(rows, begun).follow(plan)
         self._decide(classes, rows, result, period)
         return int(result.n_impacts.sum())
 
@@ -166,12 +170,12 @@ class Rules:
     ) -> Flags:
         """Classify motions by their last strobes; return which of them are decided."""
         compared = result.points.shape[1] - 1
-        strobes = result.points[:, :, :2]
+        strobes, d = result.strobes, result.strobes.shape[2] // 2
         ended = result.status == columns.REACHED_END
         rest = result.status == columns.AT_REST
-        end, speed = result.values[:, observables.END_X], result.values[:, observables.END_V]
+        end, speed = (np.abs(part).max(axis=1) for part in (result.ends[:, :d], result.ends[:, d:]))
         # At a strobe x may be near 0 while the speed is large.
-        far = np.maximum(np.abs(end), np.abs(speed) * period / (2.0 * np.pi)) > self.escape
+        far = np.maximum(end, speed * period / (2.0 * np.pi)) > self.escape
         unbounded = (result.status == columns.OVERFLOW) | (ended & far)
         n_periods = period_of(np.nan_to_num(strobes), compared // 2)
         periodic = ended & ~unbounded & (n_periods > 0)
@@ -181,26 +185,25 @@ class Rules:
         per_period = result.values[:, observables.IMPACTS] / compared
         classes["n_impacts"][rows[periodic]] = np.round((per_period * n_periods)[periodic])
         # The strobe of a mass at rest is its place.
-        place = np.where(
-            rest[:, np.newaxis], result.state[:, [columns.X, columns.V]], strobes[:, -1]
-        )
+        place = strobes[:, -1].copy()
+        if rest.any():
+            place[rest] = result.state[rest][:, [columns.X, columns.V]]
         bounded = (rest | periodic) & ~unbounded
         classes["strobe"][rows[bounded]] = place[bounded]
         return np.asarray(rest | unbounded | periodic)
 
 
-def _exponents(classes: Arrays, group: Group, left: Integers, begun: Floats) -> int:
+def _exponents(classes: Arrays, group: AnyGroup, left: Integers, begun: Floats) -> int:
     """Classify the chaotic motions by their largest exponents; return the number of impacts."""
-    which = group.which[left]
-    period = group.laws[which, 0, PERIOD]
-    plan = tangent_plan(period, begun[left, 2], 0, PERIODS_OF_AN_EXPONENT)
-    result = follow_batch(group.laws, which, begun[left], plan)
+    period = group.periods[left]
+    plan = tangent_plan(period, begun[left, -1], 0, PERIODS_OF_AN_EXPONENT)
+    result = group.beginning(left, begun[left]).follow(plan)
     largest, _, error, _ = exponents_of(result, plan)
     least = LEAST_EXPONENT / period
     chaotic = largest > np.maximum(CERTAIN * error, least)
     rows = left[chaotic]
     classes["kind"][rows] = CHAOTIC
-    classes["strobe"][rows] = begun[rows, :2]
+    classes["strobe"][rows] = begun[rows, :-1]
     classes["exponent"][rows], classes["exponent_error"][rows] = largest[chaotic], error[chaotic]
     return int(result.n_impacts.sum())
 
@@ -217,11 +220,14 @@ class Classification:
         The rules of their classification.
     study
         What tells this study from others.
+    n_coordinates
+        Of the structure; 1 of an oscillator.
     """
 
     starts: Starts
     rules: Rules
     study: tuple[tuple[str, object], ...]
+    n_coordinates: int = 1
 
     @property
     def size(self) -> int:
@@ -236,7 +242,7 @@ class Classification:
     @property
     def columns(self) -> dict[str, Column]:
         """Kind; period in forcing periods, and impacts in one; a strobe; the largest exponent."""
-        return CLASS_COLUMNS
+        return class_columns(self.n_coordinates)
 
     @property
     def dimensions(self) -> tuple[Dimension, ...]:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from percuss.arrays import Floats, Integers
-from percuss.ensembles.batch import MOST_IMPACTS, Plan, follow_batch, reason_of
+from percuss.ensembles.batch import MOST_IMPACTS, Plan, reason_of
 from percuss.ensembles.datasets import (
     attributes_of,
     coordinates_of,
@@ -21,10 +21,10 @@ from percuss.ensembles.datasets import (
     with_units,
 )
 from percuss.ensembles.engines import Engine, make_ready
-from percuss.ensembles.grid import Grid, Group, make_grid, walls_of, whole
+from percuss.ensembles.grid import AnyGroup, Grid, make_grid, whole, within_walls
 from percuss.ensembles.job import Answer, Block, Column, Dimension, check_room, too_large
 from percuss.ensembles.measures import MEASURES, SECTIONS, Window, measure_group, periods_at
-from percuss.ensembles.repetition import counting_periods, is_free
+from percuss.ensembles.repetition import is_free
 from percuss.ensembles.run_job import execution_of, keep, run_job
 from percuss.ensembles.store import (
     Store,
@@ -38,15 +38,18 @@ from percuss.ensembles.sweep import (
     IMPACTS_OF_A_CHUNK,
     NO_STROBES,
     check_counted,
+    check_structure,
     named_measures,
 )
 from percuss.errors import OutputError, ParameterError
 from percuss.execution import Execution
 from percuss.kernels import observables
-from percuss.model.exact import Phase, as_float
+from percuss.model.exact import as_float
 from percuss.model.forcing import Forcing
-from percuss.model.oscillator import Oscillator, Wall
+from percuss.model.loads import Loads
+from percuss.model.oscillator import On, Oscillator, Wall
 from percuss.model.start import Start
+from percuss.model.structure import Structure, StructureStart
 from percuss.motion.sections import PoincareSection, SectionGiven, section_of
 from percuss.progress import Report
 
@@ -59,6 +62,8 @@ __all__ = ["bifurcation_diagram", "failed_values"]
 Direction = Literal["forward", "backward"]
 # Values that a range (low, high) of the parameter stands for.
 VALUES = 401
+# The starts by default: at rest at 0, of a structure in all coordinates.
+AT_REST = ((0.0, 0.0),)
 # The status of a value without a motion, besides those of the kernels.
 FAULTY = -2
 # The value of an integer column where nothing has been written.
@@ -68,13 +73,14 @@ NO_PERIOD = -1
 
 
 def bifurcation_diagram(
-    osc: Oscillator,
-    force: Forcing | None,
+    osc: Oscillator | Structure,
+    force: Forcing | Loads | None,
     *,
     over: Mapping[str, object],
     section: SectionGiven = "stroboscopic",
-    starts: Sequence[Start | Sequence[Phase]] = ((0.0, 0.0),),
-    start: Start | Sequence[Phase] | None = None,
+    on: On | None = None,
+    starts: Sequence[Start | StructureStart | Sequence[Any]] = AT_REST,
+    start: Start | StructureStart | Sequence[Any] | None = None,
     follow: Sequence[Direction] = ("forward", "backward"),
     transient: int = 200,
     points: int = 64,
@@ -93,8 +99,9 @@ def bifurcation_diagram(
     Parameters
     ----------
     osc, force
-        The oscillator, and a forcing with a period; or none, as of limit cycles: then the
-        section is "impacts" or a place, and time is counted as in `sweep`.
+        The oscillator, and a forcing with a period; or a structure, and loads with a period. Or
+        none, as of limit cycles: then the section is "impacts" or a place, and time is counted as
+        in `sweep`.
     over
         One path, and a range (low, high) that stands for 401 values, or the values themselves, in
         the order in which they are followed forward. A path of the start needs ``follow=()``.
@@ -103,9 +110,14 @@ def bifurcation_diagram(
         at entries into soft stops. As the views of a run take it, ``{"cycle": 0.25}`` (x, v) at
         this cycle of the forcing (`Trajectory.stroboscopic`), and
         ``{"at": 0.3, "direction": "up"}`` (cycle, v) where x passes 0.3 (`Trajectory.section`).
+    on
+        Of a structure the coordinate, direction or point whose y = c . x and velocity are the
+        points of a stroboscopic section; needed there where there are several coordinates. At
+        impacts the number of a stop, whose impacts alone are kept; None keeps those of all.
     starts
-        Starts, each a `Start` or x0, v0. Followed branches begin at the first one; at values where
-        it lies behind a wall they have no points until they have begun.
+        Starts, each a `Start` or x0, v0; of a structure each a `StructureStart` or x0, v0 with a
+        number for each coordinate; default: at rest at 0. Followed branches begin at the first one;
+        at values where it lies behind a wall they have no points until they have begun.
     start
         One start, in place of several.
     follow
@@ -155,18 +167,23 @@ def bifurcation_diagram(
     array([1, 2])
     """
     execution = execution_of(store, engine, n_workers, progress)
-    if start is not None:
-        if tuple(starts) != ((0.0, 0.0),):
-            raise ParameterError("start", start, "given together with starts; give one")
-        starts = (start,)
     _check_lists(starts, follow)
-    grids = [make_grid(osc, force, start, over, VALUES) for start in starts]
+    is_default = tuple(starts) == AT_REST
+    if start is not None and not is_default:
+        raise ParameterError("start", start, "given together with starts; give one")
     kept = section_of(section)
-    _check(grids, force, follow, points)
-    if is_free(force) and kept.kind == "stroboscopic":
+    along, of_stop = (on, -1) if kept.kind != "impacts" else (None, _stop_of(osc, on))
+    begins: Sequence[Any] = (start,) if is_default else starts
+    grids = [make_grid(osc, force, begin, over, VALUES, along) for begin in begins]
+    _check(grids, kept, follow, points)
+    named = named_measures(measures, grids[0].axes)
+    if isinstance(osc, Structure):
+        check_structure(named, grids[0])
+    free = is_free(grids[0].force)
+    if free and kept.kind == "stroboscopic":
         raise ParameterError("section", kept.given, NO_STROBES)
     window = Window(transient, points - 1)
-    asked = (kept, window, named_measures(measures, grids[0].axes), is_free(force))
+    asked = (kept, window, named, free, of_stop)
     followed = FollowedBranches(*asked, grids[0], tuple(follow))
     afresh = FreshBranches(*asked, tuple(grids))
     parts = {job.part: job for job in (followed, afresh) if job.size}
@@ -240,7 +257,7 @@ def _check_lists(starts: object, follow: object) -> None:
     """Raise a `ParameterError` unless starts and directions are lists."""
     is_list = hasattr(starts, "__iter__") and not isinstance(starts, str)
     if not is_list or not all(
-        isinstance(start, Start) or hasattr(start, "__iter__")
+        isinstance(start, Start | StructureStart) or hasattr(start, "__iter__")
         for start in starts  # type: ignore[attr-defined]  # tested above
     ):
         raise ParameterError("starts", starts, "not a list of starts, such as [(0.0, 1.0)]")
@@ -251,7 +268,18 @@ def _check_lists(starts: object, follow: object) -> None:
         raise ParameterError("follow", names, "the same twice")
 
 
-def _check(grids: list[Grid], force: Forcing | None, follow: Sequence[str], points: int) -> None:
+def _stop_of(osc: object, on: On | None) -> int:
+    """Return the number of the stop whose impacts are kept, -1 for those of all."""
+    if on is None:
+        return -1
+    n = len(osc.stops) if isinstance(osc, Structure) else 0
+    if isinstance(on, bool) or not isinstance(on, int) or not 0 <= on < n:
+        stops = f"the stops are 0 to {n - 1}" if n else "there is none to choose"
+        raise ParameterError("on", on, f"at impacts not the number of a stop; {stops}")
+    return on
+
+
+def _check(grids: list[Grid], section: PoincareSection, follow: Sequence[str], points: int) -> None:
     if not grids:
         raise ParameterError("starts", (), "none at all; give (x0, v0)")
     given = [axis.path for axis in grids[0].axes]
@@ -269,7 +297,14 @@ def _check(grids: list[Grid], force: Forcing | None, follow: Sequence[str], poin
     problem = too_large([len(grids) + len(follow), grids[0].size], 3 * points)
     if problem is not None:
         raise ParameterError("points", points, f"{points:,} at each of {problem}")
-    check_counted(force)
+    grid = grids[0]
+    check_counted(grid.force, grid.period_path)
+    if isinstance(grid.osc, Structure) and section.kind == "passages":
+        reason = 'no section of a structure; take "stroboscopic", a cycle, or "impacts"'
+        raise ParameterError("section", section.given, reason)
+    if isinstance(grid.osc, Structure) and section.kind == "stroboscopic" and not grid.on:
+        # The sentence that says of what the displacement may be.
+        grid.osc.direction(None)
 
 
 def _dataset(grids: list[Grid], names: list[str], job: Branches, answers: list[Answer]) -> Dataset:
@@ -352,6 +387,7 @@ class Branches:
     window: Window
     measures: tuple[str, ...]
     is_free: bool
+    of_stop: int
 
     @property
     def of_value(self) -> dict[str, Column]:
@@ -379,12 +415,13 @@ class Branches:
             "transient": self.window.transient,
             "points": self.window.periods + 1,
             **({"measures": list(self.measures)} if self.measures else {}),
+            **({"stop": self.of_stop} if self.of_stop >= 0 else {}),
         }
 
-    def fill(self, block: Block, group: Group, rows: Integers) -> Floats:
+    def fill(self, block: Block, group: AnyGroup, rows: Integers) -> Floats:
         """Follow motions, fill rows of a block with their points, and return where they end."""
-        period = counting_periods(group.laws, group.which)
-        since = group.starts[:, 2] + self.window.transient * period
+        period = group.periods
+        since = group.starts[:, -1] + self.window.transient * period
         until = since + self.window.periods * period
         cycle = self.section.cycle
         if cycle is not None:
@@ -400,13 +437,16 @@ class Branches:
             level=self.section.at,
             way=self.section.sign,
             timed=self.window.longest(period) if self.is_free else None,
+            of_stop=self.of_stop,
         )
-        result = follow_batch(group.laws, group.which, group.starts, plan)
+        result = group.follow(plan)
         bad = np.array([reason_of(int(status), plan) is not None for status in result.status])
         points = result.points.copy()
         points[bad] = np.nan
+        strobes = np.where(bad[:, np.newaxis, np.newaxis], np.nan, result.strobes)
         longest = max(1, min(plan.n_points // 2, self.window.periods))
-        n_periods = periods_at(replace(result, points=points), plan, self.window.periods, longest)
+        kept = replace(result, points=points, strobes=strobes)
+        n_periods = periods_at(kept, plan, self.window.periods, longest)
         if self.measures:
             values, _, count = measure_group(
                 self.measures, group, self.window, MOST_IMPACTS, self.section
@@ -420,7 +460,7 @@ class Branches:
         block.n_impacts += int(result.n_impacts.sum())
         for i in np.flatnonzero(bad):
             block.reasons[int(rows[i])] = str(reason_of(int(result.status[i]), plan))
-        return np.asarray(result.values[:, [observables.END_X, observables.END_V]])
+        return result.ends
 
 
 @dataclass(frozen=True, slots=True)
@@ -528,18 +568,15 @@ class FollowedBranches(Branches):
         groups, faults = self.grid.groups(k, k + 1)
         if begin is not None and faults:
             # The start of the grid may be inside a wall that has moved; the branch is not.
-            x0 = _between_walls(self.grid, k, float(begin[0]))
-            grid = replace(self.grid, start=Start(x0, float(begin[1])))
-            groups, faults = grid.groups(k, k + 1)
+            groups, faults = _between_walls(self.grid, k, begin).groups(k, k + 1)
         if faults:
             block.arrays["status"][row, k] = FAULTY
             return begin
         group = groups[0]
         if begin is not None:
-            low, high = walls_of(group.laws)
             starts = group.starts.copy()
-            starts[0, :2] = min(max(begin[0], low[0]), high[0]), begin[1]
-            group = replace(group, starts=starts)
+            starts[0, :-1] = group.within_walls(begin)
+            group = group.beginning(np.zeros(1, dtype=np.int64), starts)
         step = self.empty(1)
         ends = self.fill(step, group, np.zeros(1, dtype=np.int64))
         for name, array in step.arrays.items():
@@ -548,16 +585,21 @@ class FollowedBranches(Branches):
         return ends[0] if np.isfinite(ends).all() else begin
 
 
-def _between_walls(grid: Grid, k: int, x: float) -> float:
-    """Return a place, or the wall that has moved past it."""
+def _between_walls(grid: Grid, k: int, state: Floats) -> Grid:
+    """Return the grid that starts at a state, or at the walls that have moved past it."""
     try:
         osc, _, _ = grid.point(k)
     except ParameterError:
-        return x
+        return grid
+    if isinstance(osc, Structure):
+        begin = within_walls(osc, state).tolist()
+        start = StructureStart(begin[: osc.n], begin[osc.n :])
+        return replace(grid, start=start)
+    x = float(state[0])
     for stop in osc.stops:
         if isinstance(stop, Wall):
             x = (max if stop.side == "below" else min)(x, as_float(stop.at))
-    return x
+    return replace(grid, start=Start(x, float(state[1])))
 
 
 def failed_values(arrays: Mapping[str, NDArray[np.generic]]) -> int:

@@ -5,31 +5,40 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
-from percuss.arrays import Floats, Integers
+from percuss.arrays import Flags, Floats, Integers
+from percuss.ensembles.batch import BatchResult, Plan, follow_batch
 from percuss.ensembles.job import Dimension
+from percuss.ensembles.repetition import counting_period, counting_periods
+from percuss.ensembles.structure_batch import follow_structures
 from percuss.ensembles.threads import check_wanted
 from percuss.errors import ParameterError
 from percuss.kernels import law_columns as at
-from percuss.model.exact import Phase, as_float, phase_problem, plain, whole
+from percuss.model.acting_sets import StructureSystem
+from percuss.model.exact import Phase, as_float, phase_problem, plain, real, whole
 from percuss.model.expression import Expression
 from percuss.model.forcing import Forcing
-from percuss.model.oscillator import Oscillator
+from percuss.model.loads import Loads, loads_of
+from percuss.model.oscillator import On, Oscillator, Wall
 from percuss.model.paths import long_form, moved_fields, replace_parameters
 from percuss.model.start import Start, start_of
+from percuss.model.structure import Structure, StructureStart, check_start
 from percuss.model.system import law, region_rows, stop_rows
 from percuss.model.units import FORCE, in_units
+from percuss.numerics import solve_linear
 
 __all__ = [
-    "POINTS", "Axis", "Grid", "Group", "make_grid", "units_of", "values_of", "walls_of", "whole",
+    "POINTS", "AnyGroup", "Axis", "Grid", "Group", "StructureGroup", "make_grid", "units_of",
+    "values_of", "walls_of", "whole",
 ]  # fmt: skip
 
 
 _OF_START = ("x0", "v0", "t0")
 _OWNERS = ("oscillator", "forcing", "start")
+_OF_STRUCTURE = ("structure", "loads", "start")
 # Dimensions of parameters by the last word of their paths.
 UNITS = {
     "mass": "mass",
@@ -51,10 +60,14 @@ UNITS = {
     "t0": "time",
 }
 # With a mass these are forces per length and per velocity, and forces.
-_OF_OSCILLATOR = {"stiffness": "mass/time^2", "damping": "mass/time"}
+_OF_MASS = {"stiffness": "mass/time^2", "damping": "mass/time"}
 _OF_FORCE = ("amplitude", "constant", "cos", "sin")
 # Values that a range (low, high) stands for by default.
 POINTS = 101
+# A start nearer to a wall than this part of its size is compared exactly.
+NEARLY_AT = 1e-14
+# How often a state is moved out of walls, of which one may push it behind another.
+PUSHES = 100
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,6 +86,8 @@ class Axis:
         Its dimension, empty where it is not known; default: that of the last word of the path.
     asked
         The path as it was asked for, which names the dimension; default: the long form.
+    along
+        The direction (x, v) in which a structure's start moves with it, in place of one number.
     """
 
     path: str
@@ -80,6 +95,7 @@ class Axis:
     owners: tuple[str, ...] = ()
     units: str | None = None
     asked: str = ""
+    along: tuple[float, ...] = ()
 
     @property
     def dimension(self) -> str:
@@ -126,6 +142,70 @@ class Group:
         """Whether the motions have a forcing with a period."""
         return bool(self.laws[0, 0, at.PERIOD] > 0.0)
 
+    @property
+    def periods(self) -> Floats:
+        """(n,) array, the time in which each motion is counted [time]: the forcing's period."""
+        return counting_periods(self.laws, self.which)
+
+    def follow(self, plan: Plan) -> BatchResult:
+        """Follow all motions to the end of a plan."""
+        return follow_batch(self.laws, self.which, self.starts, plan, self.stops)
+
+    def within_walls(self, state: Floats) -> Floats:
+        """Return x and v of a state, at the wall of the first law where that has moved past it."""
+        low, high = walls_of(self.laws)
+        return np.array([min(max(state[0], low[0]), high[0]), state[1]])
+
+    def beginning(self, rows: Integers, starts: Floats) -> Group:
+        """Return some of the motions, from other starts."""
+        return replace(self, which=self.which[rows], starts=starts, rows=self.rows[rows])
+
+
+@dataclass(frozen=True, slots=True)
+class StructureGroup:
+    """The systems and starts of some points of a structure.
+
+    Attributes
+    ----------
+    systems
+        The structures under their loads.
+    which, starts, on
+        As `follow_structures` takes them.
+    rows
+        (n,) array, their points, counted from the first one asked for.
+    """
+
+    systems: tuple[StructureSystem, ...]
+    which: Integers
+    starts: Floats
+    rows: Integers
+    on: Floats
+
+    @property
+    def is_forced(self) -> bool:
+        """Whether the motions have loads with a period."""
+        return self.systems[0].period is not None
+
+    @property
+    def periods(self) -> Floats:
+        """(n,) array, the time in which each motion is counted [time]: the loads' period."""
+        return np.array([counting_period(system) for system in self.systems])[self.which]
+
+    def follow(self, plan: Plan) -> BatchResult:
+        """Follow all motions to the end of a plan."""
+        return follow_structures(self.systems, self.which, self.starts, plan, self.on)
+
+    def within_walls(self, state: Floats) -> Floats:
+        """Return x and v of a state, at the walls of the first system that have moved past it."""
+        return within_walls(self.systems[0].structure, state)
+
+    def beginning(self, rows: Integers, starts: Floats) -> StructureGroup:
+        """Return some of the motions, from other starts."""
+        return replace(self, which=self.which[rows], starts=starts, rows=self.rows[rows])
+
+
+AnyGroup: TypeAlias = Group | StructureGroup
+
 
 @dataclass(frozen=True, slots=True)
 class Grid:
@@ -134,15 +214,43 @@ class Grid:
     Attributes
     ----------
     osc, force, start
-        The oscillator, forcing and start whose parameters vary.
+        The oscillator, forcing and start whose parameters vary; or the structure, its loads, and
+        its start.
     axes
         The axes; without axes there is one point.
+    on
+        The direction c of a structure's displacement y = c . x that is observed.
     """
 
-    osc: Oscillator
-    force: Forcing | None
-    start: Start
+    osc: Oscillator | Structure
+    force: Forcing | Loads | None
+    start: Start | StructureStart
     axes: tuple[Axis, ...] = field(default=())
+    on: tuple[float, ...] = ()
+
+    @property
+    def owners(self) -> tuple[str, ...]:
+        """What the paths of parameters begin with."""
+        return _OF_STRUCTURE if isinstance(self.osc, Structure) else _OWNERS
+
+    @property
+    def start_paths(self) -> tuple[str, ...]:
+        """The paths of the numbers of the start, in the order of the columns of starts."""
+        if not isinstance(self.osc, Structure):
+            return tuple(f"start.{name}" for name in _OF_START)
+        numbers = [f"start.{name}.{i}" for name in ("x0", "v0") for i in range(self.osc.n)]
+        return (*numbers, "start.t0")
+
+    @property
+    def direction(self) -> Floats:
+        """(n,) array, the direction of a structure's displacement, zeros where none was given."""
+        n = self.osc.n if isinstance(self.osc, Structure) else 0
+        return np.array(self.on or (0.0,) * n)
+
+    @property
+    def period_path(self) -> str:
+        """The path of the period, for messages."""
+        return f"{self.owners[1]}.period"
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -169,7 +277,7 @@ class Grid:
     def _dimensions_of(self, axis: Axis) -> str:
         return units_of(axis.path, self.osc, self.force) if axis.units is None else axis.units
 
-    def point(self, i: int) -> tuple[Oscillator, Forcing | None, Start]:
+    def point(self, i: int) -> tuple[Any, Any, Any]:
         """Return the oscillator, the forcing and the start of a point.
 
         Raises
@@ -181,11 +289,9 @@ class Grid:
 
     def motion(self) -> dict[str, str]:
         """Return the oscillator, the forcing and the start in words."""
-        return {
-            "oscillator": repr(self.osc),
-            "forcing": repr(self.force),
-            "start": repr(self.start),
-        }
+        parts = (self.osc, self.force, self.start)
+        words = {name: repr(part) for name, part in zip(self.owners, parts, strict=True)}
+        return words | ({"on": repr(self.on)} if self.on else {})
 
     def identity(self) -> dict[str, object]:
         """Return the grid as JSON can hold it: what was given, exactly."""
@@ -200,7 +306,7 @@ class Grid:
     def _where(self, i: int) -> tuple[int, ...]:
         return tuple(int(k) for k in np.unravel_index(i, self.shape)) if self.axes else ()
 
-    def groups(self, first: int, last: int) -> tuple[list[Group], dict[int, str]]:
+    def groups(self, first: int, last: int) -> tuple[list[AnyGroup], dict[int, str]]:
         """Return the points from first to last in groups, and the faults of points without motion.
 
         The last is not included, and faults are counted from the first. A term of a Fourier sum
@@ -208,37 +314,59 @@ class Grid:
         """
         where = np.unravel_index(np.arange(first, last), self.shape) if self.axes else ()
         key = np.zeros(last - first, dtype=np.int64)
-        starts = np.empty((last - first, 3))
-        for column, name in enumerate(_OF_START):
-            starts[:, column] = as_float(getattr(self.start, name))
+        paths, numbers = self.start_paths, _start_numbers(self.start)
+        starts = np.empty((last - first, len(paths)))
+        for column, number in enumerate(numbers):
+            starts[:, column] = as_float(number)
         for axis, k in zip(self.axes, where, strict=True):
-            if axis.of_start:
-                starts[:, _OF_START.index(axis.path.removeprefix("start."))] = axis.values[k]
-            else:
+            if axis.of_start and not axis.along:
+                starts[:, paths.index(axis.path)] = axis.values[k]
+            elif not axis.along:
                 key = key * len(axis.given) + k
-        tied = [
-            (column, name)
-            for column, name in enumerate(_OF_START)
-            if isinstance(getattr(self.start, name), Expression)
-        ]
+        for axis, k in zip(self.axes, where, strict=True):
+            if axis.along:
+                starts[:, :-1] += axis.values[k][:, np.newaxis] * np.array(axis.along)
+        tied = [column for column, number in enumerate(numbers) if isinstance(number, Expression)]
         order = np.argsort(key, kind="stable")
         cuts = np.flatnonzero(np.diff(key[order])) + 1
-        groups: dict[tuple[int, ...], list[tuple[Floats, Floats, Integers]]] = {}
+        groups: dict[tuple[int, ...], list[tuple[Any, Integers]]] = {}
         faults: dict[int, str] = {}
         maker = Maker(self)
         for rows in np.split(order, cuts):
             check_wanted()
             try:
                 osc, force, start = maker.point(self._where(first + int(rows[0])))
-                own_law = law(osc, force)
-                for column, name in tied:
-                    starts[rows, column] = as_float(getattr(start, name))
+                made: Any
+                if isinstance(osc, Structure):
+                    made = StructureSystem(osc, loads_of(osc, force))
+                    shape = made.shape
+                else:
+                    made = law(osc, force), stop_rows(osc)
+                    shape = made[0].shape
+                for column in tied:
+                    starts[rows, column] = as_float(_start_numbers(start)[column])
             except ParameterError as error:
                 faults |= {int(row): str(error) for row in rows}
                 continue
-            groups.setdefault(own_law.shape, []).append((own_law, stop_rows(osc), rows))
-        joined = [_group_of(group, starts, faults) for group in groups.values()]
+            groups.setdefault(shape, []).append((made, rows))
+        joined = [self._group_of(group, starts, faults) for group in groups.values()]
         return [group for group in joined if len(group.rows)], faults
+
+    def _group_of(
+        self, group: list[tuple[Any, Integers]], starts: Floats, faults: dict[int, str]
+    ) -> AnyGroup:
+        """Return the motions of one shape, and add the faults of starts inside a wall."""
+        rows = np.concatenate([rows for _, rows in group])
+        which = np.repeat(np.arange(len(group)), [len(rows) for _, rows in group])
+        if not isinstance(self.osc, Structure):
+            laws = np.stack([own_law for (own_law, _), _ in group])
+            stops = np.stack([own_stops for (_, own_stops), _ in group])
+            inside = _between(laws, which, rows, starts, faults)
+            return Group(laws, which[inside], starts[rows[inside]], rows[inside], stops)
+        systems = tuple(system for system, _ in group)
+        inside = _off_the_walls(systems, which, rows, starts, faults)
+        own = starts[rows[inside]]
+        return StructureGroup(systems, which[inside], own, rows[inside], self.direction)
 
 
 class Maker:
@@ -248,33 +376,37 @@ class Maker:
         self._grid = grid
         self._made: dict[tuple[str, tuple[int, ...]], Any] = {}
 
-    def point(self, where: tuple[int, ...]) -> tuple[Oscillator, Forcing | None, Start]:
+    def point(self, where: tuple[int, ...]) -> tuple[Any, Any, Any]:
         """Return the oscillator, the forcing and the start at these indices of the axes."""
-        return (
-            self._part("oscillator", where),
-            self._part("forcing", where),
-            self._part("start", where),
-        )
+        first, second, third = (self._part(owner, where) for owner in self._grid.owners)
+        return first, second, third
 
     def _part(self, owner: str, where: tuple[int, ...]) -> Any:
         grid = self._grid
         own = [i for i, axis in enumerate(grid.axes) if axis.changes(owner)]
         key = owner, tuple(where[i] for i in own)
         if key not in self._made:
-            changes = {grid.axes[i].path: grid.axes[i].given[where[i]] for i in own}
+            changes = {
+                grid.axes[i].path: grid.axes[i].given[where[i]]
+                for i in own
+                if not grid.axes[i].along
+            }
             all_parts = replace_parameters(grid.osc, grid.force, grid.start, changes)
-            self._made[key] = all_parts[_OWNERS.index(owner)]
+            self._made[key] = all_parts[grid.owners.index(owner)]
         return self._made[key]
 
 
-def _group_of(
-    group: list[tuple[Floats, Floats, Integers]], starts: Floats, faults: dict[int, str]
-) -> Group:
-    """Return the motions whose laws have one shape, and add the faults of starts inside a wall."""
-    rows = np.concatenate([rows for *_, rows in group])
-    which = np.repeat(np.arange(len(group)), [len(rows) for *_, rows in group])
-    laws = np.stack([own_law for own_law, *_ in group])
-    stops = np.stack([own_stops for _, own_stops, _ in group])
+def _start_numbers(start: Start | StructureStart) -> tuple[Phase, ...]:
+    """Return the numbers of a start, in the order of its paths."""
+    if isinstance(start, Start):
+        return start.x0, start.v0, start.t0
+    return (*start.x0, *start.v0, start.t0)
+
+
+def _between(
+    laws: Floats, which: Integers, rows: Integers, starts: Floats, faults: dict[int, str]
+) -> Flags:
+    """Return which starts lie between the walls of their laws, and add the faults of the others."""
     low, high = (walls[which] for walls in walls_of(laws))
     x0 = starts[rows, 0]
     for outside, side, wall in ((x0 < low, "below", low), (x0 > high, "above", high)):
@@ -283,8 +415,62 @@ def _group_of(
                 f"x0 = {x0[i]}: {side} the wall at x = {wall[i]}; "
                 "use a SoftStop for a compliant one"
             )
-    inside = ~((x0 < low) | (x0 > high))
-    return Group(laws, which[inside], starts[rows[inside]], rows[inside], stops)
+    return np.asarray(~((x0 < low) | (x0 > high)))
+
+
+def _off_the_walls(
+    systems: Sequence[StructureSystem],
+    which: Integers,
+    rows: Integers,
+    starts: Floats,
+    faults: dict[int, str],
+) -> Flags:
+    """Return which starts lie behind no wall of their systems, and add the faults of the others."""
+    inside = np.ones(len(rows), dtype=np.bool_)
+    for k, system in enumerate(systems):
+        structure = system.structure
+        own = np.flatnonzero(which == k)
+        x = starts[rows[own], : structure.n]
+        near = np.zeros(len(own), dtype=np.bool_)
+        for i, stop in enumerate(structure.stops):
+            if isinstance(stop, Wall):
+                c, place = structure.stop_directions[i], as_float(stop.at)
+                clearance = system.signs[i] * ((x * c).sum(axis=1) - place)
+                # What may be rounding is told exactly.
+                size = (np.abs(x) * np.abs(c)).sum(axis=1) + abs(place)
+                near |= clearance <= NEARLY_AT * size
+        for i in own[near].tolist():
+            numbers = starts[rows[i]].tolist()
+            n = structure.n
+            try:
+                check_start(structure, numbers[:n], numbers[n : 2 * n], numbers[2 * n])
+            except ParameterError as error:
+                inside[i] = False
+                faults[int(rows[i])] = str(error)
+    return inside
+
+
+def within_walls(structure: Structure, state: Floats) -> Floats:
+    """Return (x, v) moved out of the walls that it lies behind, along M^-1 c of each.
+
+    Examples
+    --------
+    >>> from percuss.model import impact_pair
+    >>> within_walls(impact_pair([1, 1], gap=1), np.array([0.0, 1.5, 0.0, 0.0]))
+    array([0.25, 1.25, 0.  , 0.  ])
+    """
+    x, n = state[: structure.n].copy(), structure.n
+    for _ in range(PUSHES):
+        is_moved = False
+        for stop, c in zip(structure.stops, structure.stop_directions, strict=True):
+            beyond = float((c * x).sum()) - as_float(stop.at)
+            if isinstance(stop, Wall) and beyond * (1.0 if stop.side == "above" else -1.0) > 0.0:
+                push = solve_linear(structure.mass_matrix, c)
+                x -= beyond / float((c * push).sum()) * push
+                is_moved = True
+        if not is_moved:
+            break
+    return np.concatenate([x, state[n:]])
 
 
 def walls_of(laws: Floats) -> tuple[Floats, Floats]:
@@ -303,11 +489,12 @@ def walls_of(laws: Floats) -> tuple[Floats, Floats]:
 
 
 def make_grid(
-    osc: Oscillator,
-    force: Forcing | None,
-    start: Start | Sequence[Phase] | None,
+    osc: Oscillator | Structure,
+    force: Forcing | Loads | None,
+    start: object,
     over: Mapping[str, object],
     points: int = POINTS,
+    on: On | None = None,
 ) -> Grid:
     """Return the grid of the parameters in ``over``, with all its axes checked.
 
@@ -318,10 +505,14 @@ def make_grid(
     start
         Where the motion starts: a `Start`, or x0, v0 and optionally t0; None is x0 = v0 = 0.
     over
-        By path, a range (low, high) or values; a path of the start may be among them. A tuple of
-        two numbers is a range, any other sequence are values.
+        By path, a range (low, high) or values; a path of the start may be among them, and a tuple
+        of 2 n numbers, along which the x0 and v0 of a structure move. As values, a tuple of two
+        numbers is a range, any other sequence are values.
     points
         Number of equally spaced values of a range; its ends are kept as they were given.
+    on
+        The coordinate, direction or point of a structure whose displacement is observed; None for
+        the only coordinate, or where none is asked for.
 
     Raises
     ------
@@ -339,25 +530,84 @@ def make_grid(
     """
     if not isinstance(over, Mapping):
         raise ParameterError("over", over, "not {path: values} or {path: (low, high)}")
-    if not isinstance(osc, Oscillator):
-        raise ParameterError("osc", osc, "no oscillator, such as pc.impact_oscillator() returns")
-    if force is not None and not isinstance(force, Forcing):
-        raise ParameterError("force", force, "no forcing, such as pc.cosine(2.5), nor None")
-    begin = start_of(start)
+    begin: Start | StructureStart
+    direction: tuple[float, ...] = ()
+    if isinstance(osc, Structure):
+        force, begin = loads_of(osc, force), structure_start_of(osc, start)
+        if on is not None or osc.n == 1:
+            direction = tuple(osc.direction(on).tolist())
+    else:
+        if not isinstance(osc, Oscillator):
+            reason = "no oscillator, such as pc.impact_oscillator() returns"
+            raise ParameterError("osc", osc, reason)
+        if force is not None and not isinstance(force, Forcing):
+            raise ParameterError("force", force, "no forcing, such as pc.cosine(2.5), nor None")
+        if on is not None:
+            raise ParameterError("on", on, "given for an oscillator, which has one displacement")
+        begin = start_of(start)
     axes: list[Axis] = []
     for path, values in over.items():
+        if isinstance(path, tuple):
+            axes.append(_axis_along(osc, path, values_of(str(path), values, points)))
+            continue
         name = long_form(path, osc, force, begin)
         if any(axis.path == name for axis in axes):
-            first = next(key for key in over if long_form(key, osc, force, begin) == name)
+            first = next(axis.asked for axis in axes if axis.path == name)
             raise ParameterError("over", (first, path), "the same parameter, named twice")
         axis = _axis(osc, force, begin, name, values_of(path, values, points))
         axes.append(replace(axis, asked=path))
-    return Grid(osc, force, begin, tuple(axes))
+    return Grid(osc, force, begin, tuple(axes), direction)
 
 
-def _axis(
-    osc: Oscillator, force: Forcing | None, start: Start, name: str, values: tuple[Phase, ...]
-) -> Axis:
+def structure_start_of(structure: Structure, start: object) -> StructureStart:
+    """Return the start of a structure: a `StructureStart`, (x0, v0) or (x0, v0, t0); None: zeros.
+
+    Whether it lies behind a wall is not looked at.
+
+    Raises
+    ------
+    ParameterError
+        If it is none of these, or there is not one number for each coordinate.
+
+    Examples
+    --------
+    >>> from percuss.model import impact_pair
+    >>> structure_start_of(impact_pair([1, 1], gap=1), ([0, "0.5"], [1, 0]))
+    StructureStart(x0=(0, '0.5'), v0=(1, 0), t0=0.0)
+    """
+    zeros = (0.0,) * structure.n
+    if start is None:
+        return StructureStart(zeros, zeros)
+    if not isinstance(start, StructureStart):
+        parts = tuple(start) if isinstance(start, list | tuple) else ()
+        if not 2 <= len(parts) <= 3:
+            raise ParameterError("start", start, "not (x0, v0) or (x0, v0, t0) of a structure")
+        rows: list[Any] = [part if hasattr(part, "__iter__") else (part,) for part in parts[:2]]
+        start = StructureStart(*rows, *parts[2:])
+    if len(start.x0) != structure.n:
+        reason = f"{len(start.x0)} numbers for {structure.n} coordinates; give one for each"
+        raise ParameterError("start.x0", start.x0, reason)
+    return start
+
+
+def _axis_along(osc: object, direction: tuple[Any, ...], values: tuple[Phase, ...]) -> Axis:
+    """Return the axis of starts along a direction of a structure's displacements and velocities."""
+    n = osc.n if isinstance(osc, Structure) else 0
+    if len(direction) != 2 * n:
+        reason = (
+            f"{len(direction)} numbers; a direction of starts has {2 * n}, of x0 and v0"
+            if n
+            else "a direction of starts, which only a structure has; give paths"
+        )
+        raise ParameterError("over", direction, reason)
+    along = tuple(real(f"over.{i}", number) for i, number in enumerate(direction))
+    if not any(along):
+        raise ParameterError("over", direction, "a direction of zeros; no start moves along it")
+    name = str(direction)
+    return Axis(f"start.{name}", values, ("start",), "", name, along)
+
+
+def _axis(osc: Any, force: Any, start: Any, name: str, values: tuple[Phase, ...]) -> Axis:
     """Return the axis of a parameter; one in expressions has the dimension of what it alone is."""
     if "." in name:
         return Axis(name, values)
@@ -414,7 +664,7 @@ def _spread(path: str, ends: tuple[Phase, ...], points: int) -> tuple[Phase, ...
     return (ends[0], *between, ends[1])
 
 
-def units_of(path: str, osc: Oscillator | None = None, force: Forcing | None = None) -> str:
+def units_of(path: str, osc: object = None, force: Forcing | Loads | None = None) -> str:
     """Return the dimensions of a parameter in length, time, mass and radians, from its path.
 
     Examples
@@ -426,13 +676,20 @@ def units_of(path: str, osc: Oscillator | None = None, force: Forcing | None = N
     """
     words = [word for word in path.split(".") if not word.isdigit()]
     name = words[-1]
-    record = None if force is None else force.record
+    own: Forcing | None
+    if isinstance(force, Loads):
+        number = path.split(".")[1]
+        of_loads = words[0] == "loads" and number.isdigit()
+        own = force.forcings[int(number)] if of_loads else None
+    else:
+        own = force
+    record = None if own is None else own.record
     if words[-2:] == ["record", "amplitude"] and record is not None and record.omega is None:
         # The factor of samples, which have their own units.
         return "1"
-    if osc is not None and osc.mass is not None:
-        if name in _OF_OSCILLATOR:
-            return _OF_OSCILLATOR[name]
-        if name in _OF_FORCE and force is not None and not force.is_per_mass:
+    if isinstance(osc, Structure) or (isinstance(osc, Oscillator) and osc.mass is not None):
+        if name in _OF_MASS:
+            return _OF_MASS[name]
+        if name in _OF_FORCE and own is not None and not own.is_per_mass:
             return FORCE
     return UNITS[name]

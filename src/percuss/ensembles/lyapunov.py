@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any, cast
 
 import numpy as np
 
 from percuss.arrays import Floats
 from percuss.ensembles.batch import (
     BLOCKS,
+    CHANCE,
     MOST_IMPACTS,
     BatchResult,
     Plan,
@@ -20,17 +22,20 @@ from percuss.ensembles.batch import (
     reason_of,
     tangent_plan,
 )
-from percuss.ensembles.grid import make_grid, whole
+from percuss.ensembles.grid import StructureGroup, make_grid, whole
 from percuss.ensembles.repetition import period_of
-from percuss.errors import ParameterError
+from percuss.errors import ConvergenceError, ParameterError
 from percuss.kernels import observables
 from percuss.kernels import record as columns
 from percuss.kernels.law_columns import PERIOD
-from percuss.model.exact import Phase, as_float
+from percuss.model.exact import as_float
 from percuss.model.forcing import Forcing
+from percuss.model.loads import Loads
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start
-from percuss.numerics import cos, dot, exp, expm1, log, sin
+from percuss.model.structure import Structure, StructureStart
+from percuss.numerics import cos, dot, exp, expm1, hypot, log, sin
+from percuss.orbits.orbit.structure_orbit import multipliers_of_matrix, period_map
 
 __all__ = ["LyapunovExponents", "lyapunov_exponents"]
 
@@ -51,9 +56,10 @@ class LyapunovExponents:
     Attributes
     ----------
     exponents
-        (2,) array, the larger first [1/time]; both -inf where a contact has ended all memory.
+        (2,) array, the larger first [1/time]; both -inf where a contact has ended all memory. Of
+        a structure of n coordinates (2 n,), two of them -inf for each wall that has held it.
     errors
-        (2,) array, their errors [1/time]: the standard error from the means of blocks, and with it
+        (2,) array, (2 n,) of a structure, their errors [1/time]: the standard error from the means of blocks, and with it
         the difference between the two halves where this is more than chance. On a periodic orbit,
         whose multipliers give the exponents, the difference of two of its periods, times those that
         it still takes to die out.
@@ -75,27 +81,30 @@ class LyapunovExponents:
 
 
 def lyapunov_exponents(
-    osc: Oscillator,
-    force: Forcing | None,
+    osc: Oscillator | Structure,
+    force: Forcing | Loads | None,
     *,
-    start: Start | Sequence[Phase] | None = None,
+    start: Start | StructureStart | Sequence[Any] | None = None,
     transient: int = 1000,
     periods: int = 20_000,
     max_impacts: int | None = None,
 ) -> LyapunovExponents:
-    """Return both exponents of the motion from a start.
+    """Return both exponents of the motion from a start; all 2 n of a structure's.
 
     A perturbation is carried along each flight by the exact propagator and over each event by its
     saltation matrix, at the edges of soft stops as at impacts. Two perturbations span an area whose
-    factor is known in closed form: it gives the sum of the exponents.
+    factor is known in closed form: it gives the sum of the exponents. Of a structure 2 n
+    perturbations are carried, made orthogonal again and again (Benettin et al. 1980); the volume's
+    factor gives their sum.
 
     Parameters
     ----------
     osc, force
-        The oscillator and its forcing. Where the forcing has no period, a period below is
+        The oscillator and its forcing, or a structure and its loads. Where the forcing has no period, a period below is
         2 pi / sqrt(stiffness), or without stiffness that of the slowest harmonic.
     start
-        Where it starts: a `Start`, or x0 [length] and v0 [length/time]; default: at rest at 0.
+        Where it starts: a `Start`, or x0 [length] and v0 [length/time]; of a structure with a
+        number for each coordinate; default: at rest at 0.
     transient, periods
         Forcing periods that are left out, and that the exponents are taken over, >= 64.
     max_impacts
@@ -132,7 +141,9 @@ def lyapunov_exponents(
     if faults:
         raise ParameterError("start", grid.start, faults[0])
     (group,) = groups
-    period = np.array([_period_of_time(osc, force)])
+    if isinstance(group, StructureGroup):
+        return _of_structure(group, transient, periods, most)
+    period = np.array([_period_of_time(cast("Oscillator", osc), cast("Forcing | None", force))])
     plan = tangent_plan(period, group.starts[:, 2], transient, periods)
     plan = replace(plan, max_impacts=most)
     result = follow_batch(group.laws, group.which, group.starts, plan)
@@ -158,6 +169,84 @@ def lyapunov_exponents(
         float(result.values[0, observables.IMPACTS]) / duration,
         duration,
     )
+
+
+def _of_structure(
+    group: StructureGroup, transient: int, periods: int, most: int
+) -> LyapunovExponents:
+    """Return the 2 n exponents of a motion of a structure."""
+    period, start = group.periods, group.starts
+    count = start.shape[1] - 1
+    plan = tangent_plan(period, start[:, -1], transient, periods)
+    plan = replace(plan, max_impacts=most, n_tangents=count)
+    result = group.follow(plan)
+    reason = reason_of(int(result.status[0]), plan)
+    if reason is not None:
+        raise ParameterError("start", tuple(start[0].tolist()), reason)
+    duration = float(plan.until[0] - plan.since[0])
+    logs = result.logs[0]
+    with np.errstate(invalid="ignore"):
+        exponents = (logs[-1] - logs[0]) / duration
+        rates = np.diff(logs, axis=0) / plan.every[0]
+        errors = rates.std(axis=0, ddof=1) / math.sqrt(BLOCKS)
+        halves = rates[: BLOCKS // 2].mean(axis=0) - rates[BLOCKS // 2 :].mean(axis=0)
+    drift = np.where(np.abs(halves) > 2.0 * CHANCE * errors, np.abs(halves), 0.0)
+    # What a contact has taken was lost before or within the time that is measured.
+    forgotten = np.isneginf(logs[-1])
+    shrunk = result.points[0, :, observables.SECOND]
+    lost = bool(forgotten.any())
+    total = -math.inf if lost else float(shrunk[-1] - shrunk[0]) / duration
+    exponents = np.where(forgotten, -np.inf, exponents)
+    errors = np.where(forgotten, 0.0, np.sqrt(errors * errors + drift * drift))
+    known = _of_structure_orbit(group, result, plan, int(forgotten.sum()), transient + periods)
+    if known is not None:
+        exponents, errors = known
+    order = np.argsort(-exponents, kind="stable")
+    return LyapunovExponents(
+        exponents[order],
+        errors[order],
+        total,
+        float(result.values[0, observables.IMPACTS]) / duration,
+        duration,
+    )
+
+
+def _of_structure_orbit(
+    group: StructureGroup, result: BatchResult, plan: Plan, n_lost: int, periods: int
+) -> tuple[Floats, Floats] | None:
+    """Return the exponents of a periodic orbit from its multipliers, and errors; None without one.
+
+    ``n_lost`` multipliers are 0, and ``periods`` those of the loads since the start.
+    """
+    system = group.systems[0]
+    if system.period is None:
+        return None
+    # The map over a period begins at time 0, with the phases of each whole period.
+    last = math.ceil(float(plan.until[0]) / system.period) * system.period
+    begin = np.column_stack([result.ends, plan.until])
+    since, step = np.array([last]), np.array([system.period])
+    strobed = Plan(since, step, since + 2 * LONGEST * step, observables.STROBES, 2 * LONGEST + 1)
+    strobes = group.beginning(np.zeros(1, dtype=np.int64), begin).follow(strobed).strobes
+    n_periods = int(period_of(np.nan_to_num(strobes), LONGEST)[0])
+    if n_periods == 0:
+        return None
+    try:
+        here = period_map(system, strobes[0, -1], n_periods)
+        there = period_map(system, here.image, n_periods)
+    except (ConvergenceError, ParameterError):
+        return None
+    length = n_periods * system.period
+    rates = []
+    for step_map in (here, there):
+        multipliers = multipliers_of_matrix(step_map.derivative)
+        sizes = hypot(multipliers.real, multipliers.imag)
+        sizes[len(sizes) - n_lost :] = 0.0
+        with np.errstate(divide="ignore"):
+            rates.append(np.where(sizes > 0.0, log(np.where(sizes > 0.0, sizes, 1.0)), -np.inf))
+    with np.errstate(invalid="ignore"):
+        moved = np.abs(rates[1] - rates[0]) / length
+    to_go = _steps_to_go(float(rates[1][0]), periods / n_periods)
+    return rates[1] / length, np.where(np.isneginf(rates[1]), 0.0, moved * to_go)
 
 
 def _period_of_time(osc: Oscillator, force: Forcing | None) -> float:

@@ -12,20 +12,15 @@ from percuss.ensembles.batch import (
     BatchResult,
     Plan,
     exponents_of,
-    follow_batch,
     reason_of,
     tangent_plan,
 )
-from percuss.ensembles.grid import Group, whole
-from percuss.ensembles.repetition import (
-    counting_periods,
-    impact_periods,
-    period_of,
-    repeat_times,
-)
+from percuss.ensembles.grid import AnyGroup, whole
+from percuss.ensembles.repetition import impact_periods, period_of, repeat_times
 from percuss.kernels import observables
 from percuss.kernels import record as columns
 from percuss.model.oscillator import Oscillator
+from percuss.model.structure import Structure
 from percuss.model.units import FORCE, in_units
 from percuss.motion.growth import fit_power_law
 from percuss.motion.sections import PoincareSection
@@ -112,6 +107,8 @@ class Measure:
         Its meaning, in a line.
     value
         Returns the numbers of motions from their results, their plan and the window.
+    of_structures, of_displacement
+        Whether structures have it, and whether it is that of one displacement.
     needs_extremes, needs_loads, needs_strobes, needs_peaks, needs_tangent
         What the kernels must record for it: extremes and work; loads; a strobe in each period;
         the fastest impacts of intervals of time; the growth of a perturbation.
@@ -122,6 +119,8 @@ class Measure:
     units: str
     meaning: str
     value: Callable[[BatchResult, Plan, Window], Floats]
+    of_structures: bool = True
+    of_displacement: bool = False
     needs_extremes: bool = False
     needs_loads: bool = False
     needs_strobes: bool = False
@@ -134,20 +133,20 @@ class Measure:
         """Whether it is taken over whole periods."""
         return self.needs_strobes or self.needs_tangent or self.needs_peaks
 
-    def meaning_for(self, osc: Oscillator, *, free: bool = False) -> str:
+    def meaning_for(self, osc: Oscillator | Structure, *, free: bool = False) -> str:
         """Return its meaning for an oscillator, with a mass or without, forced or free."""
         meaning = self.meaning if osc.mass is None else self.meaning.replace(" per unit mass", "")
         if free and self.needs_strobes:
             return FREE_PERIOD
         return meaning.replace("a forcing period", FREE_COUNT) if free else meaning
 
-    def dimensions_of(self, osc: Oscillator, *, free: bool = False) -> str:
+    def dimensions_of(self, osc: Oscillator | Structure, *, free: bool = False) -> str:
         """Return its dimensions for an oscillator, with a mass or without, forced or free."""
         if free and self.needs_strobes:
             return "time"
         return self.units if osc.mass is not None else self.units.removeprefix("mass ")
 
-    def unit_of(self, osc: Oscillator, *, free: bool = False) -> str:
+    def unit_of(self, osc: Oscillator | Structure, *, free: bool = False) -> str:
         """Return its unit, or where an oscillator has no units its dimensions."""
         return in_units(osc.units, self.dimensions_of(osc, free=free))
 
@@ -170,12 +169,10 @@ def periods_at(result: BatchResult, plan: Plan, periods: int, longest: int) -> F
     if plan.timed is not None:
         return repeat_times(result.points, plan.timed)
     if plan.section == observables.STROBES:
-        strobes = result.points[:, :, [observables.FIRST, observables.SECOND]]
-        return period_of(strobes, longest).astype(np.float64)
-    counted = (
-        observables.IMPACTS if plan.section == observables.IMPACT_POINTS else observables.POINTS
-    )
-    return impact_periods(result.points, result.values[:, counted], periods).astype(np.float64)
+        return period_of(result.strobes, longest).astype(np.float64)
+    # Of impacts on one stop alone, those are counted.
+    counted = result.values[:, observables.POINTS]
+    return impact_periods(result.points, counted, periods).astype(np.float64)
 
 
 def _period(result: BatchResult, plan: Plan, window: Window) -> Floats:
@@ -253,13 +250,25 @@ def _growth(result: BatchResult, plan: Plan, window: Window) -> Floats:
 
 MEASURES: dict[str, Measure] = {
     "peak_displacement": Measure(
-        "length", "largest distance from 0", _peak_displacement, needs_extremes=True
+        "length",
+        "largest distance from 0",
+        _peak_displacement,
+        of_displacement=True,
+        needs_extremes=True,
     ),
     "min_displacement": Measure(
-        "length", "least displacement", _min_displacement, needs_extremes=True
+        "length",
+        "least displacement",
+        _min_displacement,
+        of_displacement=True,
+        needs_extremes=True,
     ),
     "max_displacement": Measure(
-        "length", "largest displacement", _max_displacement, needs_extremes=True
+        "length",
+        "largest displacement",
+        _max_displacement,
+        of_displacement=True,
+        needs_extremes=True,
     ),
     "peak_impact_velocity": Measure(
         "length/time",
@@ -282,6 +291,7 @@ MEASURES: dict[str, Measure] = {
         "mass length^2/time^2",
         "energy per unit mass that impacts and dashpots take in a forcing period",
         _dissipated,
+        of_structures=False,
         needs_extremes=True,
     ),
     "peak_stop_force": Measure(
@@ -295,10 +305,15 @@ MEASURES: dict[str, Measure] = {
         "length/time^2",
         "largest magnitude of the acceleration, both limits at a jump, impacts left out",
         _peak_acceleration,
+        of_structures=False,
         needs_loads=True,
     ),
     "rms_displacement": Measure(
-        "length", "square root of the mean of x^2 over time", _rms_displacement, needs_loads=True
+        "length",
+        "square root of the mean of x^2 over time",
+        _rms_displacement,
+        of_structures=False,
+        needs_loads=True,
     ),
     "contact_share": Measure(
         "1",
@@ -310,6 +325,7 @@ MEASURES: dict[str, Measure] = {
         "mass length^2/time^3",
         "mean power per unit mass of the forcing",
         _mean_power,
+        of_structures=False,
         needs_loads=True,
     ),
     "largest_lyapunov_exponent": Measure(
@@ -331,7 +347,7 @@ MEASURES: dict[str, Measure] = {
 
 def measure_group(
     names: Sequence[str],
-    group: Group,
+    group: AnyGroup,
     window: Window,
     max_impacts: int,
     section: PoincareSection = STROBOSCOPIC,
@@ -362,7 +378,7 @@ def measure_group(
     n_impacts = 0
     for together in _together(names):
         plan = _plan(together, group, window, max_impacts, section)
-        result = follow_batch(group.laws, group.which, group.starts, plan, group.stops)
+        result = group.follow(plan)
         n_impacts += int(result.n_impacts.sum())
         lost = _reasons(result, plan)
         reasons |= lost
@@ -391,13 +407,13 @@ def _together(names: Sequence[str]) -> list[list[str]]:
 
 def _plan(
     names: Sequence[str],
-    group: Group,
+    group: AnyGroup,
     window: Window,
     max_impacts: int,
     section: PoincareSection,
 ) -> Plan:
-    period = counting_periods(group.laws, group.which)
-    t0 = group.starts[:, 2]
+    period = group.periods
+    t0 = group.starts[:, -1]
     measures = [MEASURES[name] for name in names]
     since, until = window.span(t0, period)
     plan = Plan(since, period, until)

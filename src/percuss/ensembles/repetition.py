@@ -3,15 +3,29 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
 from percuss.arrays import Flags, Floats, Integers
 from percuss.kernels.law_columns import PERIOD, STIFFNESS
+from percuss.kernels.structure.basis import SPRING
+from percuss.model.acting_sets import StructureSystem
 from percuss.model.forcing import Forcing
-from percuss.model.system import region_rows
+from percuss.model.loads import Loads
+from percuss.model.oscillator import Oscillator
+from percuss.model.structure import Structure
+from percuss.model.system import law, region_rows
 
-__all__ = ["counting_periods", "impact_periods", "is_free", "period_of", "repeat_times"]
+__all__ = [
+    "counting_period",
+    "counting_periods",
+    "impact_periods",
+    "is_free",
+    "period_of",
+    "period_of_motion",
+    "repeat_times",
+]
 
 # Strobes that differ by less than this part of the motion's size are the same.
 SAME = 1e-6
@@ -20,7 +34,7 @@ SAME = 1e-6
 SETTLED = 100.0
 
 
-def is_free(force: Forcing | None) -> bool:
+def is_free(force: Forcing | Loads | None) -> bool:
     """Return whether motions have no forcing but a constant, and so no period of their own."""
     return force is None or force.is_constant
 
@@ -45,6 +59,32 @@ def counting_periods(laws: Floats, which: Integers) -> Floats:
         least = stiffness[stiffness > 0.0].min(initial=np.inf)
         periods[i] = 2.0 * math.pi / np.sqrt(least if np.isfinite(least) else 1.0)
     return np.asarray(periods[which])
+
+
+def counting_period(system: StructureSystem) -> float:
+    """Return the time in which motions of a structure are counted [time].
+
+    It is the period of its loads. Without a load it is 2 pi / sqrt(abs(k)), with the least k of a
+    mode with no stop acting that is not 0, or 2 pi if all are.
+
+    Examples
+    --------
+    >>> from percuss.model import Structure
+    >>> counting_period(StructureSystem.of(Structure(mass=[1, 1], stiffness=[4, 9]), None)) / np.pi
+    1.0
+    """
+    if system.period is not None:
+        return system.period
+    stiffness = np.abs(system.sets.modes[0, :, SPRING])
+    least = stiffness[stiffness > 0.0].min(initial=np.inf)
+    return float(2.0 * math.pi / np.sqrt(least if np.isfinite(least) else 1.0))
+
+
+def period_of_motion(osc: Oscillator | Structure, force: Any) -> float:
+    """Return the time in which a motion is counted [time]."""
+    if isinstance(osc, Structure):
+        return counting_period(StructureSystem.of(osc, force))
+    return float(counting_periods(law(osc, force)[np.newaxis], np.zeros(1, dtype=np.int64))[0])
 
 
 def period_of(points: Floats, longest: int) -> Integers:
@@ -161,27 +201,43 @@ def repeat_times(points: Floats, longest: Floats) -> Floats:
 
 def _repeated_points(points: Floats) -> Integers:
     """Return the least number of points after which they come again, 0 where they do not."""
-    n, m = points.shape[:2]
-    counts = np.zeros(n, dtype=np.int64)
-    undecided = np.ones(n, dtype=np.bool_)
-    for count in range(1, m // 2 + 1):
-        found = undecided & _repeats(points, count, SAME)
-        if not found.any():
-            continue
-        undecided &= ~found
+    counts = np.zeros(len(points), dtype=np.int64)
+    # The last pair of points rules out most numbers, and most motions.
+    hopeful = _repeats_at_end(points)
+    for count in (1 + np.flatnonzero(hopeful.any(axis=0))).tolist():
+        rows = np.flatnonzero(hopeful[:, count - 1])
+        rows = rows[_repeats(points[rows], count, SAME)]
+        # The first number that fits decides, if only that there is none.
+        hopeful[rows] = False
         # As of strobes: smaller differences of a divisor are the end of a transient.
+        distinct = np.ones(len(rows), dtype=np.bool_)
         for q in (q for q in range(1, count // 2 + 1) if count % q == 0):
-            found &= ~_repeats(points, q, SETTLED * SAME)
-        counts[found] = count
+            distinct &= ~_repeats(points[rows], q, SETTLED * SAME)
+        counts[rows[distinct]] = count
     return counts
+
+
+def _repeats_at_end(points: Floats) -> Flags:
+    """Return (n, m // 2) whether the last point of a motion is the one so many points before."""
+    n, m = points.shape[:2]
+    last = (~np.isnan(points[:, :, 1])).sum(axis=1) - 1
+    before = last[:, np.newaxis] - np.arange(1, m // 2 + 1)
+    rows = np.arange(n)[:, np.newaxis]
+    step = points[rows, np.maximum(last, 0)[:, np.newaxis]] - points[rows, np.maximum(before, 0)]
+    return np.asarray(_is_same(points, step, SAME) & (before >= 0))
 
 
 def _repeats(points: Floats, count: int, tolerance: float) -> Flags:
     """Return which rows of points are, within a part of their size, those so many points later."""
-    speed = np.nan_to_num(np.abs(points[:, :, 1])).max(axis=1, keepdims=True)
     step = points[:, count:] - points[:, :-count]
-    turn = np.abs(step[:, :, 0] - np.round(step[:, :, 0]))
     known = ~np.isnan(step[:, :, 1])
-    near = (turn <= tolerance) & (np.abs(step[:, :, 1]) <= tolerance * speed)
-    same = near & (step[:, :, 2] == 0.0)
+    same = _is_same(points, step, tolerance)
     return np.asarray((same | ~known).all(axis=1) & (known.sum(axis=1) >= count))
+
+
+def _is_same(points: Floats, step: Floats, tolerance: float) -> Flags:
+    """Return which differences of points are none, within a part of the size of all points."""
+    speed = np.nan_to_num(np.abs(points[:, :, 1])).max(axis=1, keepdims=True)
+    turn = np.abs(step[:, :, 0] - np.round(step[:, :, 0]))
+    near = (turn <= tolerance) & (np.abs(step[:, :, 1]) <= tolerance * speed)
+    return np.asarray(near & (step[:, :, 2] == 0.0))

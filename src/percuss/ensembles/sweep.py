@@ -8,7 +8,7 @@ import traceback
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,16 +25,17 @@ from percuss.ensembles.fingerprint import fingerprint
 from percuss.ensembles.grid import Axis, Grid, make_grid, whole
 from percuss.ensembles.job import Block, Column, Dimension, too_large
 from percuss.ensembles.measures import MEASURES, STROBOSCOPIC, Window, measure_group
-from percuss.ensembles.repetition import counting_periods, is_free
+from percuss.ensembles.repetition import is_free, period_of_motion
 from percuss.ensembles.run_job import execution_of, run_job
 from percuss.ensembles.threads import check_wanted
 from percuss.errors import ParameterError
 from percuss.kernels import observables
 from percuss.model.exact import Phase, as_float
 from percuss.model.forcing import Forcing
-from percuss.model.oscillator import Oscillator
+from percuss.model.loads import Loads
+from percuss.model.oscillator import On, Oscillator
 from percuss.model.start import Start
-from percuss.model.system import law
+from percuss.model.structure import Structure, StructureStart
 from percuss.motion.sections import PoincareSection, SectionGiven, section_of
 from percuss.motion.simulate import simulate
 from percuss.progress import Report
@@ -43,7 +44,15 @@ if TYPE_CHECKING:
     # A second of import, which no worker needs.
     from xarray import Dataset
 
-__all__ = ["NO_STROBES", "SAME_NAME", "check_counted", "named_measures", "span_of", "sweep"]
+__all__ = [
+    "NO_STROBES",
+    "SAME_NAME",
+    "check_counted",
+    "check_structure",
+    "named_measures",
+    "span_of",
+    "sweep",
+]
 
 # Impacts of a compiled chunk, at about one a period: they take some tenths of a second, much longer
 # than submitting and storing the chunk, and little memory. Making a law takes as long as 1000
@@ -65,11 +74,12 @@ SAME_NAME = "the name of a measure that is asked for; give the parameter another
 
 def sweep(
     measure: str | Callable[..., float] | Sequence[str],
-    osc: Oscillator,
-    force: Forcing | None = None,
+    osc: Oscillator | Structure,
+    force: Forcing | Loads | None = None,
     *,
     over: Mapping[str, object],
-    start: Start | Sequence[Phase] | None = None,
+    on: On | None = None,
+    start: Start | StructureStart | Sequence[Any] | None = None,
     transient: int = 200,
     periods: int = 64,
     between: Sequence[Phase] | None = None,
@@ -91,14 +101,19 @@ def sweep(
         "largest_lyapunov_exponent", "growth_exponent", which run compiled. Or a function: of a
         run, of (osc, force), or of (osc, force, start), that returns a number.
     osc, force
-        The oscillator and its forcing; ``over`` replaces some of their parameters.
+        The oscillator and its forcing, or a structure and its loads; ``over`` replaces some of
+        their parameters.
     over
         The axes of the grid, by the dotted path of a parameter or of a number of the start: a
         range (low, high), which stands for 101 values, or the values themselves. Without axes,
         {}, there is one point.
+    on
+        Of a structure the coordinate, direction or point whose displacement is measured: needed
+        for measures of a displacement where there are several coordinates.
     start
         Where the motions start: a `Start`, or x0 [length], v0 [length/time] and where wanted
-        t0 [time]; default: at rest at 0.
+        t0 [time]; of a structure a `StructureStart`, or these with a number for each coordinate;
+        default: at rest at 0.
     transient, periods
         Forcing periods that are left out, and that are measured after them. Without a forcing
         time is counted in units of 2 pi / sqrt(k), the period of free vibration.
@@ -157,7 +172,7 @@ def sweep(
     array([1., 2., 0.])
     """
     execution = execution_of(store, engine, n_workers, progress)
-    grid = make_grid(osc, force, start, over)
+    grid = make_grid(osc, force, start, over, on=on)
     window = Window(transient, periods, _span(between, grid, measure))
     work = _work(measure, grid, window, max_impacts, section_of(section))
     answer = run_job(work, execution, is_read_from_disk=True)
@@ -179,11 +194,11 @@ def sweep(
     return dataset_of(work.dimensions, work.columns, answer, about)
 
 
-def check_counted(force: Forcing | None) -> None:
+def check_counted(force: Forcing | Loads | None, path: str = "forcing.period") -> None:
     """Raise a `ParameterError` if a forcing has no period in which time could be counted."""
     if force is not None and not is_free(force) and force.period is None:
         reason = "time is counted in forcing periods, and this forcing has none; give between="
-        raise ParameterError("forcing.period", None, reason)
+        raise ParameterError(path, None, reason)
 
 
 def span_of(between: object, t0: float, names: Sequence[str] = ()) -> tuple[float, float]:
@@ -269,11 +284,16 @@ def _work(
     names = named_measures(measure, grid.axes, "measure")
     if not names:
         raise ParameterError("measure", (), f"none at all; there are {', '.join(MEASURES)}")
+    if isinstance(grid.osc, Structure):
+        check_structure(names, grid)
     if window.between is None:
-        check_counted(grid.force)
+        check_counted(grid.force, grid.period_path)
     needs_period = any(MEASURES[name].needs_strobes for name in names)
     if needs_period and is_free(grid.force) and section.kind == "stroboscopic":
         raise ParameterError("section", section.given, NO_STROBES)
+    if needs_period and isinstance(grid.osc, Structure) and section.kind == "passages":
+        reason = 'no section of a structure; take "stroboscopic", a cycle, or "impacts"'
+        raise ParameterError("section", section.given, reason)
     if needs_period:
         # Those of one motion at least are in memory at once.
         problem = too_large([1], observables.POINT_COLUMNS * (window.periods + 1))
@@ -281,6 +301,17 @@ def _work(
             reason = f"a period is found from a strobe in each; {problem}"
             raise ParameterError("periods", window.periods, reason)
     return Measured(grid, names, window, max_impacts, section)
+
+
+def check_structure(names: Sequence[str], grid: Grid) -> None:
+    """Raise unless a structure has these measures, of the displacement that was given."""
+    for name in names:
+        if not MEASURES[name].of_structures:
+            known = ", ".join(name for name, one in MEASURES.items() if one.of_structures)
+            raise ParameterError("measure", name, f"not for structures; there are {known}")
+        if MEASURES[name].of_displacement and not grid.on:
+            # The sentence that says of what the displacement may be.
+            cast("Structure", grid.osc).direction(None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -405,20 +436,19 @@ class Called(OverGrid):
                 block.reasons[i - first] = traceback.format_exc()
         return block
 
-    def _call(self, osc: Oscillator, force: Forcing | None, start: Start) -> Any:
+    def _call(self, osc: Any, force: Any, start: Start | StructureStart) -> Any:
         count = _positional(self.measure)
         if count >= 3:
             return self.measure(osc, force, start)
         if count == 2:
             return self.measure(osc, force)
+        begin: tuple[Any, ...] = (start.x0, start.v0, start.t0)
         if self.window.between is not None:
-            t_end = self.window.between[1]
-            return self.measure(simulate(osc, force, start.x0, start.v0, start.t0, t_end=t_end))
-        check_counted(force)
-        (period,) = counting_periods(law(osc, force)[np.newaxis], np.zeros(1, dtype=np.int64))
-        length = (self.window.transient + self.window.periods) * float(period)
+            return self.measure(simulate(osc, force, *begin, t_end=self.window.between[1]))
+        check_counted(force, self.grid.period_path)
+        length = (self.window.transient + self.window.periods) * period_of_motion(osc, force)
         t_end = float(start.t0) + length
-        return self.measure(simulate(osc, force, start.x0, start.v0, start.t0, t_end=t_end))
+        return self.measure(simulate(osc, force, *begin, t_end=t_end))
 
 
 def _number(name: str, value: Any) -> float:

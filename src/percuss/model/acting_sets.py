@@ -13,7 +13,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from percuss.arrays import Complexes, Floats
+from percuss.arrays import Complexes, Floats, Integers
 from percuss.errors import ConvergenceError
 from percuss.kernels.law_columns import (
     COLUMNS,
@@ -303,6 +303,12 @@ class StructureSystem:
         return self.loads.period
 
     @property
+    def shape(self) -> tuple[int, ...]:
+        """Numbers of coordinates, stops, harmonics and records, which shape all arrays."""
+        n_records = sum(forcing.record is not None for forcing in self.loads.forcings)
+        return self.structure.n, len(self.structure.stops), len(self._omegas), n_records
+
+    @property
     def sets(self) -> Sets:
         """The sets that have been met."""
         if self._sets is None:
@@ -331,15 +337,19 @@ class StructureSystem:
 
     def key_at(self, x: Floats, v: Floats) -> int:
         """Return the bits of the soft stops that press at displacements and velocities (n,)."""
-        key = 0
+        return int(self.keys_at(x, v))
+
+    def keys_at(self, x: Floats, v: Floats) -> Integers:
+        """Return the bits of the soft stops that press at displacements and velocities (..., n)."""
+        keys = np.zeros(x.shape[:-1], dtype=np.int64)
         for i, stop in enumerate(self.structure.stops):
             if isinstance(stop, SoftStop):
                 c = self.structure.stop_directions[i]
-                depth = self.signs[i] * float(as_float(stop.at) - (c * x).sum())
-                inwards = -self.signs[i] * float((c * v).sum())
-                if depth > 0.0 or (depth == 0.0 and inwards > 0.0):
-                    key |= 1 << i
-        return key
+                depth = self.signs[i] * (as_float(stop.at) - (c * x).sum(axis=-1))
+                inwards = -self.signs[i] * (c * v).sum(axis=-1)
+                presses = (depth > 0.0) | ((depth == 0.0) & (inwards > 0.0))
+                keys |= np.where(presses, 1 << i, 0)
+        return keys
 
     @cached_property
     def _components(self) -> list[tuple[int, Component]]:

@@ -19,7 +19,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from percuss.arrays import Floats, Integers
-from percuss.kernels.compile import kernel
+from percuss.kernels.compile import formula
 from percuss.kernels.law_columns import FIRST_HARMONIC
 
 # Columns of a mode: k, 2 a, the factor of u in the norm that bounds its motion, constant parts of
@@ -107,7 +107,7 @@ class Basis(NamedTuple):
     of_set: Floats
 
 
-@kernel
+@formula
 def basis_of(sets: Sets, b: int) -> Basis:
     """Return one of the sets."""
     return Basis(
@@ -125,7 +125,7 @@ def basis_of(sets: Sets, b: int) -> Basis:
     )
 
 
-@kernel
+@formula
 def find(sets: Sets, key: int) -> int:
     """Return the index of the set with these bits, -1 where it has not been made yet."""
     for b in range(sets.keys.shape[0]):
@@ -134,7 +134,7 @@ def find(sets: Sets, key: int) -> int:
     return -1
 
 
-@kernel
+@formula
 def row_of(basis: Basis, j: int) -> int:
     """Return the row of a mode in its law."""
     m = basis.turns.shape[1]

@@ -11,9 +11,10 @@ from typing import NamedTuple
 
 from percuss.arrays import Floats
 from percuss.kernels.arithmetic import cos_sin, exponential
-from percuss.kernels.compile import kernel
+from percuss.kernels.compile import formula, kernel
 from percuss.kernels.flight import (
     ROUNDING,
+    SERIES_LIMIT,
     free_response,
     harmonic_response,
     harmonic_size,
@@ -22,6 +23,7 @@ from percuss.kernels.flight import (
 from percuss.kernels.law_columns import (
     FIRST_HARMONIC,
     OMEGA,
+    QUICKEST,
     TURNS,
     TURNS_LOW,
 )
@@ -53,10 +55,15 @@ PULL, SLOPE, DRIFT, DRIFT_SLOPE = range(4)
 PULL_COLUMNS = 4
 # Columns of a mode's state: u and w; and in `ModalFlight.begin` nothing else.
 U, W = range(2)
-# Rows of what is seen of a watch: value, slope, bound of the fourth derivative without the growth
+# Columns of what is seen of a watch: value, slope, second derivative, bound of the fourth without the growth
 # over the stretch, and the sums of the magnitudes of the terms of value and slope.
-VALUE, SPEED, BEND, SIZE, RATE_SIZE = range(5)
-SEEN_COLUMNS = 5
+VALUE, SPEED, SECOND, BEND, SIZE, RATE_SIZE = range(6)
+SEEN_COLUMNS = 6
+# Terms of a mode's power series below these phases: what is left is less than 1e-17 of the sum.
+FEW_TERMS, MORE_TERMS, MOST_TERMS = 8, 11, 17
+SMALL, MIDDLE = 0.02, 0.12
+# 1 / n for n = 1, 2, ...
+INVERSES = tuple(1.0 / n for n in range(1, MOST_TERMS + 1))
 
 
 class ModalFlight(NamedTuple):
@@ -76,9 +83,10 @@ class ModalFlight(NamedTuple):
     order: Floats
     later: Floats
     arrival: Floats
+    at: Floats
 
 
-@kernel
+@formula
 def set_pull(flight: ModalFlight) -> None:
     """Fill the constant input into each mode, and its slope, from the records at the start."""
     basis = flight.basis
@@ -96,14 +104,17 @@ def set_pull(flight: ModalFlight) -> None:
             flight.pull[j, DRIFT_SLOPE] += into * flight.records[k, 1]
 
 
-@kernel
+@formula
 def move(flight: ModalFlight, s: float) -> None:
     """Write into ``later`` the changes of the modes a time s after the start, and the phases there."""
     basis, begin, pull, phases = flight.basis, flight.begin, flight.pull, flight.phases
     law = basis.law
     m = phases.shape[0]
+    flight.at[0] = s
+    fastest = 0.0
     for k in range(m):
         harmonic = FIRST_HARMONIC + k
+        fastest = max(fastest, law[harmonic, OMEGA])
         cosine, sine = cos_sin(law[harmonic, TURNS], law[harmonic, TURNS_LOW], s, 0.0)
         flight.arrival[k, 0] = phases[k, 0] * cosine - phases[k, 1] * sine
         flight.arrival[k, 1] = phases[k, 1] * cosine + phases[k, 0] * sine
@@ -111,6 +122,10 @@ def move(flight: ModalFlight, s: float) -> None:
         row = row_of(basis, j)
         spring = basis.modes[j, SPRING]
         drag = basis.modes[j, DRAG]
+        phase = max(law[row, QUICKEST], fastest) * s
+        if phase < SERIES_LIMIT:
+            flight.later[j, U], flight.later[j, W] = early(flight, j, s, phase)
+            continue
         u0 = begin[j, U]
         w0 = begin[j, W]
         impulse, even, rise = free_response(law, row, s)
@@ -153,16 +168,102 @@ def move(flight: ModalFlight, s: float) -> None:
         flight.later[j, W] = w
 
 
-@kernel
+@formula
+def early(flight: ModalFlight, j: int, s: float, phase: float) -> tuple[float, float]:
+    """Return the changes of a mode at a small phase, from its power series.
+
+    That of the pair with all its inputs: the closed forms have a series for each response.
+    """
+    basis, pull, phases = flight.basis, flight.pull, flight.phases
+    terms = MOST_TERMS if phase > MIDDLE else (MORE_TERMS if phase > SMALL else FEW_TERMS)
+    spring = basis.modes[j, SPRING]
+    drag = basis.modes[j, DRAG]
+    has_rates = basis.of_set[HAS_RATES] == 1.0
+    u = flight.begin[j, U]
+    w = flight.begin[j, W]
+    force = pull[j, PULL]
+    rate = pull[j, DRIFT]
+    next_force = pull[j, SLOPE] * s
+    next_rate = pull[j, DRIFT_SLOPE] * s
+    sum_u = 0.0
+    sum_w = 0.0
+    for k in range(max(1, phases.shape[0])):
+        part = 0.0
+        quadrature = 0.0
+        of_rate = 0.0
+        quadrature_of_rate = 0.0
+        turn = 0.0
+        if phases.shape[0] > 0:
+            turn = basis.law[FIRST_HARMONIC + k, OMEGA] * s
+            cosine = phases[k, 0]
+            sine = phases[k, 1]
+            in_cos = basis.drive[j, k, FORCE_COS]
+            in_sin = basis.drive[j, k, FORCE_SIN]
+            part = in_cos * cosine + in_sin * sine
+            quadrature = in_sin * cosine - in_cos * sine
+            if has_rates:
+                in_cos = basis.drive[j, k, RATE_COS]
+                in_sin = basis.drive[j, k, RATE_SIN]
+                of_rate = in_cos * cosine + in_sin * sine
+                quadrature_of_rate = in_sin * cosine - in_cos * sine
+        # The n-th derivatives times s^n / n!; the first pass holds what is no harmonic as well.
+        for n in range(terms):
+            step = s * INVERSES[n]
+            u, w = (
+                step * (w + (rate + of_rate)),
+                step * ((force + part) - (spring * u + drag * w)),
+            )
+            sum_u += u
+            sum_w += w
+            angle = turn * INVERSES[n]
+            part, quadrature = angle * quadrature, -angle * part
+            if has_rates:
+                of_rate, quadrature_of_rate = angle * quadrature_of_rate, -angle * of_rate
+            force = next_force
+            rate = next_rate
+            next_force = 0.0
+            next_rate = 0.0
+        u = 0.0
+        w = 0.0
+        force = 0.0
+        rate = 0.0
+    return sum_u, sum_w
+
+
+@formula
+def shift(flight: ModalFlight, s: float, step: float) -> None:
+    """Move the modes last evaluated, at s, on by a step of a small phase."""
+    basis = flight.basis
+    for j in range(basis.modes.shape[0]):
+        force, slope, bend, rate, rate_slope, rate_bend = inputs(
+            basis, j, flight.arrival, flight.pull, s
+        )
+        spring = basis.modes[j, SPRING]
+        drag = basis.modes[j, DRAG]
+        u = flight.begin[j, U] + flight.later[j, U]
+        w = flight.begin[j, W] + flight.later[j, W]
+        u1 = w + rate
+        w1 = force - spring * u - drag * w
+        u2 = w1 + rate_slope
+        w2 = slope - spring * u1 - drag * w1
+        u3 = w2 + rate_bend
+        w3 = bend - spring * u2 - drag * w2
+        flight.later[j, U] += step * (u1 + step * (0.5 * u2 + step * (1.0 / 6.0) * u3))
+        flight.later[j, W] += step * (w1 + step * (0.5 * w2 + step * (1.0 / 6.0) * w3))
+    flight.at[0] = s + step
+
+
+@formula
 def arrive(flight: ModalFlight, s: float, modes: Floats) -> None:
     """Write into ``modes`` (n, 2) the modes a time s after the start."""
-    move(flight, s)
+    if flight.at[0] != s:
+        move(flight, s)
     for j in range(modes.shape[0]):
         modes[j, U] = flight.begin[j, U] + flight.later[j, U]
         modes[j, W] = flight.begin[j, W] + flight.later[j, W]
 
 
-@kernel
+@formula
 def inputs(
     basis: Basis, j: int, phases: Floats, pull: Floats, s: float
 ) -> tuple[float, float, float, float, float, float]:
@@ -194,7 +295,7 @@ def inputs(
     return force, slope, bend, rate, rate_slope, rate_bend
 
 
-@kernel
+@formula
 def fed(basis: Basis, i: int, phases: Floats, records: Floats, s: float, order: int) -> float:
     """Return the part of a watch, or of its derivative of that order, that the loads enter directly."""
     total = 0.0
@@ -218,7 +319,7 @@ def fed(basis: Basis, i: int, phases: Floats, records: Floats, s: float, order: 
     return total
 
 
-@kernel
+@formula
 def see(flight: ModalFlight, modes: Floats, phases: Floats, s: float, seen: Floats) -> None:
     """Write into ``seen`` (stops, 5) what the watches see of the ``modes`` at a time s."""
     basis = flight.basis
@@ -226,10 +327,12 @@ def see(flight: ModalFlight, modes: Floats, phases: Floats, s: float, seen: Floa
     for i in range(n_watches):
         seen[i, VALUE] = basis.levels[i, CONSTANT]
         seen[i, SPEED] = 0.0
+        seen[i, SECOND] = 0.0
         seen[i, SIZE] = abs(seen[i, VALUE])
         if basis.levels[i, IS_FED] == 1.0:
             seen[i, VALUE] += fed(basis, i, phases, flight.records, s, 0)
             seen[i, SPEED] += fed(basis, i, phases, flight.records, s, 1)
+            seen[i, SECOND] += fed(basis, i, phases, flight.records, s, 2)
             seen[i, SIZE] += abs(seen[i, VALUE])
         seen[i, BEND] = 0.0
         seen[i, RATE_SIZE] = 0.0
@@ -249,6 +352,7 @@ def see(flight: ModalFlight, modes: Floats, phases: Floats, s: float, seen: Floa
             q = basis.watch[i, j, OF_W]
             seen[i, VALUE] += p * u + q * w
             seen[i, SPEED] += p * u1 + q * w1
+            seen[i, SECOND] += p * u2 + q * w2
             seen[i, BEND] += basis.watch[i, j, OF_NORM] * norm
             seen[i, SIZE] += abs(p * u) + abs(q * w)
             seen[i, RATE_SIZE] += abs(p * u1) + abs(q * w1)
@@ -316,7 +420,7 @@ def derivatives(
     return y, first, second, third, fourth, bound
 
 
-@kernel
+@formula
 def fourth_bound(basis: Basis, i: int, bend: float, width: float) -> float:
     """Return a bound of a watch's fourth derivative over a stretch that begins with ``bend``."""
     growth = 1.0

@@ -13,7 +13,7 @@ import numpy as np
 
 from percuss.arrays import Floats, Integers
 from percuss.kernels.arithmetic import ULP, later
-from percuss.kernels.compile import kernel
+from percuss.kernels.compile import formula, kernel
 from percuss.kernels.contact import CHATTER_LIMIT, SLOW
 from percuss.kernels.event_location import GRAZE, NONE
 from percuss.kernels.flight import set_phases
@@ -76,6 +76,7 @@ from percuss.kernels.structure.flight import (
     derivatives,
     fed,
     fourth_bound,
+    move,
     set_pull,
     uncertainty,
 )
@@ -87,6 +88,8 @@ COUNTERS = 6
 # Of the state: besides T and T_LOW, the greatest impact speed so far.
 FASTEST = 2
 STATE_ENTRIES = 3
+# Column of the scratch that keeps up to when watches were known to be positive before a search.
+SEARCHED = 4
 # Another reason why `march` comes back: a set of acting stops is met for the first time.
 NEW_SET = 8
 # A speed below this part of the fastest impact is none: two chatters at once end there.
@@ -117,6 +120,7 @@ class StructureRun(NamedTuple):
     values: Floats
     later: Floats
     arrival: Floats
+    at: Floats
     scratch: Floats
     events: Floats
     marks: Integers
@@ -141,7 +145,8 @@ def new_run(sets: Sets, capacity: int, grazes: int = 16) -> StructureRun:
         np.zeros(s),
         np.zeros((n, 2)),
         np.zeros((m, 2)),
-        np.zeros((8, max(n, m, s, 1), 5)),
+        np.zeros(2),
+        np.zeros((8, max(n, m, s, 1), 6)),
         np.empty((capacity, 4)),
         np.empty((capacity, 3), dtype=np.int64),
         np.empty((capacity, n, 2)),
@@ -149,7 +154,7 @@ def new_run(sets: Sets, capacity: int, grazes: int = 16) -> StructureRun:
     )
 
 
-@kernel
+@formula
 def flight_of(run: StructureRun) -> ModalFlight:
     """Return the flight from the last event."""
     return ModalFlight(
@@ -162,10 +167,11 @@ def flight_of(run: StructureRun) -> ModalFlight:
         run.order,
         run.later,
         run.arrival,
+        run.at,
     )
 
 
-@kernel
+@formula
 def load_at(sets: Sets, instant: tuple[float, float], phases: Floats, records: Floats) -> None:
     """Write phases, and values and slopes of the records, at an instant."""
     if phases.shape[0] > 0:
@@ -174,12 +180,13 @@ def load_at(sets: Sets, instant: tuple[float, float], phases: Floats, records: F
         records[k, 0], records[k, 1] = record_at(sets.records[k], instant[0], instant[1])
 
 
-@kernel
+@formula
 def set_off(run: StructureRun) -> ModalFlight:
     """Begin a flight at the instant and with the modes of the state, all else from these."""
     load_at(run.sets, (run.state[T], run.state[T_LOW]), run.phases, run.records)
     flight = flight_of(run)
     set_pull(flight)
+    flight.at[0] = -1.0
     for i in range(run.values.shape[0]):
         run.free[i] = 0.0
         run.values[i] = 0.0
@@ -188,7 +195,7 @@ def set_off(run: StructureRun) -> ModalFlight:
     return flight
 
 
-@kernel
+@formula
 def value_of(flight: ModalFlight, i: int) -> float:
     """Return the value of a watch at the start of a flight."""
     basis = flight.basis
@@ -199,7 +206,7 @@ def value_of(flight: ModalFlight, i: int) -> float:
     return value
 
 
-@kernel
+@formula
 def speed_of(basis: Basis, i: int, modes: Floats) -> float:
     """Return the velocity of a clearance: the loads do not enter it."""
     speed = 0.0
@@ -212,7 +219,7 @@ def speed_of(basis: Basis, i: int, modes: Floats) -> float:
     return speed
 
 
-@kernel
+@formula
 def displace(sets: Sets, b: int, modes: Floats, place: Floats) -> None:
     """Write displacements and velocities of the coordinates, (n_x, 2), from the modes of a set."""
     for i in range(place.shape[0]):
@@ -229,7 +236,7 @@ def displace(sets: Sets, b: int, modes: Floats, place: Floats) -> None:
         place[i, 1] = v
 
 
-@kernel
+@formula
 def decompose(sets: Sets, b: int, place: Floats, modes: Floats) -> None:
     """Write the modes of a set from displacements and velocities of the coordinates."""
     n = place.shape[0]
@@ -242,7 +249,7 @@ def decompose(sets: Sets, b: int, place: Floats, modes: Floats) -> None:
             modes[j, part] = total
 
 
-@kernel
+@formula
 def change_set(run: StructureRun, b: int) -> None:
     """Take the modes of the state over into another set; velocities that it forbids are lost."""
     if b == run.counters[SET]:
@@ -272,6 +279,8 @@ def march(run: StructureRun, t_end: float, max_impacts: int, patience: int) -> i
         longest = (t_end - state[T]) - state[T_LOW]
         knot = next_of_all(run.sets, state[T], state[T_LOW])
         to_knot = (knot[0] - state[T]) + (knot[1] - state[T_LOW])
+        for i in range(run.free.shape[0]):
+            run.scratch[7, i, SEARCHED] = run.free[i]
         event = next_event(flight, run.scratch, run.free, min(longest, to_knot))
         if event[0] == PAUSE:
             return SPENT
@@ -292,6 +301,9 @@ def march(run: StructureRun, t_end: float, max_impacts: int, patience: int) -> i
             return OVERFLOW
         status = carry_out(run, flight, event)
         if status == NEW_SET:
+            # The search is repeated as it was: no bit depends on which sets are known.
+            for i in range(run.free.shape[0]):
+                run.free[i] = run.scratch[7, i, SEARCHED]
             return NEW_SET
         flight = flight_of(run)
     return SPENT
@@ -309,7 +321,7 @@ def set_off_again(run: StructureRun) -> ModalFlight:
     return flight
 
 
-@kernel
+@formula
 def next_of_all(sets: Sets, t: float, t_low: float) -> tuple[float, float]:
     """Return the instant of the first knot of any record after an instant."""
     best = (math.inf, 0.0)
@@ -320,7 +332,7 @@ def next_of_all(sets: Sets, t: float, t_low: float) -> tuple[float, float]:
     return best
 
 
-@kernel
+@formula
 def clear_orders(run: StructureRun) -> None:
     """Forget which watches were at zero."""
     for i in range(run.order.shape[0]):
@@ -353,7 +365,7 @@ def begin(run: StructureRun) -> int:
     return MOVING
 
 
-@kernel
+@formula
 def carry_out(
     run: StructureRun, flight: ModalFlight, event: tuple[int, float, int, float, float]
 ) -> int:
@@ -399,11 +411,13 @@ def carry_out(
         kept[j, 1] = run.begin[j, W]
     for k in range(run.order.shape[0]):
         kept[k, 2] = run.order[k]
-        kept[k, 3] = run.free[k]
-    doubt = uncertainty(flight, i, s)
-    _, _, second, _, _, _ = derivatives(flight, i, s, False)
+    slow = 0.0
+    if not speed * speed > run.at[1]:
+        move(flight, s)
+        _, _, second, _, _, _ = derivatives(flight, i, s, False)
+        slow = math.sqrt(2.0 * uncertainty(flight, i, s) * abs(second))
     step_to(run, flight, s, s_low)
-    status = strike(run, b, i, speed, math.sqrt(2.0 * doubt * abs(second)))
+    status = strike(run, b, i, speed, slow)
     if status == NEW_SET:
         # Taken up again from the flight before, once the set is known.
         state[T], state[T_LOW], state[FASTEST] = before
@@ -415,11 +429,10 @@ def carry_out(
             run.begin[j, W] = kept[j, 1]
         for k in range(run.order.shape[0]):
             run.order[k] = kept[k, 2]
-            run.free[k] = kept[k, 3]
     return status
 
 
-@kernel
+@formula
 def walls_of(sets: Sets) -> int:
     """Return the bits of all walls."""
     bits = 0
@@ -429,15 +442,15 @@ def walls_of(sets: Sets) -> int:
     return bits
 
 
-@kernel
+@formula
 def step_to(run: StructureRun, flight: ModalFlight, s: float, s_low: float) -> None:
-    """Move the state a time s + s_low on; the modes to s, from which they differ by rounding."""
-    arrive(flight, s + s_low, run.begin)
+    """Move the state a time s + s_low on, with the modes there as far as doubles tell."""
+    arrive(flight, s, run.begin)
     t, t_low = later(run.state[T], run.state[T_LOW], s)
     run.state[T], run.state[T_LOW] = later(t, t_low, s_low)
 
 
-@kernel
+@formula
 def strike(run: StructureRun, b: int, first: int, speed: float, slow: float) -> int:
     """Carry out the impacts of an instant, the first that of a wall at a given speed (negative).
 
@@ -490,7 +503,7 @@ def strike(run: StructureRun, b: int, first: int, speed: float, slow: float) -> 
         keep(run, last)
     flight = set_off(run)
     time, error = (-1.0, 0.0)
-    if run.order[i] == 1.0:
+    if run.order[i] == 1.0 and run.events[last, V_AFTER] <= SLOW * state[FASTEST]:
         time, error = chatter_time(run, flight, i, run.events[last, V_AFTER])
     if time > 0.0:
         c = find(sets, sets.keys[counters[SET]] | (1 << i))
@@ -507,7 +520,7 @@ def strike(run: StructureRun, b: int, first: int, speed: float, slow: float) -> 
     return MOVING
 
 
-@kernel
+@formula
 def is_at_rest(run: StructureRun) -> bool:
     """Return whether the structure touches a wall at rest."""
     for k in range(run.order.shape[0]):
@@ -516,7 +529,7 @@ def is_at_rest(run: StructureRun) -> bool:
     return False
 
 
-@kernel
+@formula
 def kick(run: StructureRun, b: int, i: int, change: float) -> None:
     """Change the velocity of a clearance by an impulse of its wall."""
     for j in range(run.begin.shape[0]):
@@ -651,7 +664,7 @@ def size_of_push(flight: ModalFlight, i: int) -> float:
     return total
 
 
-@kernel
+@formula
 def note(run: StructureRun, kind: np.int64, stop: int, v_before: float, v_after: float) -> None:
     """Write the event at the state's instant into the record, with the modes after it."""
     state, counters = run.state, run.counters
@@ -666,7 +679,7 @@ def note(run: StructureRun, kind: np.int64, stop: int, v_before: float, v_after:
     keep(run, row)
 
 
-@kernel
+@formula
 def keep(run: StructureRun, first: int) -> None:
     """Write set and modes of the state into the rows from one on: they are of one instant."""
     for row in range(first, run.counters[N_EVENTS]):

@@ -13,7 +13,7 @@ from typing import TypeAlias
 
 from percuss.arrays import Floats
 from percuss.kernels.arithmetic import ULP, Pair, cubic_minimum, quintic_root
-from percuss.kernels.compile import kernel
+from percuss.kernels.compile import formula, kernel
 from percuss.kernels.event_location import (
     CLEAR,
     GRAZE,
@@ -56,6 +56,7 @@ from percuss.kernels.structure.flight import (
     DRIFT_SLOPE,
     PULL,
     RATE_SIZE,
+    SECOND,
     SIZE,
     SLOPE,
     SPEED,
@@ -68,6 +69,7 @@ from percuss.kernels.structure.flight import (
     fourth_bound,
     move,
     see,
+    shift,
     uncertainty,
 )
 
@@ -81,7 +83,7 @@ OF_ONE_STEP = 0.01
 WALKS_AT_ONCE = 4096
 
 
-@kernel
+@formula
 def step_on(
     flight: ModalFlight,
     level: int,
@@ -136,7 +138,7 @@ def step_on(
         turned[k, 1] = phases[k, 1] * cosine + phases[k, 0] * sine
 
 
-@kernel
+@formula
 def copy(source: Floats, target: Floats) -> None:
     """Copy the rows of one array into another."""
     for j in range(source.shape[0]):
@@ -219,14 +221,14 @@ def next_event(flight: ModalFlight, scratch: Floats, free: Floats, longest: floa
     return PAUSE, s, -1, 0.0, 0.0
 
 
-@kernel
+@formula
 def slack_of(i: int, width: float, seen: Floats, seen1: Floats) -> float:
     """Return a bound on what a walk has rounded away in a watch."""
     sizes = seen[i, SIZE] + seen1[i, SIZE] + width * (seen[i, RATE_SIZE] + seen1[i, RATE_SIZE])
     return WALK_SLACK * sizes
 
 
-@kernel
+@formula
 def is_clear(
     flight: ModalFlight, i: int, s: float, width: float, seen: Floats, seen1: Floats, free: Floats
 ) -> bool:
@@ -255,7 +257,7 @@ def is_clear(
     return False
 
 
-@kernel
+@formula
 def crossing(
     flight: ModalFlight, i: int, s: float, width: float, seen: Floats, seen1: Floats
 ) -> Event:
@@ -274,29 +276,24 @@ def crossing(
         # The cubic says little yet.
         return NONE, s, -1, 0.0, 0.0
     begins = 0.0 if from_bound else begins
-    ends = (begins, width * seen[i, SPEED], 0.0)
-    guess = s + width * chord(ends, (seen1[i, VALUE], width * seen1[i, SPEED], 0.0))
+    square = width * width
+    ends = (begins, width * seen[i, SPEED], square * seen[i, SECOND])
+    ends1 = (seen1[i, VALUE], width * seen1[i, SPEED], square * seen1[i, SECOND])
+    guess = s + width * quintic_root(ends, ends1)
     end, speed, s_low = locate_root(flight, i, (s, s + width, guess))
     part = end - s
     least = fourth * part * part * part * part * (1.0 / 287.0)
     least += 0.0 if from_bound else slack
     if begins + THIRD * part * seen[i, SPEED] > least and -THIRD * part * speed > least:
+        # The clearance at a velocity's zero within rounding: sqrt(2 slack times the acceleration),
+        # which over the step changes by no more than its fourth derivative allows.
+        curve = abs(seen[i, SECOND]) + abs(seen1[i, SECOND]) + fourth * width * width
+        flight.at[1] = 4.0 * slack * curve
         return HIT, end, i, speed, s_low
     return NONE, s, -1, 0.0, 0.0
 
 
-@kernel
-def chord(ends: tuple[float, float, float], ends1: tuple[float, float, float]) -> float:
-    """Return an approximate zero in (0, 1) of the cubic with these values and slopes."""
-    y, v, _ = ends
-    y1, v1, _ = ends1
-    square = 3.0 * (y1 - y) - 2.0 * v - v1
-    cube = v + v1 - 2.0 * (y1 - y)
-    # The second derivatives of the cubic at both ends.
-    return quintic_root((y, v, 2.0 * square), (y1, v1, 2.0 * square + 6.0 * cube))
-
-
-@kernel
+@formula
 def locate_root(
     flight: ModalFlight, i: int, bracket: tuple[float, float, float]
 ) -> tuple[float, float, float]:
@@ -328,6 +325,8 @@ def locate_root(
             )
             end = s + step
             if settled and size <= end:
+                shift(flight, s, step)
+                flight.at[0] = end
                 bent = third * 0.5 + step * fourth * (1.0 / 6.0)
                 return end, first + step * (second + step * bent), step - (end - s)
             s = end
@@ -393,6 +392,7 @@ def first_of_all(
 ) -> Event:
     """Return the first event of a step, each watch searched from where it is known free."""
     best = (NONE, end, -1, 0.0, 0.0)
+    flight.at[1] = math.inf
     for i in range(free.shape[0]):
         if flight.basis.levels[i, IS_ON] == 0.0 or free[i] >= end:
             continue

@@ -29,7 +29,9 @@ def flight_after(run: StructureRun, row: int) -> ModalFlight:
         run.order,
         run.later,
         run.arrival,
+        run.at,
     )
+    flight.at[0] = -1.0
     set_pull(flight)
     return flight
 

@@ -30,7 +30,7 @@ from percuss.kernels.record import (
     SLOW_LANDING,
     V_BEFORE,
 )
-from percuss.kernels.restitution import kept_of_error
+from percuss.kernels.restitution import kept_of_area, kept_of_error
 from percuss.kernels.structure.basis import (
     DRAG,
     OF_U,
@@ -124,81 +124,101 @@ def carry_run(
     ``columns`` (n, 2, c) and ``paces`` (2, 2, n) are scratch. A chatter that is summed, and a
     landing at rest, take the derivative of the motion that the wall holds from there on.
     """
-    sets = run.sets
     last = run.events.shape[0] - 1
     for row in range(last + 1):
-        b = run.marks[row, NEXT_REGION]
-        flight = flight_after(run, row)
         if row < last:
             s = run.events[row + 1, EVENT_T] - run.events[row, EVENT_T]
             s += run.events[row + 1, EVENT_T_LOW] - run.events[row, EVENT_T_LOW]
         else:
             s = (t_end - run.events[row, EVENT_T]) - run.events[row, EVENT_T_LOW]
-        to_modes(sets, b, place, columns)
-        is_held = row < last and run.marks[row + 1, KIND] == CONTACT
-        if is_held:
-            # From the last impact listed the wall holds in the mean.
-            b = run.marks[row + 1, NEXT_REGION]
-            to_modes(sets, b, place, columns)
-            carry(basis_of(sets, b), s, columns)
-            to_places(sets, b, columns, place)
-            continue
-        carry(flight.basis, s, columns)
-        if row == last:
-            to_places(sets, b, columns, place)
-            return
-        kind = run.marks[row + 1, KIND]
-        if kind not in (IMPACT, CROSSING, RELEASE, SLOW_LANDING):
-            to_places(sets, b, columns, place)
-            continue
-        stop = run.marks[row + 1, BOUND]
-        modes = run.scratch[1, : run.begin.shape[0]]
-        arrive(flight, s, modes)
-        pace(sets, b, flight, modes, run.arrival, s, paces[0])
-        speed = run.events[row + 1, V_BEFORE]
-        kept = 0.0
-        if kind == IMPACT:
-            kept = kept_of(sets, stop, -speed)
-        c_after = run.marks[row + 1, NEXT_REGION]
-        after = flight_after(run, row + 1)
-        pace(sets, c_after, after, after.begin, after.phases, 0.0, paces[1])
-        # `flight_after` has written over the modes of the flight before: its basis stays.
-        before = sets.watch[b, stop]
-        for c in range(place.shape[2]):
-            fall = 0.0
-            for j in range(columns.shape[0]):
-                fall += before[j, OF_U] * columns[j, U, c] + before[j, OF_W] * columns[j, W, c]
-            delay = 0.0
-            # A release, where the force of the wall is zero, is no jump of anything.
-            if kind in (IMPACT, CROSSING) and speed != 0.0:
-                delay = -fall / speed
-            for i in range(place.shape[1]):
-                x = 0.0
-                v = 0.0
-                for j in range(columns.shape[0]):
-                    p = sets.shape[b, i, j, 0]
-                    q = sets.shape[b, i, j, 1]
-                    u = columns[j, U, c]
-                    w = columns[j, W, c]
-                    x += p * u + q * w
-                    v += p * w - q * (sets.modes[b, j, SPRING] * u + sets.modes[b, j, DRAG] * w)
-                place[0, i, c] = x + paces[0, 0, i] * delay
-                place[1, i, c] = v + paces[0, 1, i] * delay
-            if kind in (IMPACT, SLOW_LANDING):
-                strike_column(sets, stop, kept, place, c)
-            for i in range(place.shape[1]):
-                place[0, i, c] -= paces[1, 0, i] * delay
-                place[1, i, c] -= paces[1, 1, i] * delay
+        b = set_of_flight(run, row, row == last)
+        to_modes(run.sets, b, place, columns)
+        carry(basis_of(run.sets, b), s, columns)
+        if row < last:
+            cross(run, row, s, place, columns, paces)
+        else:
+            to_places(run.sets, b, columns, place)
+
+
+@kernel
+def set_of_flight(run: StructureRun, row: int, is_last: bool) -> int:
+    """Return the set by which neighbours move from the event of a row to the next.
+
+    From the last impact that is listed before a chatter the wall holds in the mean.
+    """
+    if not is_last and run.marks[row + 1, KIND] == CONTACT:
+        return run.marks[row + 1, NEXT_REGION]
+    return run.marks[row, NEXT_REGION]
+
+
+@kernel
+def cross(
+    run: StructureRun, row: int, s: float, place: Floats, columns: Floats, paces: Floats
+) -> None:
+    """Write derivatives of the coordinates just after the event that ends the flight of a row.
+
+    ``columns`` (n, 2, c) are those of the modes just before it, a time s into the flight, and
+    ``paces`` (2, 2, n) is scratch.
+    """
+    sets = run.sets
+    b = set_of_flight(run, row, False)
+    kind = run.marks[row + 1, KIND]
+    to_places(sets, b, columns, place)
+    if kind not in (IMPACT, CROSSING, RELEASE, SLOW_LANDING):
+        return
+    stop = run.marks[row + 1, BOUND]
+    flight = flight_after(run, row)
+    modes = run.scratch[1, : run.begin.shape[0]]
+    arrive(flight, s, modes)
+    pace(sets, b, flight, modes, run.arrival, s, paces[0])
+    speed = run.events[row + 1, V_BEFORE]
+    kept = 0.0
+    if kind == IMPACT:
+        kept = kept_of(sets, stop, -speed)
+    after = flight_after(run, row + 1)
+    c_after = run.marks[row + 1, NEXT_REGION]
+    pace(sets, c_after, after, after.begin, after.phases, 0.0, paces[1])
+    # `flight_after` has written over the modes of the flight before: its basis stays.
+    before = sets.watch[b, stop]
+    for c in range(place.shape[2]):
+        fall = 0.0
+        for j in range(columns.shape[0]):
+            fall += before[j, OF_U] * columns[j, U, c] + before[j, OF_W] * columns[j, W, c]
+        delay = 0.0
+        # A release, where the force of the wall is zero, is no jump of anything.
+        if kind in (IMPACT, CROSSING) and speed != 0.0:
+            delay = -fall / speed
+        for i in range(place.shape[1]):
+            place[0, i, c] += paces[0, 0, i] * delay
+            place[1, i, c] += paces[0, 1, i] * delay
+        if kind in (IMPACT, SLOW_LANDING):
+            strike_column(sets, stop, kept, place, c)
+        for i in range(place.shape[1]):
+            place[0, i, c] -= paces[1, 0, i] * delay
+            place[1, i, c] -= paces[1, 1, i] * delay
 
 
 @kernel
 def kept_of(sets: Sets, i: int, speed: float) -> float:
     """Return the derivative of the speed after an impact by that before it."""
+    region, bound = wall_of(sets, i)
+    return kept_of_error(sets.walls[i], region, bound, speed)
+
+
+@kernel
+def kept_of_volume(sets: Sets, i: int, speed: float) -> float:
+    """Return the square root of the factor of a volume between neighbours over an impact."""
+    region, bound = wall_of(sets, i)
+    return kept_of_area(sets.walls[i], region, bound, speed)
+
+
+@kernel
+def wall_of(sets: Sets, i: int) -> tuple[int, int]:
+    """Return the region and the number of the one wall in its own law."""
     law = sets.walls[i]
     region = FIRST_HARMONIC + int(law[0, N_HARMONICS])
     number = int(law[region, NUMBER])
-    bound = number if law[region, LOWER_KIND] == WALL else number + 1
-    return kept_of_error(law, region, bound, speed)
+    return region, number if law[region, LOWER_KIND] == WALL else number + 1
 
 
 @kernel

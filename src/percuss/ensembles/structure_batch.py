@@ -1,0 +1,222 @@
+"""Many motions of structures at once through the compiled kernel."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, cast
+
+import numpy as np
+
+from percuss.arrays import Floats, Integers
+from percuss.ensembles.batch import MOST_SEARCHES, NO_MODES, BatchResult, Plan, put_in_order
+from percuss.ensembles.threads import check_wanted, stop_flag
+from percuss.errors import ConvergenceError
+from percuss.kernels import observables
+from percuss.kernels import record as columns
+from percuss.kernels.structure import basis as at
+from percuss.kernels.structure import batch
+from percuss.kernels.structure import march as engine
+from percuss.kernels.structure.basis import Sets
+from percuss.kernels.structure.march import new_run
+from percuss.model.acting_sets import StructureSystem
+from percuss.model.exact import as_float
+from percuss.model.oscillator import SoftStop
+from percuss.numerics import matmul
+
+__all__ = ["follow_structures", "views_of"]
+
+# Rows of the buffers of events and of grazes, which are only counted; and searches of a motion
+# before control returns.
+BUFFER, GRAZES, PATIENCE = 128, 4, 20_000
+
+
+def follow_structures(
+    systems: Sequence[StructureSystem], which: Integers, starts: Floats, plan: Plan, on: Floats
+) -> BatchResult:
+    """Follow each motion to the end of its plan, as `follow_batch` does.
+
+    Parameters
+    ----------
+    systems
+        Structures of equal numbers of coordinates, under their loads.
+    which
+        (n_motions,) array, the number of each motion's system.
+    starts
+        (n_motions, 2 n + 1) array of x [length], v [length/time] and t [time].
+    plan
+        When, and what is recorded; no passages of a displacement.
+    on
+        (n,) direction c of the displacement y = c . x that is observed.
+    """
+    k, n = len(which), systems[0].structure.n
+    n_stops = len(systems[0].structure.stops)
+    edges = np.empty((k, 0)) if plan.edges is None else plan.edges
+    speeds = [np.zeros((k, 1)), edges, np.zeros((k, edges.shape[1] - 1))] if edges.size else []
+    c = plan.n_tangents if plan.section == observables.TANGENTS else 0
+    width = max(2 * n, batch.IMPACT_COLUMNS, c + 1)
+    every = np.stack([plan.since, plan.every, plan.until, *np.zeros((2, k))], axis=1)
+    members = batch.StructureMembers(
+        starts=np.ascontiguousarray(starts),
+        keys=np.zeros(k, dtype=np.int64),
+        plans=every,
+        status=np.full(k, batch.NEW, dtype=np.int64),
+        state=np.zeros((k, engine.STATE_ENTRIES)),
+        counters=np.zeros((k, engine.COUNTERS), dtype=np.int64),
+        begin=np.zeros((k, n, 2)),
+        order=np.zeros((k, n_stops)),
+        free=np.zeros((k, n_stops)),
+        values=np.concatenate([np.zeros((k, observables.N_OBSERVABLES)), *speeds], axis=1),
+        points=np.full((k, plan.n_points, width), np.nan),
+        ends=np.full((k, 2 * n), np.nan),
+        tangents=np.broadcast_to(_directions(n, c), (k, 2, n, c)).copy(),
+        logs=np.zeros((k, c)),
+    )
+    is_seen = plan.with_extremes or plan.with_loads
+    wishes = batch.Wishes(plan.max_impacts, plan.section, plan.of_stop, is_seen, PATIENCE)
+    order = np.argsort(which, kind="stable")
+    cuts = np.flatnonzero(np.diff(which[order])) + 1
+    for rows in np.split(order, cuts):
+        own = batch.StructureMembers(*(cast("Any", array[rows]) for array in members))
+        _follow(systems[int(which[rows[0]])], own, wishes, on)
+        for whole, part in zip(members, own, strict=True):
+            whole[rows] = part
+    put_in_order(members.points, members.values)
+    points = _points(members.points, systems, which, plan, on, c)
+    return BatchResult(
+        members.status,
+        members.state,
+        members.counters[:, columns.N_IMPACTS].copy(),
+        members.values,
+        points,
+        members.values[:, observables.EDGES + edges.shape[1] :],
+        np.ones(k),
+        members.points[:, :, : 2 * n],
+        members.ends,
+        members.points[:, :, :c],
+    )
+
+
+def _follow(
+    system: StructureSystem, members: batch.StructureMembers, wishes: batch.Wishes, on: Floats
+) -> None:
+    """Follow the motions of one system, making sets of acting stops as they are met."""
+    n = system.structure.n
+    members.keys[:] = system.keys_at(members.starts[:, :n], members.starts[:, n : 2 * n])
+    wanted = set(members.keys.tolist())
+    searches = 0
+    while True:
+        for key in sorted(wanted):
+            try:
+                system.add(key)
+            except ConvergenceError:
+                waits = members.status == engine.NEW_SET
+                lost = np.where(waits, members.counters[:, engine.WANTED], members.keys) == key
+                members.status[lost & (waits | (members.status == batch.NEW))] = NO_MODES
+        if (members.status == NO_MODES).all():
+            return
+        run = new_run(system.sets, BUFFER, GRAZES)
+        # What is seen has arrays of its own, and more rows than there are clearances.
+        viewer = new_run(system.sets, 0, 0)._replace(
+            events=run.events, marks=run.marks, states=run.states,
+            values=np.zeros(len(run.values) + 1), order=np.zeros(len(run.values) + 1),
+            scratch=np.zeros((8, run.scratch.shape[1] + 1, run.scratch.shape[2])),
+        )  # fmt: skip
+        c = members.logs.shape[1]
+        space = batch.TangentSpace(
+            np.empty((2, n, c)), np.empty((n, 2, c)), np.empty((2, 2, n)), np.empty(c)
+        )
+        views = views_of(system, on)
+        batch.follow_members(members, run, viewer, views, space, wishes, stop_flag())
+        check_wanted()
+        waits = members.status == engine.NEW_SET
+        wanted = set(members.counters[waits, engine.WANTED].tolist())
+        spent = members.status == columns.SPENT
+        searches += int(spent.any())
+        if not (wanted or spent.any()) or searches > MOST_SEARCHES:
+            return
+
+
+def _directions(n: int, c: int) -> Floats:
+    """Return c orthonormal directions (2, n, c): those of one displacement for n = 1."""
+    columns = np.zeros((2 * n, c))
+    for i in range(min(c, 2 * n)):
+        # Mirrored at a plane across which no axis lies.
+        normal = np.full(2 * n, -3.0)
+        normal[0] = 1.0
+        axis = np.zeros(2 * n)
+        axis[i] = 1.0
+        columns[:, i] = axis - 2.0 * normal[i] / float((normal * normal).sum()) * normal
+    return columns.reshape(2, n, c)
+
+
+def views_of(system: StructureSystem, on: Floats) -> batch.Views:
+    """Return what is seen of the motions of a system beside its clearances, in all its sets.
+
+    Parameters
+    ----------
+    system
+        The system.
+    on
+        (n,) direction c of y = c . x, the first view.
+    """
+    sets = system.sets
+    b, n_stops, n = sets.watch.shape[:3]
+    shape = (b, n_stops + 1)
+    views = batch.Views(
+        np.zeros((*shape, n, at.WATCH_ENTRIES)),
+        np.zeros((*shape, at.LEVEL_COLUMNS)),
+        np.zeros((*shape, *sets.feed.shape[2:])),
+        np.zeros((*shape, sets.record_feed.shape[2])),
+    )
+    views.watch[:, 0, :, :2] = (sets.shape * on[:, None, None]).sum(axis=1)
+    views.levels[:, 0, at.CONSTANT] = matmul(sets.offset, on)
+    views.levels[:, 0, at.IS_ON] = 1.0
+    views.watch[:, 1:, :, :2] = sets.watch[:, :, :, :2]
+    views.levels[:, 1:] = sets.levels
+    views.feed[:, 1:] = sets.feed
+    views.record_feed[:, 1:] = sets.record_feed
+    for i, stop in enumerate(system.structure.stops):
+        views.levels[:, 1 + i, at.IS_ON] = sets.keys >> i & 1
+        if isinstance(stop, SoftStop):
+            _set_force(views, sets, i, as_float(stop.stiffness), as_float(stop.damping))
+    return views
+
+
+def _set_force(views: batch.Views, sets: Sets, i: int, spring: float, dashpot: float) -> None:
+    """Turn the view of a depth into that of the soft stop's force."""
+    of_u, of_w = sets.watch[:, i, :, at.OF_U], sets.watch[:, i, :, at.OF_W]
+    slow, fast = -sets.modes[:, :, at.SPRING] * of_w, of_u - sets.modes[:, :, at.DRAG] * of_w
+    views.watch[:, 1 + i, :, at.OF_U] = spring * of_u + dashpot * slow
+    views.watch[:, 1 + i, :, at.OF_W] = spring * of_w + dashpot * fast
+    views.levels[:, 1 + i, at.CONSTANT] *= spring
+
+
+def _points(
+    points: Floats,
+    systems: Sequence[StructureSystem],
+    which: Integers,
+    plan: Plan,
+    on: Floats,
+    c: int,
+) -> Floats:
+    """Return points as those of one displacement, (y, y', -1) or (cycle, v after, stop).
+
+    Of c perturbations they have the logarithms of the first, and of the volume.
+    """
+    n = len(on)
+    out = np.full((*points.shape[:2], observables.POINT_COLUMNS), np.nan)
+    if plan.section == observables.STROBES:
+        out[:, :, 0] = (points[:, :, :n] * on).sum(axis=-1)
+        out[:, :, 1] = (points[:, :, n : 2 * n] * on).sum(axis=-1)
+        out[:, :, 2] = np.where(np.isnan(out[:, :, 0]), np.nan, -1.0)
+    if plan.section == observables.TANGENTS:
+        out[:, :, observables.FIRST] = points[:, :, 0]
+        out[:, :, observables.SECOND] = points[:, :, c]
+    if plan.section == observables.IMPACT_POINTS:
+        signs = np.stack([system.signs for system in systems])
+        stops = np.nan_to_num(points[:, :, 2]).astype(np.int64)
+        every = plan.every if plan.timed is None else plan.timed
+        out[:, :, 0] = points[:, :, 0] / every[:, np.newaxis] % 1.0
+        out[:, :, 1] = points[:, :, 1] * np.take_along_axis(signs[which], stops, axis=1)
+        out[:, :, 2] = points[:, :, 2]
+    return out

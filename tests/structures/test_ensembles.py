@@ -1,0 +1,430 @@
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import numpy as np
+import pytest
+
+import percuss as pc
+
+OMEGA = "loads.0.omega"
+ABSORBER = pc.vibro_impact_absorber(
+    1, 1, absorber_mass="0.1", gap="0.5", restitution="0.65", damping="0.05"
+)
+LOADS = pc.Loads({0: pc.cosine(1, amplitude="0.3")})
+# A wall that is struck and sticks, a soft stop with a dashpot between the masses, coupled damping.
+MIXED = pc.Structure(
+    mass=[["1", "0.1"], ["0.1", "0.5"]],
+    stiffness=[[3, -1], [-1, 1]],
+    damping=[["0.2", "-0.02"], ["0.03", "0.1"]],
+    stops=[
+        pc.Wall(at="0.35", side="above", restitution="0.3", on=0),
+        pc.SoftStop(at="-0.1", side="below", stiffness=40, damping="0.4", on=(1, -1)),
+    ],
+)
+PUSHED = pc.Loads({0: pc.cosine("0.9", amplitude="1.4") + pc.Forcing(constant="0.3")})
+
+
+def followed(structure: pc.Structure, omega: float, periods: int, **start: Any) -> Any:
+    """Return a run, and the period of its loads."""
+    loads = {ABSORBER: LOADS, MIXED: PUSHED}[structure]
+    constant = loads.forcings[0].constant
+    part = loads.forcings[0].harmonics[0]
+    assert isinstance(part, pc.Harmonic)
+    amplitude = part.amplitude
+    force = pc.cosine(omega, amplitude=amplitude) + pc.Forcing(constant=constant)
+    period = float(force.period or 0.0)
+    begin = {"x0": [0, 0], "v0": [0, 0]} | start
+    return pc.simulate(structure, {0: force}, t_end=(periods + 1) * period, **begin), period
+
+
+CASES = [(ABSORBER, LOADS), (MIXED, PUSHED)]
+NAMES = ["absorber", "soft and sticking"]
+
+
+def test_bits_of_a_run_do_not_depend_on_which_sets_are_known() -> None:
+    """The first run stops at each set of acting stops that it meets, the second at none."""
+    omega = 0.8765
+    first, period = followed(MIXED, omega, 100)
+    second, _ = followed(MIXED, omega, 100)
+
+    t = np.linspace(0, 100 * period, 1001)
+    assert first(t)[0].tobytes() == second(t)[0].tobytes()
+
+
+@pytest.mark.parametrize(("structure", "loads"), CASES, ids=NAMES)
+@pytest.mark.parametrize("on", [0, 1, (1, -1)])
+def test_strobes_are_those_of_plain_runs_to_the_bit(
+    structure: pc.Structure, loads: pc.Loads, on: Any
+) -> None:
+    values = [0.8, 0.9, 1.1]
+
+    found = pc.bifurcation_diagram(
+        structure, loads, over={OMEGA: values}, on=on, follow=(), transient=30, points=90,
+        start=([0, 0], [0.1, 0]),
+    )  # fmt: skip
+
+    for i, omega in enumerate(values):
+        run, period = followed(structure, omega, 120, x0=[0, 0], v0=[0.1, 0])
+        y, v = run.displacement(on, 30 * period + np.arange(90) * period)
+        assert found.x.values[0, i].tobytes() == y.tobytes()
+        assert found.v.values[0, i].tobytes() == v.tobytes()
+
+
+@pytest.mark.parametrize(("structure", "loads"), CASES, ids=NAMES)
+@pytest.mark.parametrize("stop", [None, 0, 1])
+def test_impacts_are_the_last_of_plain_runs(
+    structure: pc.Structure, loads: pc.Loads, stop: int | None
+) -> None:
+    found = pc.bifurcation_diagram(
+        structure, loads, over={OMEGA: [0.8, 0.9]}, section="impacts", on=stop, follow=(),
+        transient=20, points=30,
+    )  # fmt: skip
+
+    for i, omega in enumerate([0.8, 0.9]):
+        run, period = followed(structure, omega, 49)
+        entries = run.crossings.direction == "in"
+        t = np.concatenate([run.impacts.t, run.crossings.t[entries]])
+        v = np.concatenate([run.impacts.v_after, run.crossings.v[entries]])
+        stops = np.concatenate([run.impacts.stop, run.crossings.stop[entries]])
+        kept = (t >= 20 * period) & (t <= 49 * period)
+        kept &= (stops == stop) if stop is not None else True
+        order = np.argsort(t[kept], kind="stable")[-30:]
+        ours = found.isel({"branch": 0, OMEGA: i})
+        filled = np.isfinite(ours.v_after.values)
+        assert filled.sum() == len(order)
+        assert len(order) > 5
+        np.testing.assert_array_equal(ours.v_after.values[filled], v[kept][order])
+        np.testing.assert_array_equal(ours.bound.values[filled], stops[kept][order])
+        np.testing.assert_array_equal(ours.cycle.values[filled], t[kept][order] / period % 1.0)
+
+
+@pytest.mark.parametrize(("structure", "loads"), CASES, ids=NAMES)
+def test_measures_are_those_of_densely_sampled_runs(
+    structure: pc.Structure, loads: pc.Loads
+) -> None:
+    names = [
+        "max_displacement", "min_displacement", "peak_displacement", "peak_stop_force",
+        "contact_share", "peak_impact_velocity", "impacts_per_period",
+    ]  # fmt: skip
+
+    found = pc.sweep(
+        names, structure, loads, over={OMEGA: [0.9]}, on=(1, -1), transient=20, periods=20
+    ).isel({OMEGA: 0})
+
+    run, period = followed(structure, 0.9, 40)
+    t = np.linspace(20 * period, 40 * period, 400_001)
+    y, v = run.displacement((1, -1), t)
+    assert 0.0 <= float(found.max_displacement) - y.max() < 1e-6
+    assert 0.0 <= y.min() - float(found.min_displacement) < 1e-6
+    assert float(found.peak_displacement) == max(
+        float(found.max_displacement), -float(found.min_displacement)
+    )
+    late = (run.impacts.t >= 20 * period) & (run.impacts.t <= 40 * period)
+    speeds = np.abs(run.impacts.v_before[late])
+    count, share, force = late.sum(), np.zeros(len(t)), 0.0
+    if structure is MIXED:
+        entries = (run.crossings.direction == "in") & (run.crossings.t >= 20 * period)
+        entries &= run.crossings.t <= 40 * period
+        speeds = np.concatenate([speeds, np.abs(run.crossings.v[entries])])
+        count = count + entries.sum()
+        depth = np.maximum(-0.1 - y, 0.0)
+        share = depth > 0.0
+        force = np.abs(40.0 * depth - 0.4 * v)[share].max()
+        # The wall holds the first mass: its force is what the others leave of 0.
+        for start, release in zip(run.contacts.start, run.contacts.release, strict=True):
+            share = share | ((t >= start) & ~(t > release))
+        x, w = run(t)
+        # With x0'' = 0 the second equation gives x1'', and the first the wall's force.
+        soft = np.where(depth > 0.0, 40.0 * depth - 0.4 * v, 0.0)
+        on_first, on_second = soft, -soft
+        pull_second = on_second - (-x[:, 0] + x[:, 1]) - (0.03 * w[:, 0] + 0.1 * w[:, 1])
+        drive = 0.3 + 1.4 * np.cos(0.9 * t)
+        pull_first = on_first + drive - (3 * x[:, 0] - x[:, 1]) - (0.2 * w[:, 0] - 0.02 * w[:, 1])
+        held = pull_first - 0.1 / 0.5 * pull_second
+        for start, release in zip(run.contacts.start, run.contacts.release, strict=True):
+            inside = (t > start) & ~(t > release)
+            force = max(force, held[inside].max(initial=0.0))
+    assert float(found.impacts_per_period) == count / 20
+    assert float(found.peak_impact_velocity) == speeds.max()
+    assert float(found.contact_share) == pytest.approx(np.mean(share), abs=1e-4)
+    assert float(found.peak_stop_force) == pytest.approx(force, rel=1e-3, abs=1e-12)
+    assert float(found.peak_stop_force) >= force * (1.0 - 1e-12)
+
+
+def test_one_coordinate_has_the_measures_of_the_oscillator() -> None:
+    force = pc.cosine("2.5", amplitude="0.9")
+    osc = pc.Oscillator.from_mass(
+        2, 3, damping_coefficient="0.2",
+        stops=(pc.SoftStop("0.2", "above", 30, "0.6"), pc.Wall("-0.9", "below", "0.7")),
+    )  # fmt: skip
+    structure = pc.Structure(mass=2, stiffness=3, damping="0.2", stops=osc.stops)
+    names = [
+        "max_displacement", "min_displacement", "peak_displacement", "peak_stop_force",
+        "contact_share", "peak_impact_velocity", "impacts_per_period", "period",
+        "largest_lyapunov_exponent",
+    ]  # fmt: skip
+    values = [2.4, 2.5]
+
+    ours = pc.sweep(
+        names, structure, pc.Loads({0: force}), over={OMEGA: values}, transient=100, periods=64
+    )
+    known = pc.sweep(names, osc, force, over={"forcing.omega": values}, transient=100, periods=64)
+
+    for name in names:
+        np.testing.assert_allclose(ours[name], known[name].values, rtol=1e-6, atol=1e-9)
+        assert ours[name].attrs == known[name].attrs
+
+
+@pytest.mark.parametrize("section", ["stroboscopic", "impacts"])
+def test_bits_do_not_depend_on_threads_or_company(section: Any) -> None:
+    on = 1 if section == "stroboscopic" else None
+    over = {"structure.stops.0.at": np.linspace(0.3, 0.6, 25)}
+    keywords: dict[str, Any] = {"section": section, "on": on, "transient": 20, "points": 20}
+
+    one = pc.bifurcation_diagram(MIXED, PUSHED, over=over, n_workers=1, **keywords)
+    two = pc.bifurcation_diagram(MIXED, PUSHED, over=over, n_workers=2, **keywords)
+
+    assert one.identical(two)
+    (path,) = over
+    alone = pc.bifurcation_diagram(
+        MIXED, PUSHED, over={path: over[path][7:8]}, follow=(), **keywords
+    )
+    for name in ("x", "v") if section == "stroboscopic" else ("cycle", "v_after"):
+        ours = one[name].sel(branch="start 0").values[7]
+        assert ours.tobytes() == alone[name].values[0, 0].tobytes()
+
+
+def test_processes_give_the_bits_of_threads() -> None:
+    grid = {OMEGA: [0.85, 0.95], "structure.stops.1.restitution": [0.5, 0.7]}
+    names = ["max_displacement", "largest_lyapunov_exponent"]
+    found = [
+        pc.sweep(names, ABSORBER, LOADS, over=grid, on=1, transient=10, periods=64, engine=engine)
+        for engine in ("threads", "processes")
+    ]
+
+    assert found[0].identical(found[1])
+
+
+def test_many_starts_of_one_structure_meet_new_sets_and_go_on() -> None:
+    """One call of the kernel follows all starts: some wait for a set that others have met."""
+    grid = {"start.x0.1": np.linspace(-2, 2, 21), "start.v0.0": [-1.0, 1.0]}
+
+    found = pc.sweep(
+        "max_displacement", MIXED, PUSHED, over=grid, on=0, transient=0, periods=3
+    ).max_displacement
+
+    for i in (0, 5, 20):
+        for k, v0 in enumerate((-1.0, 1.0)):
+            x1 = float(grid["start.x0.1"][i])  # type: ignore[index]
+            run, period = followed(MIXED, 0.9, 3, x0=[0, x1], v0=[v0, 0])
+            y, _ = run.displacement(0, np.linspace(0, 3 * period, 100_001))
+            assert 0.0 <= float(found[i, k]) - y.max() < 1e-6
+
+
+def test_starts_behind_walls_have_no_motion_and_say_why() -> None:
+    with pytest.warns(UserWarning, match="1 of 3 points have no answer"):
+        found = pc.sweep(
+            "max_displacement", MIXED, PUSHED, over={"start.x0.0": [0.0, 0.35, 0.36]}, on=0,
+            transient=0, periods=2,
+        )  # fmt: skip
+
+    assert found.point.values.tolist() == [2]
+    assert "above the wall stops.0" in str(found.reason.values[0])
+    assert np.isfinite(found.max_displacement.values[:2]).all()
+
+
+def test_a_followed_branch_goes_on_where_a_wall_moves_past_it() -> None:
+    gap = [0.5, 0.3, 0.1, -0.2]
+
+    with pytest.warns(UserWarning, match="2 of 8 values have no answer"):
+        found = pc.bifurcation_diagram(
+            MIXED, PUSHED, over={"structure.stops.0.at": gap}, on=0,
+            starts=[([0.2, 0], [0, 0])], transient=5, points=5, follow=["forward"],
+        ).sel(branch="forward")  # fmt: skip
+
+    assert (found.reason == "").all()
+    assert (found.x.max("sample").values <= np.array(gap) + 1e-12).all()
+
+
+def test_linear_motions_have_the_exponents_of_their_modes() -> None:
+    """Without stops the largest exponent is less the least damping rate; without losses 0."""
+    damped = pc.Structure(mass=[1, 1], stiffness=[1, 4], damping=["0.1", "0.3"])
+    free = pc.Structure(mass=[1, 1], stiffness=[[2, -1], [-1, 2]])
+    loads = pc.Loads({0: pc.cosine("0.77")})
+
+    ours = pc.sweep("largest_lyapunov_exponent", damped, loads, over={}, periods=200)
+    none = pc.sweep("largest_lyapunov_exponent", free, loads, over={}, periods=4000)
+
+    assert float(ours.largest_lyapunov_exponent) == pytest.approx(-0.05, abs=1e-3)
+    assert abs(float(none.largest_lyapunov_exponent)) < 1e-4
+
+
+@pytest.mark.parametrize(
+    ("call", "sentence"),
+    [
+        (lambda: pc.sweep("max_displacement", ABSORBER, LOADS, over={}),
+         "on = None: not said on what it acts; the coordinates are 0 to 1"),
+        (lambda: pc.sweep("max_displacement", ABSORBER, LOADS, over={}, on=2),
+         "no such coordinate; the coordinates are 0 to 1"),
+        (lambda: pc.sweep("mean_power", ABSORBER, LOADS, over={}, on=0),
+         "measure = 'mean_power': not for structures; there are peak_displacement"),
+        (lambda: pc.sweep("period", ABSORBER, over={}),
+         "section = 'stroboscopic'"),
+        (lambda: pc.sweep(
+            "period", ABSORBER, pc.Loads({0: pc.cosine(1), 1: pc.cosine("1.3")}), over={}),
+         "loads.period = None: time is counted in forcing periods, and this forcing has none"),
+        (lambda: pc.sweep("period", ABSORBER, LOADS, over={"forcing.omega": [1.0]}),
+         "no such parameter; did you mean loads.0.omega"),
+        (lambda: pc.sweep("period", ABSORBER, LOADS, over={}, start=([0.0], [0.0])),
+         "1 numbers for 2 coordinates"),
+        (lambda: pc.sweep("period", ABSORBER, LOADS, over={}, start=5),  # type: ignore[arg-type]
+         "start = 5: not (x0, v0) or (x0, v0, t0)"),
+        (lambda: pc.sweep("period", pc.impact_oscillator(), pc.cosine(2), over={}, on=0),
+         "on = 0: given for an oscillator, which has one displacement"),
+        (lambda: pc.bifurcation_diagram(ABSORBER, LOADS, over={OMEGA: (1, 2)}),
+         "on = None: not said on what it acts"),
+        (lambda: pc.bifurcation_diagram(
+            ABSORBER, LOADS, over={OMEGA: (1, 2)}, section="impacts", on=2),
+         "on = 2: at impacts not the number of a stop; the stops are 0 to 1"),
+        (lambda: pc.bifurcation_diagram(
+            ABSORBER, LOADS, over={OMEGA: (1, 2)}, section={"at": 0.1}, on=0),
+         "no section of a structure"),
+        (lambda: pc.bifurcation_diagram(ABSORBER, None, over={"structure.mass.0.0": (1, 2)}, on=0),
+         "section = 'stroboscopic': "),
+    ],
+)  # fmt: skip
+def test_wrong_calls_are_told_in_a_sentence(call: Any, sentence: str) -> None:
+    with pytest.raises(pc.ParameterError, match=re.escape(sentence)):
+        call()
+
+
+def test_exponents_of_one_coordinate_are_those_of_the_oscillator() -> None:
+    force = pc.cosine("2.5", amplitude="0.9")
+    stops = (pc.SoftStop("0.2", "above", 30, "0.6"), pc.Wall("-0.9", "below", "0.7"))
+    osc = pc.Oscillator.from_mass(2, 3, damping_coefficient="0.2", stops=stops)
+    structure = pc.Structure(mass=2, stiffness=3, damping="0.2", stops=stops)
+
+    for omega in (2.4, 1.5):
+        force = pc.cosine(omega, amplitude="0.9")
+        ours = pc.lyapunov_exponents(structure, pc.Loads({0: force}), transient=200, periods=640)
+        known = pc.lyapunov_exponents(osc, force, transient=200, periods=640)
+        scatter = 6.0 * (known.errors.max() + ours.errors.max()) + 1e-9
+        np.testing.assert_allclose(ours.exponents, known.exponents, rtol=0, atol=scatter)
+        np.testing.assert_allclose(ours.total, known.total, rtol=1e-2)
+
+
+@pytest.mark.parametrize("omega", [0.7, 0.8, 1.2, 1.3])
+def test_exponents_add_up_to_the_mean_rate_at_which_volumes_shrink(omega: float) -> None:
+    """Less the trace of M^-1 C, and two ln r for each impact."""
+    loads = pc.Loads({0: pc.cosine(omega, amplitude="0.6")})
+
+    found = pc.lyapunov_exponents(ABSORBER, loads, transient=100, periods=640)
+
+    by_rule = -0.05 + 2.0 * np.log(0.65) * found.impact_rate
+    assert found.total == pytest.approx(by_rule, abs=1e-12)
+    assert found.exponents.sum() == pytest.approx(found.total, abs=1e-2 * abs(found.total))
+    assert (np.diff(found.exponents) <= 0.0).all()
+
+
+def test_exponents_of_an_orbit_are_those_of_its_multipliers() -> None:
+    loads = pc.Loads({0: pc.cosine("1.2", amplitude="0.3")})
+    run, period = followed(ABSORBER, 1.2, 400)
+    x, v = run(400 * period)
+    orbit = pc.find_orbit(ABSORBER, loads, guess=(x.tolist(), v.tolist()))
+
+    found = pc.lyapunov_exponents(ABSORBER, loads, transient=400, periods=64)
+
+    sizes = np.sort(np.log(np.abs(orbit.multipliers)) / orbit.period)[::-1]
+    np.testing.assert_allclose(found.exponents, sizes, atol=1e-8)
+
+
+def test_an_integrable_structure_has_exponents_of_zero() -> None:
+    """Elastic walls between two equal masses swap their velocities: as if there were none."""
+    pair = pc.impact_pair([1, 1], gap="0.3", restitution=1, springs=[1, 0, 1])
+
+    found = pc.lyapunov_exponents(pair, None, start=([0, 0], [0, 1]), transient=0, periods=4096)
+
+    assert found.total == 0.0
+    assert np.abs(found.exponents).max() < 2e-3
+
+
+def test_a_wall_that_holds_takes_two_exponents() -> None:
+    found = pc.lyapunov_exponents(MIXED, PUSHED, transient=100, periods=64)
+
+    assert np.isneginf(found.exponents[2:]).all()
+    assert np.isfinite(found.exponents[:2]).all()
+    assert found.total == -np.inf
+
+
+TWO = pc.Structure(
+    mass=[1, 2], stiffness=[[1, 0], [0, 3]], damping=["0.1", "0.2"],
+    stops=[pc.Wall(at="1.45789", side="above", restitution="0.7", on=0)],
+)  # fmt: skip
+DRIVEN = pc.Loads({0: pc.cosine("1.5"), 1: pc.cosine("1.5", amplitude="0.3")})
+
+
+def test_basins_of_a_part_that_moves_alone_are_those_of_the_oscillator() -> None:
+    """The first mass is the oscillator of the second attractor; the second mass only follows."""
+    osc = pc.impact_oscillator(restitution="0.7", wall="1.45789", side="above", damping="0.05")
+    x0, v0 = np.linspace(-3.4, 1.4, 9), np.linspace(-2, 2, 5)
+    known = pc.basins(osc, pc.cosine("1.5"), x0=x0, v0=v0)
+
+    found = pc.basins(
+        TWO, DRIVEN, over={"start.x0.0": x0, "start.v0.0": v0}, start=([0, "0.1"], [0, 0]), on=0,
+        measures=["max_displacement"],
+    )  # fmt: skip
+
+    assert found.basin.values.tolist() == known.basin.values.tolist()
+    assert found.name.values.tolist() == known.name.values.tolist()
+    assert len(np.unique(found.basin)) == 2
+    np.testing.assert_allclose(found.x.values[:, 0], known.x.values, atol=1e-8)
+    np.testing.assert_allclose(found.v_strobe.values[:, 0], known.v_strobe.values, atol=1e-8)
+    # The second mass settles at its own rate, 0.05 as well.
+    np.testing.assert_allclose(found.exponent, np.maximum(known.exponent, -0.05), atol=1e-8)
+    assert (found.residual < 1e-11).all()
+    np.testing.assert_allclose(found["attractor_x0.0"].values[:, 0], found.x.values[:, 0])
+    measured = pc.basins(osc, pc.cosine("1.5"), x0=x0, v0=v0, measures=["max_displacement"])
+    np.testing.assert_allclose(found.max_displacement, measured.max_displacement, atol=1e-8)
+
+
+def test_basins_over_directions_are_those_of_the_starts_there() -> None:
+    along = (1, 0, "0.5", 0)
+    a = [-2.0, -1.0, 0.5]
+
+    found = pc.basins(
+        TWO, DRIVEN, over={along: a, "start.v0.1": [0.0, 1.0]}, start=([0, 0], ["0.2", 0])
+    )
+
+    for i, value in enumerate(a):
+        one = pc.basins(
+            TWO, DRIVEN, over={"start.x0.0": [value], "start.v0.1": [0.0, 1.0]},
+            start=([0, 0], [0.2 + 0.5 * value, 0]),
+        )  # fmt: skip
+        names = [one.name.values[k] for k in one.basin.values[0]]
+        assert [found.name.values[k] for k in found.basin.values[i]] == names
+
+
+@pytest.mark.parametrize(
+    ("call", "sentence"),
+    [
+        (lambda: pc.basins(TWO, DRIVEN, x0=(-1, 1), v0=(-1, 1)),
+         "x0 = (-1, 1): given for a structure; give over="),
+        (lambda: pc.basins(TWO, DRIVEN, over={"start.x0.0": (-1, 1)}),
+         "not two axes"),
+        (lambda: pc.basins(TWO, DRIVEN, over={"start.x0.0": (-1, 1), OMEGA: (1, 2)}),
+         "no displacement or velocity of the start"),
+        (lambda: pc.basins(TWO, DRIVEN, over={"start.x0.0": (-1, 1), (1, 1): (1, 2)}),
+         "2 numbers; a direction of starts has 4, of x0 and v0"),
+        (lambda: pc.basins(TWO, DRIVEN, over={"start.x0.0": (-1, 1), (0, 0, 0, 0): (1, 2)}),
+         "a direction of zeros"),
+        (lambda: pc.basins(TWO, None, over={"start.x0.0": (-1, 1), "start.v0.0": (-1, 1)}),
+         "loads.period = None: basins need a periodic forcing"),
+        (lambda: pc.basins(pc.impact_oscillator(), pc.cosine(2), over={"start.x0": (0, 1)}),
+         "given for an oscillator"),
+    ],
+)  # fmt: skip
+def test_wrong_planes_of_starts_are_told_in_a_sentence(call: Any, sentence: str) -> None:
+    with pytest.raises(pc.ParameterError, match=re.escape(sentence)):
+        call()
