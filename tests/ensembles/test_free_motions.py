@@ -156,7 +156,7 @@ def test_strobes_need_a_forcing(section: Any, measure: str) -> None:
 
 def test_a_forcing_without_a_period_counts_nothing() -> None:
     quasi = pc.cosine("1.3") + pc.cosine("2.9")
-    message = "this forcing has none; give period="
+    message = "this forcing has none; give between="
     with pytest.raises(pc.ParameterError, match=message):
         pc.sweep("peak_displacement", pc.Oscillator(1), quasi, over={})
     with pytest.raises(pc.ParameterError, match=message):

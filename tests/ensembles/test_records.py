@@ -8,6 +8,10 @@ import numpy as np
 import pytest
 
 import percuss as pc
+from percuss.ensembles import batch
+from percuss.ensembles.batch import Plan, follow_batch
+from percuss.kernels import observables, record
+from percuss.model.system import law, stop_rows
 
 
 def test_a_sweep_over_the_amplitude_of_a_record_is_made_of_its_runs() -> None:
@@ -75,3 +79,31 @@ def test_basins_under_a_square_wave_know_their_motions() -> None:
     assert (found.basin == 0).all()
     assert float(found.attractor_x0[0, 0]) == pytest.approx(float(ends.x[-1]), abs=1e-6)
     assert float(found.attractor_v0[0, 0]) == pytest.approx(float(ends.v[-1]), abs=1e-6)
+
+
+def test_strobes_in_contact_are_written_at_the_knots_that_they_pass(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A motion that is left in a contact over many knots has all its strobes up to there."""
+    knots = np.arange(0.0, 40.0, 0.5)
+    force = pc.record(knots, -1.0 - 0.2 * np.sin(knots))
+    osc = pc.impact_oscillator(0, wall=0.0)
+    rows, stops = law(osc, force)[np.newaxis], stop_rows(osc)[np.newaxis]
+    which, start = np.zeros(1, dtype=np.int64), np.array([[0.0, 0.0, 0.0]])
+    plan = Plan(
+        np.array([1.0]), np.array([0.3]), np.array([39.0]), observables.STROBES, n_points=200
+    )
+    whole = follow_batch(rows, which, start, plan, stops)
+    monkeypatch.setattr(batch, "MOST_SEARCHES", 0)
+    reached = []
+    for patience in range(1, 60, 7):
+        monkeypatch.setattr(batch, "PATIENCE", patience)
+        part = follow_batch(rows, which, start, plan, stops)
+        t, n = float(part.state[0, record.T]), int(part.values[0, observables.POINTS])
+        assert part.status[0] == record.SPENT
+        assert n == int((1.0 + 0.3 * np.arange(200) < t).sum())
+        np.testing.assert_array_equal(part.points[0, :n], whole.points[0, :n])
+        reached.append(t)
+    assert (np.diff(reached) > 0.0).all()
+    assert reached[-1] > 20.0
+    assert int(whole.values[0, observables.POINTS]) == 127

@@ -160,7 +160,10 @@ def test_a_parameter_named_in_both_its_forms_is_refused() -> None:
         ("period", "did you mean forcing.period?"),
         ("forcing.Period", "did you mean forcing.period"),
         ("oscillator.stops.1.restitution", "no number: oscillator.stops.1.restitution is a table"),
-        ("oscillator.stops.1.restitution.values", "is a table of speeds"),
+        (
+            "oscillator.stops.1.restitution.value.0",
+            "did you mean oscillator.stops.1.restitution.values.0",
+        ),
         ("r", "is a table of speeds"),
     ],
 )

@@ -63,6 +63,9 @@ def _matrices(rng: np.random.Generator, kind: str, n: int) -> tuple[Floats, Floa
         springs[:] = springs * (rng.random(n + 1) < 0.4)
         springs[0] = springs[-1] = 0.0
         dashpots[:] = 0.02 * springs
+        if rng.random() < 0.5:
+            # To the ground too, where no spring is.
+            dashpots[:] = rng.uniform(0.0, 0.4, n + 1)
     elif kind == "unstable stiffness":
         springs[0] = -rng.uniform(0.1, 0.6)
         springs[-1] = 0.0

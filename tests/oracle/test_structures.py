@@ -117,7 +117,7 @@ def force_at(motion: StructureMotion, x: Floats, v: Floats, t: float) -> Floats:
     return total
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3, 6, 11, 22, 24, 25])
+@pytest.mark.parametrize("seed", [1, 3, 6, 11, 20, 22, 24, 25])
 def test_flights_are_those_of_an_ode_solver(seed: int) -> None:
     """From event to event, with soft stops by the position and walls left out."""
     motion = random_structure(seed)

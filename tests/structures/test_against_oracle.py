@@ -104,16 +104,21 @@ def chatters_at_two_walls(run: StructureRun) -> bool:
     return any(event.kind == "impact" and 0 < abs(event.v_before) < 1e-25 for event in run.events)
 
 
-# Of the first 31 motions the one with hops at two walls at once is left to a test of its own.
-SEEDS = [seed for seed in range(31) if seed != 14]
-MANY = [seed for seed in range(200) if seed not in (14, 53, 79, 198)]
-
-
-@pytest.mark.parametrize("seeds", [SEEDS, pytest.param(MANY, marks=pytest.mark.nightly)], ids=len)
-def test_events_and_motions_of_2_to_10_masses_are_those_of_the_oracle(seeds: list[int]) -> None:
-    found = [(seed, fault) for seed in seeds for fault in differences(random_structure(seed))]
+# One of the first 31 motions has hops at two walls at once, which have a test of their own.
+@pytest.mark.parametrize(
+    "seeds", [range(31), pytest.param(range(300), marks=pytest.mark.nightly)], ids=len
+)
+def test_events_and_motions_of_2_to_10_masses_are_those_of_the_oracle(seeds: range) -> None:
+    found, compared = [], 0
+    for seed in seeds:
+        motion = random_structure(seed)
+        runs = flown(motion)
+        if not chatters_at_two_walls(runs[1]):
+            found += [(seed, fault) for fault in differences(motion, runs=runs)]
+            compared += 1
 
     assert found == []
+    assert compared > 0.95 * len(seeds)
 
 
 @pytest.mark.parametrize("seed", [53, pytest.param(79, marks=pytest.mark.nightly)])
@@ -215,3 +220,23 @@ def test_a_start_is_given_at_once_or_in_parts() -> None:
     assert whole.impacts.t.tolist() == parts.impacts.t.tolist()
     with pytest.raises(pc.ParameterError, match="given together with start"):
         pc.simulate(pair, v0=[1, 0], start=pc.StructureStart((0, 0), (1, 0)), t_end=9)
+
+
+def test_an_impact_elsewhere_is_no_new_contact_and_no_release() -> None:
+    """Two masses without a spring between them: one is pressed to its wall, the other one hops."""
+    stops = [pc.Wall(0, "below", 0, on=0), pc.Wall(0, "below", "0.9", on=1)]
+    structure = pc.Structure([1, 1], [0, 0], stops=stops)
+    weight = pc.Loads({(1, 1): pc.Forcing(constant=-1)})
+
+    run = pc.simulate(structure, weight, x0=[0, 1], v0=[0, 0], t_end=10)
+
+    assert len(run.impacts) > 2
+    assert run.contacts.stop.tolist() == [0]
+    assert run.contacts.start.tolist() == [0.0]
+    assert np.isnan(run.contacts.release).all()
+    # Impacts at one instant: the second wall is hit when the first is touched.
+    both = pc.simulate(structure, weight, x0=[1, 1], v0=[0, 0], t_end=4)
+    assert both.impacts.t[:2].tolist() == [both.impacts.t[0]] * 2
+    assert both.impacts.stop[:2].tolist() == [0, 1]
+    assert both.contacts.stop.tolist() == [0]
+    assert both.contacts.start[0] == pytest.approx(2**0.5, abs=1e-14)

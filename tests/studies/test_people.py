@@ -141,6 +141,9 @@ def test_a_study_measures_a_motion_without_a_period(tmp_path: Path) -> None:
     np.testing.assert_array_equal(found.peak_stop_force, expected.peak_stop_force)
     assert (found.peak_stop_force.values > 0).all()
     assert found.peak_stop_force.attrs["units"] == "kN"
+    rows = study.question.report(found)
+    assert rows["peak_stop_force"].endswith(f"{float(found.peak_stop_force.max()):.8g} kN")
+    assert not rows["contact_share"].endswith("1 1")
     assert parse_study(study.text()).question == study.question
 
 

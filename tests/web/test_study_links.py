@@ -52,6 +52,36 @@ STUDIES = {
             over={"forcing.omega": Span("2.5", "2.9", 16)}, starts=(Start("0.5", 0),), points=8
         ),
     ),
+    "diagram at a place": Study(
+        LOSSY,
+        FORCE,
+        Diagram(
+            over={"forcing.omega": Span("2.5", "2.9", 16)},
+            section={"at": 0.4, "direction": "down"},
+            starts=(Start("0.5", 0),),
+            points=8,
+        ),
+    ),
+    "diagram of impacts": Study(
+        LOSSY,
+        FORCE,
+        Diagram(
+            over={"forcing.omega": Span("2.5", "2.9", 16)},
+            section="impacts",
+            starts=(Start("0.5", 0),),
+            points=8,
+        ),
+    ),
+    "diagram at a cycle": Study(
+        LOSSY,
+        FORCE,
+        Diagram(
+            over={"forcing.omega": Span("2.5", "2.9", 16)},
+            section={"cycle": 0.25},
+            starts=(Start("0.5", 0),),
+            points=8,
+        ),
+    ),
     "response": Study(
         LOSSY, FORCE, Response(over={"forcing.omega": ("2.7", "2.9")}, max_impacts=1)
     ),
@@ -91,7 +121,7 @@ def test_a_link_is_what_the_page_writes_itself(tab: Page, address: str, name: st
     tab.on("pageerror", hear)
     tab.goto("about:blank")
     tab.goto(f"http://{address}/#{link}")
-    if name in ("diagram", "response", "basins"):
+    if name.startswith("diagram") or name in ("response", "basins"):
         view = "Basins" if name == "basins" else "Diagram"
         shown = tab.locator(f"section[aria-label={view}]")
         expect(shown).to_be_visible()

@@ -204,6 +204,9 @@ class BallLaw:
         self._values = {field: in_balls(number, {}) for field, number in system.irrational.items()}
         if path is not None and value is not None:
             name, moved = moved_in_law(system.oscillator, system.forcing, path)
+            if any(".restitution." in field for field in moved):
+                reason = "an entry of a table of restitutions, over which nothing is proven"
+                raise ParameterError("path", path, reason)
             self._values |= {
                 field: in_balls(number, {name: value}) for field, number in moved.items()
             }

@@ -46,6 +46,8 @@ UNITS = {
     "damping": "1/time",
     "at": "length",
     "restitution": "1",
+    "speeds": "length/time",
+    "values": "1",
     "amplitude": "length/time^2",
     "omega": "1/time",
     "phase": "rad",

@@ -98,7 +98,9 @@ def _samples_of(run: Trajectory, samples: int) -> xr.Dataset:
     """Return the motion over its samples: groups would take an index by time for their own."""
     data = run.sample(samples)
     if run.oscillator.stops:
-        data = data.assign(stop_force=run.forces(data.t.values).stops)
+        # Without the numbers of the stops: groups would take them for their own columns.
+        forces = run.forces(data.t.values).stops.drop_vars("stop")
+        data = data.assign(stop_force=forces)
     data = data.rename_dims(t="sample")
     return data.drop_indexes("t").drop_attrs(deep=False)
 

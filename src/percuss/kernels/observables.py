@@ -76,7 +76,9 @@ SINCE, EVERY, UNTIL, LEVEL, WAY = range(5)
 PLAN_ENTRIES = 5
 
 # Nodes and weights of Gauss's rule with five points on [0, 1], and the parts of a search's step
-# that it is applied to: over a phase of 1/2 its relative error is below 1e-15.
+# that it is applied to. Over a phase of h = 1/2 its error is at most
+# h^11 (5!)^4 / (11 (10!)^3) 2^9 / 2 = 5e-14 where v^2 is up to 1; the work of the dashpots in a
+# motion is good to some 4e-13 of itself.
 NODES = (
     0.046910077030668004,
     0.2307653449471585,

@@ -229,7 +229,8 @@ class Forcing:
             return NotImplemented
         if self.is_per_mass != other.is_per_mass:
             reason = (
-                "a force and a force per unit mass have no sum; take per_mass of both or neither"
+                "a force and a force per unit mass have no sum; .per_mass(m) makes a force one per "
+                "unit mass, with m = 1 where the oscillator has no mass"
             )
             raise ParameterError("force", other, reason)
         constant = kept(operand(self.constant) + operand(other.constant))

@@ -471,12 +471,9 @@ def _frequency_of(path: str, period: Phase) -> Any:
 
 
 def _unknown(path: str, known: list[str], force: AnyForce, tables: list[str]) -> str:
-    meant = [table for table in tables if path.startswith(table) or _of_that_word(path, [table])]
+    meant = [table for table in tables if path == table or _of_that_word(path, [table])]
     if meant:
-        return (
-            f"no number: {meant[0]} is a table of speeds; its values may be expressions of a "
-            "parameter, whose name is a path"
-        )
+        return f"no number: {meant[0]} is a table of speeds; {meant[0]}.values.0 is its first value"
     if force is None and path.startswith("forcing."):
         return "no such parameter; the motion is free, it has no forcing"
     name, _, own = str(path).rpartition(".")
@@ -535,7 +532,7 @@ def _fields_of(osc: Oscillator | Structure, force: AnyForce, start: AnyStart) ->
         fields = _fields(stop)
         del fields["side"], fields["on"]
         if isinstance(fields.get("restitution"), RestitutionTable):
-            del fields["restitution"]
+            fields |= _table_fields(fields.pop("restitution"))
         path = f"{_NAMES[type(osc)]}.stops.{index}"
         parameters |= {f"{path}.{name}": value for name, value in fields.items()}
     for name, one in _forcings(force).items():
@@ -695,7 +692,26 @@ def _replace_in_record(
 def _replace_fields(value: T, prefix: str, by_path: Mapping[str, Phase]) -> T:
     fields = _fields(value)
     new = {name: by_path.get(f"{prefix}.{name}", old) for name, old in fields.items()}
+    table = fields.get("restitution")
+    if isinstance(table, RestitutionTable) and _changed(by_path, f"{prefix}.restitution"):
+        parts = {
+            name: tuple(
+                by_path.get(f"{prefix}.restitution.{name}.{i}", old)
+                for i, old in enumerate(getattr(table, name))
+            )
+            for name in ("speeds", "values")
+        }
+        new["restitution"] = draft(RestitutionTable, **parts)
     return draft(type(value), **new)
+
+
+def _table_fields(table: RestitutionTable) -> dict[str, Phase]:
+    """Return the numbers of a table of restitutions by the ends of their paths."""
+    return {
+        f"restitution.{name}.{i}": value
+        for name in ("speeds", "values")
+        for i, value in enumerate(getattr(table, name))
+    }
 
 
 def _fields(value: Any) -> dict[str, Any]:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from percuss.arrays import Complexes, Floats
+from percuss.arrays import Complexes, Flags, Floats
 from percuss.errors import ConvergenceError
 from percuss.kernels import eigenvalues as kernels
 from percuss.numerics.linear import inverse, matmul, solve_linear
@@ -23,6 +23,8 @@ REFINEMENTS = 12
 MOST_CONDITION = 1e5
 # Two real roots nearer than this part of their size take the mean of their shapes as a start.
 NEAR = 1e-4
+# k, d, of_u and of_w of a pair.
+RealPair: TypeAlias = tuple[float, float, Floats, Floats]
 
 
 class ModePairs(NamedTuple):
@@ -154,9 +156,9 @@ def _turned(values: Floats, rows: Floats, damping: Floats) -> Floats:
 
 def _coupled_pairs(stiffness: Floats, damping: Floats) -> ModePairs:
     n = len(stiffness)
-    pairs = [
-        _refined(stiffness, damping, *pair) for pair in _roots_in_pairs(_roots(stiffness, damping))
-    ]
+    roots = _roots(stiffness, damping)
+    pairs, roots = _free_pairs(stiffness, damping, roots)
+    pairs += [_refined(stiffness, damping, *pair) for pair in _roots_in_pairs(roots)]
     spring, drag = (np.array([pair[i] for pair in pairs]) for i in (0, 1))
     of_u, of_w = (np.array([pair[i] for pair in pairs]).T for i in (2, 3))
     whole = np.zeros((2 * n, 2 * n))
@@ -171,6 +173,57 @@ def _coupled_pairs(stiffness: Floats, damping: Floats) -> ModePairs:
         what = "two pairs of complex modes coincide to five digits and more"
         raise ConvergenceError(what, None, float(sizes.max()), "change the damping a little")
     return ModePairs(spring, drag, of_u, of_w, back.reshape(n, 2, 2 * n))
+
+
+def _free_pairs(
+    stiffness: Floats, damping: Floats, roots: Complexes
+) -> tuple[list[RealPair], Complexes]:
+    """Return the pairs of several free masses with dashpots, and the roots of all others.
+
+    Each may rest anywhere, a root 0, and what it has of speed decays, a real root. Of equal roots
+    that are no double ones none makes a pair with another: a root 0 goes with one that decays.
+    """
+    largest = float(np.abs(stiffness).max())
+    free = np.abs(np.diag(stiffness)) <= ROUNDING * largest
+    is_diagonal = bool(
+        (np.abs(stiffness - np.diag(np.diag(stiffness))) <= ROUNDING * largest).all()
+    )
+    if not is_diagonal or int(free.sum()) < 2:
+        return [], roots
+    order = np.argsort(np.abs(roots), kind="stable")
+    count = int(free.sum())
+    is_real = np.abs(roots.imag) <= 1e-7 * np.abs(roots.real)
+    real = [j for j in order[count:].tolist() if is_real[j]][:count]
+    if len(real) < count:
+        return [], roots
+    stiffness = np.where(free[:, None] | free[None, :], 0.0, stiffness)
+    pairs: list[RealPair] = []
+    for j in real:
+        rate, shape = _real_mode(stiffness, damping, float(roots[j].real), free)
+        rest = np.where(free, shape, 0.0)
+        pairs.append((0.0, -rate, rest, (shape - rest) / rate))
+    return pairs, np.delete(roots, [*order[:count].tolist(), *real])
+
+
+def _real_mode(
+    stiffness: Floats, damping: Floats, root: float, free: Flags
+) -> tuple[float, Floats]:
+    """Return a real root and its shape, whose largest entry of a free mass is 1."""
+    n = len(stiffness)
+    shape = _shape(stiffness, damping, complex(root)).real
+    i = int(np.argmax(np.where(free, np.abs(shape), -1.0)))
+    shape = shape / shape[i]
+    for _ in range(REFINEMENTS):
+        matrix = np.zeros((n + 1, n + 1))
+        matrix[:n, :n] = root * root * np.eye(n) + root * damping + stiffness
+        matrix[:n, n] = 2.0 * root * shape + matmul(damping, shape)
+        matrix[n, i] = 1.0
+        step = solve_linear(matrix, np.append(-matmul(matrix[:n, :n], shape), 0.0))
+        shape, root = shape + step[:n], root + float(step[n])
+        if float(np.abs(step[:n]).max()) < 1e-9 and abs(step[n]) < 1e-9 * abs(root):
+            return root, shape
+    what = "the decay of a free mass did not converge"
+    raise ConvergenceError(what, None, float(np.abs(step).max()), "change the damping a little")
 
 
 def _roots(stiffness: Floats, damping: Floats) -> Complexes:
@@ -251,9 +304,11 @@ def _shape(stiffness: Floats, damping: Floats, root: complex) -> Complexes:
     square = root * root
     real = stiffness + root.real * damping + square.real * np.eye(n)
     imaginary = root.imag * damping + square.imag * np.eye(n)
-    # A root that is exact would leave nothing to divide by.
+    # A root that is exact would leave nothing to divide by; that of a free mass, rows of zeros.
     matrix = np.block([[real, -imaginary], [imaginary, real]])
-    matrix += np.diag(np.abs(np.diag(matrix)) * 2.0**-50)
+    sizes = np.abs(matrix).max(axis=1)
+    largest = float(sizes.max()) or 1.0
+    matrix += np.diag(np.where(sizes > 0.0, sizes, largest) * 2.0**-50)
     vector = np.ones(2 * n)
     for _ in range(3):
         vector = solve_linear(matrix, vector)

@@ -37,6 +37,7 @@ OF_STOP = {
     "damping": "damping",
 }
 STOP = re.compile(r"oscillator\.stops\.(\d+)\.(\w+)")
+TABLE = re.compile(r"oscillator\.stops\.(\d+)\.restitution\.(speed|value)s\.(\d+)")
 HARMONIC = re.compile(r"forcing\.harmonics\.(\d+)\.(\w+)")
 TERM = re.compile(r"forcing\.(cos|sin)\.(\d+)")
 POWER = re.compile(r"(length|time|mass)(?:\^(\d+))?")
@@ -55,6 +56,9 @@ def parameter_name(path: str, n_stops: int = 1, n_harmonics: int = 1) -> str:
     if (of_stop := STOP.fullmatch(path)) and of_stop[2] in OF_STOP:
         which = "the stop" if n_stops == 1 else f"stop {of_stop[1]}"
         return f"{OF_STOP[of_stop[2]]} of {which}"
+    if entry := TABLE.fullmatch(path):
+        which = "the stop" if n_stops == 1 else f"stop {entry[1]}"
+        return f"{entry[2]} {entry[3]} of the restitution of {which}"
     if part := HARMONIC.fullmatch(path):
         name = NAMES.get(f"forcing.{part[2]}", path)
         return name if n_harmonics == 1 else f"{name}, harmonic {part[1]}"

@@ -13,6 +13,7 @@ from percuss.model.exact import as_float
 from percuss.model.oscillator import Wall
 from percuss.model.paths import long_form
 from percuss.model.start import Start
+from percuss.motion.sections import section_of
 from percuss.studies.axes import Span, axis_values
 from percuss.studies.kinds.basins import Basins
 from percuss.studies.kinds.diagram import Diagram
@@ -100,8 +101,23 @@ def _diagram(diagram: Diagram, study: Study) -> Shown:
         "low": low,
         "high": high,
     }
-    sizes = {"values": count, "points": diagram.points, "of": "x", "max_impacts": 3}
-    return "diagram", _from(start), {"kind": "diagram", **over, **sizes, "max_periods": 2}
+    first = {"impacts": "v_after", "passages": "v"}.get(section_of(diagram.section).kind, "x")
+    sizes = {"values": count, "points": diagram.points, "of": first, "max_impacts": 3}
+    settings = {"kind": "diagram", **over, **sizes, "max_periods": 2, **_section(diagram)}
+    return "diagram", _from(start), settings
+
+
+def _section(diagram: Diagram) -> TomlTable:
+    """Return where the points of a diagram are taken, as the settings of the page."""
+    section = section_of(diagram.section)
+    name = {"passages": "place", "impacts": "impacts"}.get(section.kind, "strobes")
+    name = "cycle" if section.cycle is not None else name
+    return {
+        "section": name,
+        "at": section.at,
+        "direction": section.direction if name == "place" else "up",
+        "cycle": section.cycle or 0,
+    }
 
 
 def _response(response: Response, study: Study) -> Shown:
@@ -110,7 +126,8 @@ def _response(response: Response, study: Study) -> Shown:
     over = {"path": _path_of_page(path, study), "low": low, "high": high}
     sizes = {"values": 1600, "points": 128, "of": "amplitude", "max_impacts": response.max_impacts}
     rest = {**sizes, "max_periods": response.max_periods}
-    return "diagram", _from(_at_rest(study)), {"kind": "response", **over, **rest}
+    strobes = {"section": "strobes", "at": 0, "direction": "up", "cycle": 0}
+    return "diagram", _from(_at_rest(study)), {"kind": "response", **over, **rest, **strobes}
 
 
 def _path_of_page(path: str, study: Study, start: Start | None = None) -> str:

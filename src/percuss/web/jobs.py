@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 __all__ = ["JOBS", "answer_job"]
 
 
+# What the points of a diagram have, at one section or another.
+COLUMNS = ("x", "v", "cycle", "v_after")
 # Each level has so many times the values of the one before.
 FINER = 4
 # Values of the first level of a diagram; starts along a side of the first level of basins.
@@ -61,7 +63,7 @@ def answer_job(request: PageRequest, running: RunningRequest) -> Iterator[bytes]
 
 
 def _diagram(request: PageRequest, running: RunningRequest) -> Iterator[bytes]:
-    """Yield the points of the attractors over a parameter: x and v once a forcing period."""
+    """Yield the points of the attractors over a parameter, on the section that is asked for."""
     check_size(request)
     study = study_of_view(request)
     diagram = study.question
@@ -85,7 +87,7 @@ def _diagram(request: PageRequest, running: RunningRequest) -> Iterator[bytes]:
         arrays = {
             "value": data[path].values - origin,
             "period": data["period"].values[0],
-            **{name: data[name].values[0].ravel() for name in ("x", "v")},
+            **{name: data[name].values[0].ravel() for name in COLUMNS if name in data},
         }
         if is_last:
             ANSWERS.put(study, _joined(levels, path))

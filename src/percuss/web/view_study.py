@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
@@ -77,7 +78,12 @@ def study_of_view(request: PageRequest) -> Study:
     if request.kind == "motion":
         digits = digits_of(request)
         return motion if digits is None else replace(motion, certify=Certify(digits))
-    if not request.tables.get("forcing", {}).get("harmonics"):
+    force = motion.forcing
+    at_section = request.kind == "diagram" and request.options.get("section") in (
+        "place",
+        "impacts",
+    )
+    if (force is None or force.is_constant) and not at_section:
         raise BadRequest(f"{NAMES[request.kind]} a periodic force: add a harmonic in Explore")
     model = {name: request.tables[name] for name in MODEL if name in request.tables}
     tables = VIEWS[request.kind](request, motion)
@@ -115,12 +121,24 @@ def _diagram(request: PageRequest, motion: Study) -> Mapping[str, Any]:
         # Only the two ends are checked now; values without a motion are counted in the answer.
         "over": {path_of(request, motion): {"from": low, "to": high, "count": 2}},
         "diagram": {
+            "section": _section(request),
             "starts": [[number(value) for value in (start.x0, start.v0, start.t0)]],
             "follow": [],
             "transient": SETTLING,
             "points": int(request.number("points", 128, 2, 1_000_000)),
         },
     }
+
+
+def _section(request: PageRequest) -> object:
+    """Return where the points of a diagram are taken, as a study file has it."""
+    name = request.choice("section", ("strobes", "cycle", "place", "impacts"))
+    if name == "cycle":
+        return {"cycle": request.number("cycle", 0.0, 0.0, math.nextafter(1.0, 0.0))}
+    if name == "place":
+        direction = request.choice("direction", ("up", "down", "both"))
+        return {"at": request.number("at", 0.0, -1e6, 1e6), "direction": direction}
+    return "stroboscopic" if name == "strobes" else name
 
 
 def _with_all_values(request: PageRequest, diagram: Diagram) -> Diagram:

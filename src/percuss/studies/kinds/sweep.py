@@ -14,6 +14,7 @@ from percuss.ensembles.sweep import span_of
 from percuss.errors import ParameterError
 from percuss.execution import Execution
 from percuss.model.exact import as_float, phase_problem
+from percuss.model.units import is_unit
 from percuss.motion.sections import section_of
 from percuss.studies.axes import OverAxes, over_of, values_over
 from percuss.studies.measured import MeasureNames, SectionKey, check_measures, check_section
@@ -45,6 +46,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Sweep"]
 
+NO_VALUES = "no values"
 IN_PERIODS = "measures count in forcing periods"
 
 
@@ -150,7 +152,9 @@ class Sweep(Question):
         rows = {"points": f"{n_points:,}", "over": ends_of(result)}
         for name in self.measure:
             is_count = name == "period" and study_counts(result)
-            rows[name] = _range(result[name].values.ravel(), is_count=is_count)
+            unit = str(result[name].attrs.get("units", ""))
+            words = _range(result[name].values.ravel(), is_count=is_count)
+            rows[name] = f"{words} {unit}" if is_unit(unit) and words != NO_VALUES else words
         return rows | failure_rows([str(text) for text in result.reason.values], n_points)
 
 
@@ -162,7 +166,7 @@ def study_counts(result: Dataset) -> bool:
 def _range(values: Any, *, is_count: bool) -> str:
     values = values[~np.isnan(values)]
     if values.size == 0:
-        return "no values"
+        return NO_VALUES
     if is_count:
         periods, counts = np.unique(values.astype(int), return_counts=True)
         most = sorted(zip(counts.tolist(), periods.tolist(), strict=True), reverse=True)[:6]

@@ -4,7 +4,7 @@ import { basinLayers, legendOf, nameOf, pictureOf } from "./basin_picture.js";
 import { element, say, shown } from "./dom.js";
 import { checkField, checkRange, numberField } from "./fields.js";
 import { JobView } from "./job_view.js";
-import { limitsOf } from "./models.js";
+import { limitsOf, named, unitsOf } from "./models.js";
 import { startsAt } from "./provenance.js";
 import { Saddles } from "./saddles.js";
 
@@ -129,7 +129,8 @@ export class Basins extends JobView {
       this.saddles.clear();
       this.isChosen = true;
       const at = startsAt(this.current.study);
-      this.plot.label(`displacement x ${at}`, `velocity v ${at}`);
+      const { length, velocity } = unitsOf(this.current?.study ?? this.app.store.value.study);
+      this.plot.label(named(`displacement x ${at}`, length), named(`velocity v ${at}`, velocity));
     }
     this.header = header;
     this.arrays = arrays;

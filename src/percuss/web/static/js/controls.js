@@ -1,7 +1,9 @@
 // The panel of parameters: a slider and a box for each.
 
 import { button, element } from "./dom.js";
-import { MODELS, equationOf, modelOf, newHarmonic, newStop, parametersOf, withModel, withoutHarmonic } from "./models.js";
+import { choiceField, checkField } from "./fields.js";
+import { MODELS, equationOf, modelOf, nameFault, newHarmonic, newStop, parametersOf, valueOf, withModel, withRecord, withoutHarmonic, withoutRecord } from "./models.js";
+import { RecordForm } from "./records.js";
 import { Row } from "./row.js";
 import { get, put } from "./state.js";
 
@@ -15,6 +17,8 @@ export class Panel {
     this.rows = new Map();
     this.root = element("form", { class: "panel", "aria-label": "Parameters", onsubmit: (event) => event.preventDefault() });
     this.shape = "";
+    this.record = new RecordForm((record) => store.set({ study: withRecord(store.value.study, record) }, "study"));
+    this.#watchDrops();
     this.#watchHands(onRelease);
     store.watch(() => this.update());
     this.update();
@@ -33,6 +37,20 @@ export class Panel {
     for (const name of ["pointerup", "pointercancel"]) addEventListener(name, release);
   }
 
+  /** A table that is dropped on the panel is a record of the force. */
+  #watchDrops() {
+    const hasFile = (event) => event.dataTransfer?.types.includes("Files");
+    this.root.addEventListener("dragover", (event) => {
+      if (hasFile(event)) event.preventDefault();
+    });
+    this.root.addEventListener("drop", (event) => {
+      if (!hasFile(event)) return;
+      event.preventDefault();
+      this.record.read(event.dataTransfer.files[0]);
+      this.record.root.scrollIntoView({ block: "nearest" });
+    });
+  }
+
   /** Remove its listeners. */
   close() {
     for (const name of ["pointerup", "pointercancel"]) removeEventListener(name, this.release);
@@ -42,20 +60,20 @@ export class Panel {
   update() {
     const { study } = this.store.value;
     const groups = parametersOf(study);
-    const shape = JSON.stringify(groups.map((group) => [group.title, group.rows.map((it) => [it.path, it.label])])) + sides(study);
+    const shape = JSON.stringify(groups.map((group) => [group.title, group.rows.map((it) => [it.path, it.label])])) + sides(study) + kinds(study);
     if (shape !== this.shape) {
       this.shape = shape;
       this.#build(groups);
     }
     this.select.value = modelOf(study);
     const ranges = this.store.value.ranges ?? {};
-    for (const row of this.rows.values()) row.show(get(study, row.path), this.ranges === ranges ? undefined : (ranges[row.path] ?? row.home));
+    for (const row of this.rows.values()) row.show(valueOf(study, row.path), this.ranges === ranges ? undefined : (ranges[row.path] ?? row.home));
     this.ranges = ranges;
   }
 
   /** The server has accepted a study: its values may widen the sliders. */
   accept(study) {
-    for (const row of this.rows.values()) row.accept(get(study, row.path));
+    for (const row of this.rows.values()) row.accept(valueOf(study, row.path));
   }
 
   /** Show faults beside their fields; return those that belong to none. */
@@ -109,6 +127,7 @@ export class Panel {
         element("div", { class: "tools" }, button("remove", () => change(withoutHarmonic(study(), group.harmonic)))),
       );
     }
+    if (group.record) body.append(this.#ofRecord(study, change));
     for (const spec of group.rows) {
       const row = new Row(spec, {
         prefix: this.prefix,
@@ -122,6 +141,40 @@ export class Panel {
     return body;
   }
 
+  /** What a record is, and what acts beyond it. */
+  #ofRecord(study, change) {
+    const record = study().forcing.record;
+    const set = (parts) => change(withRecord(study(), { ...study().forcing.record, ...parts }));
+    const { t = [], kind = "linear", repeat = false, outside = "end" } = record;
+    return element(
+      "div",
+      { class: "tools" },
+      element("span", { class: "hint" }, `${t.length} samples from t = ${t[0]} to ${t.at(-1)}`),
+      choiceField("between them", [["linear", "linear"], ["hold", "held"]], kind, (value) => set({ kind: value })),
+      checkField("repeated", repeat, (isOn) => set({ repeat: isOn })),
+      repeat ? null : choiceField("outside", [["end", "its end values"], ["zero", "nothing"]], outside, (value) => set({ outside: value })),
+      button("remove", () => change(withoutRecord(study()))),
+    );
+  }
+
+  /** A field for the name of a new parameter, of which numbers can be expressions. */
+  #newParameter(study, change) {
+    const message = element("p", { class: "fault", role: "alert" });
+    const name = element("input", { type: "text", class: "name", placeholder: "name", "aria-label": "name of a new parameter", spellcheck: "false", autocomplete: "off" });
+    const add = () => {
+      const given = name.value.trim();
+      message.textContent = nameFault(study(), given);
+      if (message.textContent === "") change({ ...study(), parameters: { ...study().parameters, [given]: 1 } });
+    };
+    name.addEventListener("keydown", (event) => {
+      if (event.key !== "Enter") return;
+      event.preventDefault();
+      add();
+    });
+    const hint = "then write numbers as expressions of it, such as 0.15*w**2";
+    return element("div", { class: "tools" }, name, button("add a parameter", add, { title: hint }), message);
+  }
+
   #setRange(path, range) {
     const { [path]: _, ...rest } = this.store.value.ranges ?? {};
     this.store.set({ ranges: range === null ? rest : { ...rest, [path]: range } }, "ranges");
@@ -130,13 +183,21 @@ export class Panel {
   #adders(title, study, change) {
     const tools = element("div", { class: "tools" });
     const add = (path, made) => change(put(study(), path, [...(get(study(), path) ?? []), made]));
-    if (title === "Forcing") tools.append(button("add a harmonic", () => add("forcing.harmonics", newHarmonic())));
-    else {
+    if (title === "Forcing") {
+      tools.append(button("add a harmonic", () => add("forcing.harmonics", newHarmonic())));
+      tools.append(button("add a record", () => this.record.open(), { title: "a table of instants and forces, as a file with commas; or drop it here" }));
+      return element("div", {}, tools, this.record.root, this.#newParameter(study, change));
+    } else {
       tools.append(button("add a wall", () => add("oscillator.stops", newStop("wall"))));
       tools.append(button("add a soft stop", () => add("oscillator.stops", newStop("soft"))));
     }
     return tools;
   }
+}
+
+function kinds({ forcing }) {
+  const { kind, repeat, outside, t } = forcing?.record ?? {};
+  return [kind, repeat, outside, t?.length].join();
 }
 
 function sides(study) {

@@ -4,7 +4,7 @@ import { familiesOf, nearestMark, nearestOrbit, orbitText } from "./chart.js";
 import { element, say, shown } from "./dom.js";
 import { checkRange, choiceField, numberField } from "./fields.js";
 import { JobView } from "./job_view.js";
-import { limitsOf, numberOf, pathsOf, startAt } from "./models.js";
+import { limitsOf, named, numberOf, pathsOf, startAt, unitsOf } from "./models.js";
 import { sampledAt } from "./provenance.js";
 import { digitsOf } from "./scales.js";
 import { get, put } from "./state.js";
@@ -17,12 +17,21 @@ const OF = {
   diagram: [["x", "displacement"], ["v", "velocity"]],
   response: [["amplitude", "amplitude"], ["speed", "impact speed"]],
 };
-const LABELS = { x: "x", v: "v", amplitude: "amplitude", speed: "largest impact speed" };
+const LABELS = { x: "x", v: "v", cycle: "cycle", v_after: "velocity after the impact", amplitude: "amplitude", speed: "largest impact speed" };
+// Where points are taken, and what each has.
+const SECTIONS = [["strobes", "whole periods"], ["cycle", "a cycle"], ["place", "a place"], ["impacts", "impacts"]];
+const AT_SECTION = {
+  strobes: OF.diagram,
+  cycle: OF.diagram,
+  place: [["v", "velocity"], ["cycle", "cycle"]],
+  impacts: [["v_after", "velocity after"], ["cycle", "cycle"]],
+};
+const DIRECTIONS = [["up", "upwards"], ["down", "downwards"], ["both", "either way"]];
 const ABOUT = {
   diagram: "Where the motion is once a forcing period after settling: one point is an orbit of one period, two of two, a cloud is chaos or a long transient.",
   response: "All periodic orbits that are found, stable solid and unstable dashed, (impacts, forcing periods); squares are bifurcations and grazes.",
 };
-const DEFAULTS = { kind: "diagram", path: "", low: 1, high: 4, values: 1600, points: 128, of: "x", max_impacts: 3, max_periods: 2, isComputed: false };
+const DEFAULTS = { kind: "diagram", path: "", low: 1, high: 4, values: 1600, points: 128, of: "x", max_impacts: 3, max_periods: 2, section: "strobes", at: 0, direction: "up", cycle: 0, isComputed: false };
 
 export class Diagram extends JobView {
   constructor(app) {
@@ -44,7 +53,8 @@ export class Diagram extends JobView {
   restore(state) {
     super.restore(state);
     if (!(this.settings.kind in OF)) this.settings.kind = "diagram";
-    if (!OF[this.settings.kind].some(([name]) => name === this.settings.of)) this.settings.of = OF[this.settings.kind][0][0];
+    if (!(this.settings.section in AT_SECTION)) this.settings.section = "strobes";
+    if (!this.#choices().some(([name]) => name === this.settings.of)) this.settings.of = this.#choices()[0][0];
     this.key = "";
     this.#fields(state.study);
   }
@@ -56,12 +66,21 @@ export class Diagram extends JobView {
   }
 
   requestOf(study) {
-    const { kind, path, low, high, values, points, max_impacts, max_periods } = this.settings;
-    const sizes = kind === "diagram" ? { values, points } : { max_impacts, max_periods };
+    const { kind, path, low, high, values, points, max_impacts, max_periods, section, at, direction, cycle } = this.settings;
+    const where = { strobes: {}, impacts: {}, cycle: { cycle }, place: { at, direction } }[section];
+    const sizes = kind === "diagram" ? { values, points, ...(section !== "strobes" && { section, ...where }) } : { max_impacts, max_periods };
     return { kind, study, path, low, high, ...sizes };
   }
 
+  /** What can be drawn of the answer that is set now. */
+  #choices(kind = this.settings.kind, section = this.settings.section) {
+    return kind === "diagram" ? AT_SECTION[section] : OF[kind];
+  }
+
   isComputed({ study: _, ...rest }) {
+    // A picture of whole periods says nothing of a section.
+    const { kind, section } = this.settings;
+    if (kind === "diagram" && (rest.section ?? "strobes") !== section) return false;
     return Object.entries(rest).every(([name, value]) => value === this.settings[name]);
   }
 
@@ -103,15 +122,28 @@ export class Diagram extends JobView {
       this.ends.low,
       this.ends.high,
       ...(isDiagram
-        ? [whole("values", "values", 8192), whole("points", "points at each", 1024)]
+        ? [whole("values", "values", 8192), whole("points", "points at each", 1024), ...this.#sectionFields(number)]
         : [whole("max_impacts", "impacts up to", 6), whole("max_periods", "periods up to", 6)]),
-      choiceField("of", OF[settings.kind], settings.of, (of) => {
+      choiceField("of", this.#choices(), settings.of, (of) => {
         this.#set({ of });
         this.#draw();
       }),
     );
     this.hint.textContent = ABOUT[settings.kind];
     this.#wait();
+  }
+
+  /** Where the points are taken. */
+  #sectionFields(number) {
+    const { section, direction } = this.settings;
+    const choice = choiceField("points at", SECTIONS, section, (name) => this.#set({ section: name, of: AT_SECTION[name][0][0] }, true));
+    const own = {
+      strobes: [],
+      impacts: [],
+      cycle: [number("cycle", "cycle", { min: 0, max: 1 })],
+      place: [number("at", "x ="), choiceField("passed", DIRECTIONS, direction, (way) => this.#set({ direction: way }))],
+    };
+    return [choice, ...own[section]];
   }
 
   #set(parts, isOther = false) {
@@ -163,7 +195,8 @@ export class Diagram extends JobView {
     if (this.levels.length === 0) return;
     const { header } = this.levels[0];
     // What is chosen may be of the other kind, which is not computed yet.
-    const of = OF[header.kind].some(([name]) => name === this.settings.of) ? this.settings.of : OF[header.kind][0][0];
+    const choices = this.#choices(header.kind, this.current.section ?? "strobes");
+    const of = choices.some(([name]) => name === this.settings.of) ? this.settings.of : choices[0][0];
     this.drawn = of;
     this.plot.label(this.#name(header.path), this.#quantity(of, this.current.study));
     if (header.kind === "diagram") this.#drawPoints(header, of);
@@ -181,7 +214,7 @@ export class Diagram extends JobView {
       }
     }
     const pad = 0.05 * (high - low) || 1;
-    const total = this.levels.reduce((sum, { arrays }) => sum + arrays.x.length, 0);
+    const total = this.levels.reduce((sum, { arrays }) => sum + arrays[of].length, 0);
     const isSparse = this.levels.reduce((sum, { arrays }) => sum + arrays.value.length, 0) < 2000;
     this.plot.show(
       this.levels.map(({ header: it, arrays }) => ({ kind: "density", x: arrays.value, y: arrays[of], rows: it.n_points, isSparse, colour: "--curve" })),
@@ -226,7 +259,12 @@ export class Diagram extends JobView {
   }
 
   #quantity(of, study) {
-    return of === "x" || of === "v" ? `${LABELS[of]} ${sampledAt(study)}` : LABELS[of];
+    const { section = "strobes", cycle, at, direction } = this.current ?? this.settings;
+    const { length, velocity } = unitsOf(study);
+    const unit = { x: length, amplitude: length, cycle: "" }[of] ?? velocity;
+    const way = direction === "both" ? "" : `, ${direction}`;
+    const where = { strobes: sampledAt(study), cycle: `at cycle ${cycle}`, place: `at x = ${at}${way}`, impacts: "" }[section];
+    return named(of in { x: 1, v: 1, cycle: 1 } ? `${LABELS[of]} ${where}`.trim() : LABELS[of], unit);
   }
 
   read(x, y) {
@@ -247,7 +285,7 @@ export class Diagram extends JobView {
     // Arrays hold seven digits of the range, bifurcations come in double.
     const digits = digitsOf([this.current.low, this.current.high], 1e-6);
     const next = put(study, path, String(Number(value.toPrecision(found?.isMark ? Math.max(12, digits) : digits))));
-    const start = found && !path.startsWith("start.") ? { start: { ...next.start, ...found.start } } : {};
+    const start = found?.start && !path.startsWith("start.") ? { start: { ...next.start, ...found.start } } : {};
     this.app.open({ ...next, ...start });
     const from = found?.start?.t0 && Number(found.start.t0) !== 0 ? `, on the orbit from t0 = ${found.start.t0} on` : "";
     say(this.app.root, `opened ${path.split(".").at(-1)} = ${shown(value, digitsOf(this.plot.limits.x))}${from}`);
@@ -275,7 +313,8 @@ export class Diagram extends JobView {
           const apart = across + Math.abs(arrays[this.drawn][k] - y) / height;
           if (apart < least) {
             least = apart;
-            best = { value, start: startAt(this.current.study, arrays.x[k], arrays.v[k]) };
+            // Of a section elsewhere a point is no start at the time of the start.
+            best = { value, start: this.current.section === undefined ? startAt(this.current.study, arrays.x[k], arrays.v[k]) : {} };
           }
         }
       });

@@ -4,7 +4,7 @@ import { Certify } from "./certify.js";
 import { Panel } from "./controls.js";
 import { element, shown } from "./dom.js";
 import { Facts } from "./facts.js";
-import { numberOf } from "./models.js";
+import { axesOf, numberOf } from "./models.js";
 import { Plot } from "./plots.js";
 import { bisect } from "./scales.js";
 
@@ -160,6 +160,11 @@ export class Explore {
     this.curve = arrays;
     this.walls = (study.oscillator.stops ?? []).map((stop) => ({ at: numberOf(stop.at), colour: stop.type === "wall" ? "--wall" : "--stop" }));
     const isHeld = this.panel.isHeld;
+    const axes = axesOf(study);
+    this.motion.label(axes.t, axes.x);
+    this.portrait.label(axes.x, axes.v);
+    this.section.label("cycle (t / period) mod 1", axes.speed);
+    this.spectrum.label(axes.omega, axes.amplitude);
     this.#drawMotion(isHeld);
     this.#drawPortrait(isHeld);
     this.section.show([{ x: arrays.cycle, y: arrays.speed, kind: "points", colour: "--curve", size: arrays.cycle.length < 200 ? 5 : 2.5 }], [], sectionLimits(arrays), isHeld);

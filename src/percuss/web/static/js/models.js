@@ -63,7 +63,7 @@ export function withoutHarmonic(study, index) {
 const FORCES = { "kg m s": "N", "t m s": "kN", "t mm s": "N", "kg mm ms": "kN", "g mm ms": "N" };
 
 /** Return the names of the units of a study, empty where it has none. */
-function unitsOf({ oscillator, forcing }) {
+export function unitsOf({ oscillator, forcing }) {
   const { length = "", time = "", mass = "" } = oscillator.units ?? {};
   const velocity = length && time ? `${length}/${time}` : "";
   const acceleration = length && time ? `${length}/${time}²` : "";
@@ -100,7 +100,7 @@ function oscillatorRows({ oscillator }, units) {
 }
 
 /** Return a label with the unit of its number, where there is one. */
-const named = (label, unit) => (unit ? `${label} (${unit})` : label);
+export const named = (label, unit) => (unit ? `${label} (${unit})` : label);
 
 /** Return the groups of parameters of a study, as the panel shows them. */
 export function parametersOf(study) {
@@ -117,9 +117,10 @@ export function parametersOf(study) {
   (oscillator.stops ?? []).forEach((stop, i) => {
     const path = `oscillator.stops.${i}`;
     const rows = [row(`${path}.at`, named("at", units.length), [-3, 3], null, "where the stop is")];
-    // A table of restitutions over the speed has no slider.
-    if (stop.type === "wall" && typeof stop.restitution === "object") return void groups.push({ title: "Wall", stop: i, rows });
-    if (stop.type === "wall") rows.push(row(`${path}.restitution`, "restitution r", [0, 1], null, "1: no loss; 0: it stays"));
+    const table = stop.type === "wall" && typeof stop.restitution === "object" ? stop.restitution : null;
+    // Of a table of restitutions over the speed each value has a slider.
+    if (table !== null) rows.push(...tableRows(`${path}.restitution`, table, units));
+    else if (stop.type === "wall") rows.push(row(`${path}.restitution`, "restitution r", [0, 1], null, "1: no loss; 0: it stays"));
     else {
       rows.push(row(`${path}.stiffness`, named("stiffness", units.stiffness), range(stop.stiffness, [-0.9, 50]), null, "added to the spring's beyond the stop"));
       rows.push(row(`${path}.damping`, named("damping", units.damping), range(stop.damping, [0, 2]), null, "added beyond the stop"));
@@ -141,6 +142,12 @@ export function parametersOf(study) {
       ],
     });
   });
+  const record = study.forcing?.record;
+  if (record !== undefined) {
+    const rows = [row("forcing.record.amplitude", "factor", rangeAround(record.amplitude ?? 1), null, "of the forces of the record")];
+    if (record.omega !== undefined) rows.push(row("forcing.record.omega", named("omega", units.frequency), [0.05, 6], null, "frequency of the wave"));
+    groups.push({ title: "Record", record: true, rows });
+  }
   const lengths = {
     periods: row("run.periods", "periods", [2, 400], 1, "how long it is followed, in forcing periods"),
     t_end: row("run.t_end", named("duration", units.time), [1, 500], null, "the time until which it is followed"),
@@ -158,11 +165,57 @@ export function parametersOf(study) {
   return groups;
 }
 
+/** Return the rows of a restitution that is a table over the speed of impacts. */
+function tableRows(path, { speeds = [], values = [] }, units) {
+  const unit = units.velocity ? ` ${units.velocity}` : "";
+  return values.map((_, k) => row(`${path}.values.${k}`, `r at speed ${speeds[k]}${unit}`, [0, 1], null, "restitution, linear between the speeds"));
+}
+
 /** Return a range of a slider about a value, from 0 where that is near. */
 function rangeAround(value) {
   const number = numberOf(value);
   if (!Number.isFinite(number) || number === 0) return [-1, 1];
   return number > 0 ? [0, 2 * number] : [2 * number, 0];
+}
+
+/** Return a study with a record; one that does not repeat has no period to count in. */
+export function withRecord(study, record) {
+  const forcing = { harmonics: [], ...study.forcing, record: { amplitude: 1, ...record } };
+  const { periods, ...run } = study.run;
+  if (record.repeat || periods === undefined) return { ...study, forcing };
+  return { ...study, forcing, run: { ...run, t_end: record.t.at(-1) } };
+}
+
+/** Return a study without its record. */
+export function withoutRecord(study) {
+  const { record: _, ...forcing } = study.forcing;
+  return { ...study, forcing };
+}
+
+/** Say why a name cannot be that of a new parameter, "" if it can. */
+export function nameFault(study, name) {
+  if (!/^[A-Za-z_]\w*$/.test(name)) return "a letter, then letters, digits and _";
+  if (["pi", "sqrt", "sin", "cos"].includes(name)) return `${name} has a meaning already`;
+  return Object.hasOwn(study.parameters ?? {}, name) ? "there is one of this name" : "";
+}
+
+/** Return a number of a study, or its default where it is left out. */
+export function valueOf(study, path) {
+  const isOne = path === "forcing.record.amplitude" || path === "oscillator.stiffness" || path.endsWith(".restitution");
+  return get(study, path) ?? (isOne ? 1 : undefined);
+}
+
+/** Return the names of the axes of the plots of a motion, with their units. */
+export function axesOf(study) {
+  const { length, time, velocity, frequency } = unitsOf(study);
+  return {
+    t: named("time t", time),
+    x: named("displacement x", length),
+    v: named("velocity v", velocity),
+    speed: named("speed before the impact", velocity),
+    omega: named("angular frequency omega", frequency),
+    amplitude: named("amplitude", length),
+  };
 }
 
 /** Return whether a value is an expression of parameters, which a slider does not set. */

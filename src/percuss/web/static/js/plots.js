@@ -133,6 +133,7 @@ export class Plot {
     this.chart.redraw(false, true);
     // A description of the picture for screen readers and tests.
     this.host.dataset.limits = JSON.stringify(this.limits);
+    this.root.dataset.x = this.options.x;
     this.root.dataset.y = this.options.y;
   }
 
