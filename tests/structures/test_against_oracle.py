@@ -104,9 +104,9 @@ def chatters_at_two_walls(run: StructureRun) -> bool:
     return any(event.kind == "impact" and 0 < abs(event.v_before) < 1e-25 for event in run.events)
 
 
-# One of the first 31 motions has hops at two walls at once, which have a test of their own.
+# One motion in thirty has hops at two walls at once, which have a test of their own.
 @pytest.mark.parametrize(
-    "seeds", [range(31), pytest.param(range(300), marks=pytest.mark.nightly)], ids=len
+    "seeds", [range(0, 31, 3), pytest.param(range(300), marks=pytest.mark.nightly)], ids=len
 )
 def test_events_and_motions_of_2_to_10_masses_are_those_of_the_oracle(seeds: range) -> None:
     found, compared = [], 0
