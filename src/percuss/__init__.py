@@ -93,6 +93,7 @@ if TYPE_CHECKING:
     from percuss.motion import spectrum as spectrum
     from percuss.motion import subset_critical_velocity as subset_critical_velocity
     from percuss.motion import subset_forcing as subset_forcing
+    from percuss.motion.structures import StructureTrajectory as StructureTrajectory
     from percuss.orbits import Branch as Branch
     from percuss.orbits import Cascade as Cascade
     from percuss.orbits import Curve as Curve
@@ -178,6 +179,7 @@ __all__ = [
     "StructureOrbit",
     "StructureSpecialPoint",
     "StructureStart",
+    "StructureTrajectory",
     "StudyError",
     "SubsetMotion",
     "Trajectory",
@@ -329,6 +331,7 @@ _HOMES = {
         "subset_critical_velocity",
         "subset_forcing",
     ),
+    "percuss.motion.structures": ("StructureTrajectory",),
     "percuss.orbits": (
         "Branch",
         "Cascade",

@@ -20,6 +20,7 @@ from percuss.io.record import NETCDF_ATTRIBUTE, Record, make_record
 from percuss.io.results import SAMPLES, Columns, ResultKind, kind_of, table_of
 from percuss.io.table import check_suffix
 from percuss.model.oscillator import mass_of
+from percuss.motion.structures import StructureTrajectory
 from percuss.motion.tables import Impacts
 from percuss.motion.trajectory import Trajectory
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
@@ -89,18 +90,18 @@ def write_netcdf(result: Any, path: Path, record: Record, *, samples: int = SAMP
     write_whole(xr.DataTree.from_dict(groups), path)
 
 
-def _of_motion(run: Trajectory, samples: int) -> dict[str, xr.Dataset]:
+def _of_motion(run: Trajectory | StructureTrajectory, samples: int) -> dict[str, xr.Dataset]:
     tables = {f"/{name}": _writable(getattr(run, name).to_xarray()) for name in TABLES}
     return {"/": _samples_of(run, samples), **tables}
 
 
-def _samples_of(run: Trajectory, samples: int) -> xr.Dataset:
+def _samples_of(run: Trajectory | StructureTrajectory, samples: int) -> xr.Dataset:
     """Return the motion over its samples: groups would take an index by time for their own."""
     data = run.sample(samples)
-    if run.oscillator.stops:
-        # Without the numbers of the stops: groups would take them for their own columns.
-        forces = run.forces(data.t.values).stops.drop_vars("stop")
-        data = data.assign(stop_force=forces)
+    model = run.structure if isinstance(run, StructureTrajectory) else run.oscillator
+    if model.stops:
+        # Groups inherit the coordinates of the root: theirs would hide the stops of the events.
+        data = data.assign(stop_force=run.forces(data.t.values).stops.drop_vars("stop"))
     data = data.rename_dims(t="sample")
     return data.drop_indexes("t").drop_attrs(deep=False)
 

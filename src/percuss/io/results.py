@@ -35,6 +35,10 @@ DIMENSIONS = {
     "v_before": "length/time",
     "v_after": "length/time",
     "impulse": "mass length/time",
+    "effective_mass": "mass",
+    "start": "time",
+    "release": "time",
+    "error_bound": "time",
     "impact_velocity_": "length/time",
     "min_impact_speed": "length/time",
     "x": "length",
@@ -58,7 +62,7 @@ def units_of_columns(result: Any, columns: Columns, units: Units | None = None) 
     if hasattr(result, "data_vars"):
         own = {str(name): str(result[name].attrs.get("units", "")) for name in result.variables}
         return {name: own[name] for name in columns if is_unit(own.get(name, ""))}
-    oscillator = _oscillator_of(result)
+    oscillator = getattr(result, "structure", None) or _oscillator_of(result)
     units = getattr(oscillator, "units", None) or units
     if units is None:
         return {}
@@ -170,6 +174,8 @@ Tables: TypeAlias = "dict[str, Dataset]"
 SAMPLES = 2001
 
 IMPACTS: tuple[str, ...] = ("t", "v_before", "v_after", "stop", "cycle", "impulse")
+STRUCTURE_IMPACTS: tuple[str, ...] = (*IMPACTS, "effective_mass")
+CONTACTS: tuple[str, ...] = ("start", "release", "stop", "n_impacts", "error_bound")
 CROSSINGS: tuple[str, ...] = ("t", "v", "stop", "direction")
 
 
@@ -246,7 +252,13 @@ def table_of(result: Any, name: str, samples: int | None = None) -> Columns:
 def _motion_columns(result: Any, samples: int = SAMPLES) -> Columns:
     run = result if hasattr(result, "sample") else result.trajectory()
     data = run.sample(samples)
-    return {name: data[name].values for name in ("t", "x", "v")}
+    columns = {"t": data["t"].values}
+    for name in ("x", "v"):
+        values = data[name].values
+        # Those of a structure are a column for each coordinate.
+        own = {f"{name}{i}": column for i, column in enumerate(values.T)}
+        columns |= {name: values} if values.ndim == 1 else own
+    return columns
 
 
 def _table(name: str, columns: Sequence[str]) -> Callable[[Any], Columns]:
@@ -319,6 +331,19 @@ _KINDS: dict[str, ResultKind] = {
         {
             "impacts": _table("impacts", IMPACTS),
             "crossings": _table("crossings", CROSSINGS),
+            "motion": _motion_columns,
+        },
+    ),
+    "StructureTrajectory": ResultKind(
+        "motion",
+        "one motion of a structure",
+        lambda run: str(run.outcome.value),
+        _nothing,
+        lambda _: {},
+        {
+            "impacts": _table("impacts", STRUCTURE_IMPACTS),
+            "crossings": _table("crossings", CROSSINGS),
+            "contacts": _table("contacts", CONTACTS),
             "motion": _motion_columns,
         },
     ),

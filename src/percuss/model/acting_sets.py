@@ -43,7 +43,7 @@ from percuss.numerics import (
     solve_linear,
 )
 
-__all__ = ["StructureSystem"]
+__all__ = ["StructureSystem", "fill_watch_bounds"]
 
 # The shortest step of the search, as a phase of the quickest rate, and how often it is doubled at
 # most: a mode that a quick one leaves behind sets the longest.
@@ -485,24 +485,7 @@ class StructureSystem:
             )
             pushes += omega * omega * (force + modes[:, at.ROOT] * rate)
         modes[:, at.SURGE] = pushes
-        for i in range(len(watch)):
-            p, q = watch[i, :, at.OF_U], watch[i, :, at.OF_W]
-            p1, q1 = -spring * q, p - drag * q
-            p2, q2 = -spring * q1, p1 - drag * q1
-            with np.errstate(divide="ignore", invalid="ignore"):
-                energy = np.sqrt(np.where(spring > 0.0, p2 * p2 / spring, 0.0) + q2 * q2)
-                other = np.where(spring < 0.0, np.abs(p2) / pace, 0.0) + np.abs(q2)
-            watch[i, :, at.OF_NORM] = np.where(spring >= 0.0, energy, other)
-            levels[i, at.SURGES] = float((watch[i, :, at.OF_NORM] * pushes).sum())
-            twist = 0.0
-            for k, omega in enumerate(omegas.tolist()):
-                force = arrays["drive"][:, k, 0] - 1j * arrays["drive"][:, k, 1]
-                rate = arrays["drive"][:, k, 2] - 1j * arrays["drive"][:, k, 3]
-                feed = complex(arrays["feed"][i, k, 0], -arrays["feed"][i, k, 1])
-                whole = -omega * omega * complex((p1 * rate + q1 * force).sum())
-                whole += -1j * omega**3 * complex((p * rate + q * force).sum()) + omega**4 * feed
-                twist += math.hypot(whole.real, whole.imag)
-            levels[i, at.TWIST] = twist
+        fill_watch_bounds(arrays, omegas.tolist(), watch, arrays["feed"], levels)
         of_set = np.zeros(at.SET_COLUMNS)
         rates = np.concatenate([np.sqrt(np.abs(spring)), np.abs(drag), omegas])
         rates = rates[rates > 0.0]
@@ -557,6 +540,44 @@ def _motion_row(spring: float, drag: float) -> Floats:
 @lru_cache(maxsize=256)
 def _system(structure: Structure, loads: Loads) -> StructureSystem:
     return StructureSystem(structure, loads)
+
+
+def fill_watch_bounds(
+    arrays: dict[str, Floats], omegas: Sequence[float], watch: Floats, feed: Floats, levels: Floats
+) -> None:
+    """Fill what bounds the fourth derivatives of watches, (k, n, 3), of one set.
+
+    Parameters
+    ----------
+    arrays
+        Modes and drive of the set, by their names in `Sets`.
+    omegas
+        (m,) frequencies of the harmonics [1/time].
+    watch, feed, levels
+        (k, n, 3), (k, m, 2) and (k, LEVEL_COLUMNS) arrays of which OF_NORM, SURGES and TWIST are
+        filled.
+    """
+    modes, drive = arrays["modes"], arrays["drive"]
+    spring, drag = modes[:, at.SPRING], modes[:, at.DRAG]
+    pace = 0.5 * np.abs(drag) + np.sqrt(0.25 * drag * drag + np.abs(spring))
+    for i in range(len(watch)):
+        p, q = watch[i, :, at.OF_U], watch[i, :, at.OF_W]
+        p1, q1 = -spring * q, p - drag * q
+        p2, q2 = -spring * q1, p1 - drag * q1
+        with np.errstate(divide="ignore", invalid="ignore"):
+            energy = np.sqrt(np.where(spring > 0.0, p2 * p2 / spring, 0.0) + q2 * q2)
+            other = np.where(spring < 0.0, np.abs(p2) / pace, 0.0) + np.abs(q2)
+        watch[i, :, at.OF_NORM] = np.where(spring >= 0.0, energy, other)
+        levels[i, at.SURGES] = float((watch[i, :, at.OF_NORM] * modes[:, at.SURGE]).sum())
+        twist = 0.0
+        for k, omega in enumerate(omegas):
+            force = drive[:, k, 0] - 1j * drive[:, k, 1]
+            rate = drive[:, k, 2] - 1j * drive[:, k, 3]
+            direct = complex(feed[i, k, 0], -feed[i, k, 1])
+            whole = -omega * omega * complex((p1 * rate + q1 * force).sum())
+            whole += -1j * omega**3 * complex((p * rate + q * force).sum()) + omega**4 * direct
+            twist += math.hypot(whole.real, whole.imag)
+        levels[i, at.TWIST] = twist
 
 
 def _record_alone(forcing: Forcing) -> Forcing:

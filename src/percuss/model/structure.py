@@ -48,6 +48,7 @@ __all__ = [
     "exact_numbers",
     "on_faults",
     "one_each",
+    "structure_start",
 ]
 
 MatrixRows: TypeAlias = tuple[tuple[Exact, ...], ...]
@@ -389,6 +390,45 @@ def check_start(
     start = StructureStart(both[0], both[1], t0)
     raise_first(_wall_faults(structure, start))
     return start
+
+
+def structure_start(
+    structure: Structure, start: object = None, x0: object = None, v0: object = None,
+    t0: Phase = 0.0,
+) -> StructureStart:  # fmt: skip
+    """Return the start of a motion of a structure from either form, checked against it.
+
+    Parameters
+    ----------
+    structure
+        The structure.
+    start
+        A `StructureStart`, (x0, v0) or (x0, v0, t0); None for the numbers that follow.
+    x0, v0, t0
+        As for `check_start`; the number 0.0 for a start at rest at 0.
+
+    Raises
+    ------
+    ParameterError
+        If it is none of these, or not a start of this structure.
+
+    Examples
+    --------
+    >>> import percuss as pc
+    >>> pair = pc.impact_pair(masses=[1, 2], gap="0.5", restitution="0.7")
+    >>> structure_start(pair, ([0, 0], [1, 0], "2*pi"))
+    StructureStart(x0=(0, 0), v0=(1, 0), t0='2*pi')
+    """
+    if isinstance(start, StructureStart):
+        x0, v0, t0 = start.x0, start.v0, start.t0
+    elif start is not None:
+        parts = plain_on(start)
+        if not isinstance(parts, tuple) or len(parts) not in (2, 3):
+            reason = "neither a StructureStart nor (x0, v0) nor (x0, v0, t0)"
+            raise_first([Fault("start", start, reason)])
+        x0, v0, t0 = (*parts, 0.0)[:3]
+    x0, v0 = (None if isinstance(q, float) and q == 0.0 else q for q in (x0, v0))
+    return check_start(structure, x0, v0, t0)
 
 
 def exact_numbers(name: str, values: object) -> tuple[Exact, ...]:

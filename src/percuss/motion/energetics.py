@@ -12,7 +12,7 @@ from percuss.model.oscillator import SoftStop, Stop
 from percuss.model.system import System
 from percuss.motion.tables import Contacts
 
-__all__ = ["energy_at", "forces_at"]
+__all__ = ["energy_at", "force_at", "forces_at"]
 
 
 def forces_at(
@@ -22,7 +22,7 @@ def forces_at(
     oscillator, mass = system.of_unit_mass.oscillator, system.mass
     spring = -as_float(oscillator.stiffness) * x
     damping = -2.0 * as_float(oscillator.damping) * v
-    driving = _force_at(system, t)
+    driving = force_at(system, t)
     stops = np.zeros((len(oscillator.stops), len(t)))
     for i, stop in enumerate(oscillator.stops):
         if isinstance(stop, SoftStop):
@@ -58,7 +58,8 @@ def _is_beyond(stop: Stop, depth: Floats) -> Flags:
     return depth > 0.0 if stop.side == "above" else depth < 0.0
 
 
-def _force_at(system: System, t: Floats) -> Floats:
+def force_at(system: System, t: Floats) -> Floats:
+    """Return the forcing at times t, per unit mass."""
     if system.forcing is None:
         return np.zeros_like(t)
     harmonic = np.empty_like(t)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, cast, overload
 
 import numpy as np
@@ -26,6 +26,7 @@ from percuss.model.exact import Exact, Phase, as_float, plain
 from percuss.model.expression import Expression, parameters_in
 from percuss.model.faults import raise_first
 from percuss.model.forcing import Forcing
+from percuss.model.loads import Loads
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import (
     Start,
@@ -35,16 +36,13 @@ from percuss.model.start import (
     start_of,
     wall_faults,
 )
-from percuss.model.structure import Structure, StructureStart
+from percuss.model.structure import Structure, StructureStart, structure_start
 from percuss.model.system import System, region_rows
 from percuss.motion.reach import free_until
 from percuss.motion.trajectory import Outcome, Trajectory
 from percuss.progress import RunProgress
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
-
-    from percuss.model.loads import Loads
     from percuss.motion.structures import StructureTrajectory
 
 __all__ = ["MOST_IMPACTS", "simulate"]
@@ -83,20 +81,24 @@ def simulate(
     max_impacts: int | None = None,
     progress: bool | Callable[[float, float], bool] | None = None,
 ) -> Trajectory: ...
+
+
 @overload
 def simulate(
     osc: Structure,
     force: Loads | Mapping[Any, Forcing] | Forcing | None = None,
-    x0: ArrayLike | Sequence[Exact] | Exact = 0.0,
-    v0: ArrayLike | Sequence[Exact] | Exact = 0.0,
+    x0: Iterable[Exact] | Exact = 0.0,
+    v0: Iterable[Exact] | Exact = 0.0,
     t0: Phase = 0.0,
     *,
-    start: StructureStart | None = None,
+    start: StructureStart | Sequence[Any] | None = None,
     t_end: Phase | None = None,
     periods: Exact | None = None,
     max_impacts: int | None = None,
     progress: bool | Callable[[float, float], bool] | None = None,
 ) -> StructureTrajectory: ...
+
+
 def simulate(
     osc: Oscillator | Structure,
     force: Any = None,
@@ -122,17 +124,17 @@ def simulate(
     Parameters
     ----------
     osc
-        The oscillator, or a `Structure`.
+        The oscillator, or a structure of n coordinates.
     force
-        The forcing; None for free motion. For a structure `Loads`, or a mapping that gives them.
+        The forcing, of a structure its `Loads`; None for free motion.
     x0, v0, t0
-        Position [length], velocity [length/time] and time [time] of the start; for a structure
-        (n,) positions and velocities.
+        Position [length], velocity [length/time] and time [time] of the start; (n,) positions and
+        velocities of a structure, which rests at 0 without them.
     start
         The start in place of these: a `Start`, (x0, v0) or (x0, v0, t0), as all functions take it;
-        for a structure a `StructureStart`.
+        a `StructureStart` or the same pairs for a structure.
     t_end
-        Time of the end [time], after t0.
+        Time of the end [time], after t0; needed for a structure, unless `periods` are given.
     periods
         Number of forcing periods from t0 to the end, > 0, in place of `t_end`.
     max_impacts
@@ -160,7 +162,10 @@ def simulate(
     ParameterError
         If a number is not finite, the start lies inside a wall, t_end is not after t0 or either
         later than 1e14 periods, there is no limit at all, `periods` are given together with
-        t_end or for a forcing without a period, or `start` together with x0, v0 or t0.
+        t_end or for a forcing without a period, or `start` together with x0, v0 or t0. Of a
+        structure, if there is not one number for each coordinate.
+    ConvergenceError
+        If the modes of a structure cannot be told apart, or walls hold one displacement twice.
 
     Examples
     --------
@@ -172,17 +177,21 @@ def simulate(
     (30, 'reached_t_end')
     >>> run.impacts.t[:3] / 3.141592653589793
     array([1., 2., 3.])
+
+    Two masses, of which the first strikes the second:
+
+    >>> pair = pc.impact_pair(masses=[1, 2], gap="0.5", restitution="0.7")
+    >>> run = pc.simulate(pair, v0=[1, 0], t_end=1)
+    >>> run.impacts.t, run(1)[1].round(12)
+    (array([0.5]), array([-0.13333333,  0.56666667]))
     """
     if isinstance(osc, Structure):
         from percuss.motion.structures import follow_structure
 
-        if start is not None:
-            _refuse_both(x0, v0, t0)
-            if not isinstance(start, StructureStart):
-                raise ParameterError("start", start, "not a StructureStart; give x0 and v0")
-            x0, v0, t0 = start.x0, start.v0, start.t0
+        _refuse_both(start, x0, v0, t0)
+        begin_there = structure_start(osc, start, x0, v0, t0)
         return follow_structure(
-            osc, force, x0, v0, t0, t_end, periods, max_impacts, MOST_IMPACTS, progress
+            osc, force, begin_there, t_end, periods, max_impacts, MOST_IMPACTS, progress
         )
     system, begins = System.of(osc, force), _start(start, x0, v0, t0)
     x0, v0, t0 = begins.x0, begins.v0, begins.t0
@@ -216,16 +225,14 @@ def simulate(
 
 def _start(start: object, x0: Exact, v0: Exact, t0: Phase) -> Start:
     """Return the start of a run from either form."""
-    if start is None:
-        return Start(x0, v0, t0)
-    _refuse_both(x0, v0, t0)
-    return start_of(start)
+    _refuse_both(start, x0, v0, t0)
+    return Start(x0, v0, t0) if start is None else start_of(start)
 
 
-def _refuse_both(*given: object) -> None:
-    """Refuse x0, v0 or t0 beside a start."""
-    for name, value in zip(("x0", "v0", "t0"), given, strict=True):
-        if not (isinstance(value, float) and value == 0.0):
+def _refuse_both(start: object, x0: object, v0: object, t0: object) -> None:
+    """Refuse a start that is given in both forms."""
+    for name, value in (("x0", x0), ("v0", v0), ("t0", t0)):
+        if start is not None and not (isinstance(value, float) and value == 0.0):
             raise ParameterError(name, value, "given together with start; give one")
 
 

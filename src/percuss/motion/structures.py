@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,11 +21,27 @@ from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import Exact, Phase, as_float, reals, whole
 from percuss.model.faults import Fault, raise_first
 from percuss.model.loads import Loads
-from percuss.model.oscillator import On, SoftStop
+from percuss.model.oscillator import On, Oscillator, SoftStop
 from percuss.model.start import limit_faults
-from percuss.model.structure import Structure, StructureStart, check_start
-from percuss.motion.tables import Contacts, Crossings, Grazes, Impacts
-from percuss.motion.trajectory import ROUNDED, Outcome
+from percuss.model.structure import Structure, StructureStart
+from percuss.model.system import System
+from percuss.motion.energetics import force_at
+from percuss.motion.extremes import Extrema, QuantityName
+from percuss.motion.sections import SectionDirection, section_of
+from percuss.motion.structure_observables import (
+    extremes_of_run,
+    observable_at,
+    passages_of_run,
+)
+from percuss.motion.tables import Contacts, Crossings, EventColumn, Grazes, Impacts
+from percuss.motion.trajectory import (
+    Outcome,
+    beyond_record_of,
+    labelled,
+    span_within,
+    strobes,
+    times_within,
+)
 from percuss.numerics import matmul
 from percuss.progress import RunProgress
 
@@ -47,9 +63,7 @@ _OUTCOMES = {
 def follow_structure(
     structure: Structure,
     loads: object,
-    x0: object,
-    v0: object,
-    t0: Phase,
+    start: StructureStart,
     t_end: Phase | None,
     periods: Exact | None,
     max_impacts: int | None,
@@ -58,7 +72,6 @@ def follow_structure(
 ) -> StructureTrajectory:
     """Follow one motion of a structure; the arguments are those of `simulate`."""
     system = StructureSystem.of(structure, loads)
-    start = check_start(structure, x0, v0, t0)
     begin = as_float(start.t0)
     if periods is not None:
         if t_end is not None:
@@ -160,7 +173,7 @@ class StructureTrajectory:
     t0: float
     t_end: float
     outcome: Outcome
-    impacts: Impacts
+    impacts: StructureImpacts
     crossings: Crossings
     contacts: Contacts
     grazes: Grazes
@@ -224,7 +237,28 @@ class StructureTrajectory:
         ]
         span = f"t = {self.t0:.6g} ... {self.t_end:.6g}"
         masses = f"{self.structure.n} coordinates"
-        return f"<StructureTrajectory: {masses}, {span}, {', '.join(parts)}; {self.outcome.value}>"
+        ends = "; ".join([self.outcome.value, *filter(None, [self.beyond_record])])
+        return f"<StructureTrajectory: {masses}, {span}, {', '.join(parts)}; {ends}>"
+
+    @property
+    def beyond_record(self) -> str:
+        """What acts before and after the samples of the loads' records, if the run goes there.
+
+        Empty where there is no record, and for a run within the samples of all.
+
+        Examples
+        --------
+        >>> import percuss as pc
+        >>> pair = pc.impact_pair(masses=[1, 1], gap="0.5", restitution="0.8")
+        >>> loads = pc.Loads({1: pc.record([0.0, 1.0], [0.0, 1.0])})
+        >>> pc.simulate(pair, loads, t_end=2).beyond_record
+        'loads.0: the record lasts from t = 0 to 1, its end values hold beyond'
+        """
+        texts = [
+            (i, beyond_record_of(forcing, self.t0, self.t_end))
+            for i, forcing in enumerate(self.loads.forcings)
+        ]
+        return "; ".join(f"loads.{i}: {text}" for i, text in texts if text)
 
     def __call__(
         self, t: ArrayLike, limit: Literal["after", "before"] = "after"
@@ -254,18 +288,14 @@ class StructureTrajectory:
         >>> pair = pc.impact_pair(masses=[1, 1], gap="0.5", restitution="0.8")
         >>> run = pc.simulate(pair, v0=[1, 0], t_end=10)
         >>> x, v = run(10.0)
-        >>> float(v.sum())
+        >>> round(float(v.sum()), 12)
         1.0
         """
         if limit not in ("after", "before"):
             raise ParameterError("limit", limit, 'neither "after" nor "before"')
         instants = reals("t", t)
-        slack = ROUNDED * np.spacing(max(abs(self.t0), abs(self.t_end)))
-        outside = ~((instants >= self.t0 - slack) & (instants <= self.t_end + slack))
-        if outside.any():
-            wrong = float(instants[outside].flat[0])
-            raise ParameterError("t", wrong, f"outside the run, {self.t0!r} to {self.t_end!r}")
-        flat = np.ascontiguousarray(np.clip(instants, self.t0, self.t_end)).reshape(-1)
+        inside = times_within(instants, self.t0, self.t_end)
+        flat = np.ascontiguousarray(inside).reshape(-1)
         place = np.empty((len(flat), self.structure.n, 2))
         evaluate(self._scratch(), flat, limit == "after", place)
         shape = (*instants.shape, self.structure.n)
@@ -345,56 +375,212 @@ class StructureTrajectory:
         times = np.linspace(self.t0, self.t_end, n)
         return self._dataset(times, "t")
 
-    def stroboscopic(self) -> Dataset:
-        """Return x and v once every period of the loads, from t0 on.
+    def stroboscopic(self, cycle: float | None = None) -> Dataset:
+        """Return x and v once every period of the loads.
+
+        Parameters
+        ----------
+        cycle
+            The cycle of the instants, (t / period) mod 1, in [0, 1); default: that of t0.
 
         Returns
         -------
         xarray.Dataset
-            `t`, `x` and `v` over `period`, their number from 0.
+            `t` over `period`, their number from 0, and `x` and `v` over (period, coordinate); at
+            the very instant of an impact v is that after it.
 
         Raises
         ------
         ParameterError
-            If the loads have no common period.
+            If the loads have no common period, or the cycle is not in [0, 1).
+
+        Examples
+        --------
+        >>> import percuss as pc
+        >>> pair = pc.impact_pair(masses=[1, 1], gap="0.5", restitution="0.8")
+        >>> run = pc.simulate(pair, pc.Loads({0: pc.cosine(2)}), t_end=10)
+        >>> run.stroboscopic(cycle=0.5).t.values.round(3)
+        array([1.571, 4.712, 7.854])
         """
         period = self.system.period
         if period is None:
-            raise ParameterError("loads.period", None, "needed for a stroboscopic view")
-        count = np.arange(int((self.t_end - self.t0) / period * (1.0 + 1e-12)) + 1)
-        return self._dataset(np.minimum(self.t0 + count * period, self.t_end), "period")
+            reason = "a stroboscopic view needs loads of one period; give period= to Loads"
+            raise ParameterError("loads.period", None, reason)
+        return self._dataset(strobes(period, self.t0, self.t_end, cycle), "period")
+
+    def section(
+        self, at: float, on: On | None = None, direction: SectionDirection = "both"
+    ) -> Dataset:
+        """Return the passages of a displacement y = c . x: a Poincaré section.
+
+        None is missed: each flight is searched with the proof that holds for stops. The start is
+        none, nor is a touch of the level that rounding cannot tell from a passage and back, and at
+        a wall there is no passage.
+
+        Parameters
+        ----------
+        at
+            The displacement y [length].
+        on
+            A coordinate, a direction or the name of a point; not needed for one coordinate.
+        direction
+            "up" with y' > 0, "down" with y' < 0, or "both".
+
+        Returns
+        -------
+        xarray.Dataset
+            `t` [time], over `crossing`, and `x` [length] and `v` [length/time] over (crossing,
+            coordinate).
+
+        Raises
+        ------
+        ParameterError
+            If the displacement is not a finite number, or there is no such direction.
+
+        Examples
+        --------
+        >>> import percuss as pc
+        >>> pair = pc.impact_pair(masses=[1, 1], gap="0.5", restitution=1)
+        >>> run = pc.simulate(pair, v0=[1, 0], t_end=3)
+        >>> run.section(at=0, on=(1, -1)).t.values
+        array([1., 2.])
+        """
+        section = section_of({"at": at, "direction": direction})
+        self.structure.direction(on)
+        passages = passages_of_run(self.system, self._scratch(), self.t_end, section.at, on)
+        return self._dataset(passages[section.sign * passages[:, 1] >= 0.0, 0], "crossing")
+
+    def extremes(
+        self,
+        of: QuantityName,
+        stop: int = 0,
+        on: On | None = None,
+        between: Sequence[float] | None = None,
+    ) -> Extrema:
+        """Return the least and the largest value of a quantity, with their instants.
+
+        Both are exact to rounding: inside a flight the zeros of the derivative are found with the
+        proof that holds for impacts, and at an event both limits count. So the force of a stop
+        with a dashpot has its value just after the entry, and a wall holds the structure with the
+        force that `forces` gives. The impulses of impacts are no forces; `impacts` has them.
+
+        Parameters
+        ----------
+        of
+            "displacement" [length], "velocity" [length/time] or "acceleration" [length/time^2] of
+            y = c . x; "spring_force", that of the stiffness, -c . K x, or "stop_force", along the
+            c of the stop [mass length/time^2], with the sign of `forces`.
+        stop
+            Index of the stop whose force it is.
+        on
+            A coordinate, a direction c or the name of a point, of all but "stop_force"; not needed
+            for one coordinate.
+        between
+            Two instants (first, last); default: the whole run [time].
+
+        Returns
+        -------
+        Extrema
+            `minimum`, `t_minimum`, `maximum`, `t_maximum`; at a plateau its first instant.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such quantity, stop or direction, or the instants are not in the run.
+
+        Examples
+        --------
+        >>> import percuss as pc
+        >>> two = pc.chain(masses=[1, 1], springs=[1, 1, 1])
+        >>> run = pc.simulate(two, x0=[1, -1], t_end=9)
+        >>> round(run.extremes("velocity", on=0).maximum**2, 12)
+        3.0
+        """
+        span = span_within(between, self.t0, self.t_end)
+        return extremes_of_run(self.system, self._scratch(), span, of, stop, on)
+
+    def forces(self, t: ArrayLike) -> Dataset:
+        """Return the forces on the coordinates at times t.
+
+        Parameters
+        ----------
+        t
+            (n_times,) array of times in the run [time].
+
+        Returns
+        -------
+        xarray.Dataset
+            `spring`, `damping` and `loads` over (t, coordinate), -K x, -C v and what the loads
+            push, and `stops` over (stop, t), the force of each stop along its c: that of a soft
+            stop, and the reaction of a wall in contact (its impulses are in `impacts`) [mass
+            length/time^2]. M x'' is the sum of all, those of the stops times their c.
+
+        Raises
+        ------
+        ParameterError
+            If a time lies outside the run.
+
+        Examples
+        --------
+        >>> import percuss as pc
+        >>> two = pc.chain(masses=[1, 1], springs=[1, 1, 1])
+        >>> pc.simulate(two, x0=[1, -1], t_end=9).forces([0.0])["spring"].values
+        array([[-3.,  3.]])
+        """
+        times = np.atleast_1d(reals("t", t))
+        x, v = self(times)
+        flat = np.ascontiguousarray(times_within(times, self.t0, self.t_end))
+        stiffness, damping = self.structure.stiffness_matrix, self.structure.damping_matrix
+        loads = np.zeros_like(x)
+        # What drives a free unit mass is the load itself.
+        free = Oscillator(stiffness=0, damping=0)
+        directions = self.loads.directions(self.structure)
+        for c, forcing in zip(directions, self.loads.forcings, strict=True):
+            loads += force_at(System(free, forcing), flat)[:, None] * c
+        stops = np.zeros((len(self.structure.stops), len(flat)))
+        scratch = self._scratch()
+        for i in range(len(stops)):
+            stops[i] = observable_at(self.system, scratch, flat, "stop_force", stop=i)
+        data: dict[str, object] = {
+            "spring": (("t", "coordinate"), -matmul(x, stiffness.T)),
+            "damping": (("t", "coordinate"), -matmul(v, damping.T)),
+            "loads": (("t", "coordinate"), loads),
+            "stops": (("stop", "t"), stops),
+        }
+        coordinates: dict[str, object] = {
+            "t": times,
+            "coordinate": np.arange(self.structure.n),
+            "stop": np.arange(len(stops)),
+        }
+        return self._labelled(data, coordinates)
 
     def _dataset(self, times: Floats, dimension: str) -> Dataset:
-        import xarray
-
         x, v = self(times)
-        units = self.structure.units
-        about = {
-            name: {"long_name": meaning} | ({} if units is None else {"units": units.of(of)})
-            for name, meaning, of in (
-                ("t", "time", "time"),
-                ("x", "displacement", "length"),
-                ("v", "velocity", "length/time"),
-            )
-        }
-        data = {
-            "x": ((dimension, "coordinate"), x, about["x"]),
-            "v": ((dimension, "coordinate"), v, about["v"]),
+        data: dict[str, object] = {
+            "x": ((dimension, "coordinate"), x),
+            "v": ((dimension, "coordinate"), v),
         }
         coordinates: dict[str, object] = {"coordinate": np.arange(self.structure.n)}
         if dimension == "t":
-            coordinates["t"] = ("t", times, about["t"])
+            coordinates["t"] = times
         else:
-            coordinates[dimension] = np.arange(len(times))
-            data["t"] = (dimension, times, about["t"])  # type: ignore[assignment]
-        return xarray.Dataset(data, coordinates, attrs={"outcome": self.outcome.value})
+            data = {"t": (dimension, times)} | data
+            if dimension == "period":
+                coordinates[dimension] = np.arange(len(times))
+        return self._labelled(data, coordinates)
+
+    def _labelled(self, data: dict[str, object], coordinates: dict[str, object]) -> Dataset:
+        import xarray
+
+        found = xarray.Dataset(data, coordinates, attrs={"outcome": str(self.outcome.value)})
+        return labelled(found, self.structure.units)
 
 
 def _rows(run: StructureRun, *kinds: np.int64) -> Integers:
     return np.flatnonzero(np.isin(run.marks[:, columns.KIND], kinds))
 
 
-def _impacts(system: StructureSystem, run: StructureRun) -> Impacts:
+def _impacts(system: StructureSystem, run: StructureRun) -> StructureImpacts:
     rows = _rows(run, columns.IMPACT)
     stops = run.marks[rows, columns.BOUND]
     t = run.events[rows, columns.EVENT_T]
@@ -403,6 +589,8 @@ def _impacts(system: StructureSystem, run: StructureRun) -> Impacts:
     before, after = (signs * run.events[rows, k] for k in (columns.V_BEFORE, columns.V_AFTER))
     period = system.period
     cycle = np.full(len(t), np.nan) if period is None else t / period % 1.0
+    # A rounding below a whole period is that period.
+    cycle[cycle == 1.0] = 0.0
     intervals = np.diff(t, prepend=run.events[0, columns.EVENT_T])
     return StructureImpacts(
         t, before, after, stops, cycle, intervals, None, system.structure.units,
@@ -426,6 +614,15 @@ class StructureImpacts(Impacts):
     def impulse(self) -> Floats:
         """(n,) array, the wall's impulse along c, (v_after - v_before) / (c . M^-1 c)."""
         return (self.v_after - self.v_before) * self.effective_mass
+
+    @property
+    def _has_mass(self) -> bool:
+        return True
+
+    def _columns(self) -> Iterator[tuple[str, EventColumn, Any]]:
+        yield from super(StructureImpacts, self)._columns()
+        about = EventColumn("effective mass of the stop's direction", "mass")
+        yield "effective_mass", about, self.effective_mass
 
 
 def _crossings(system: StructureSystem, run: StructureRun) -> Crossings:

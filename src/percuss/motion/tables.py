@@ -93,12 +93,17 @@ class EventTable:
     def _about(self, column: EventColumn) -> dict[str, str]:
         """Return what a column is, with its unit where the oscillator has units."""
         meaning, dimensions = column
-        if getattr(self, "mass", None) is None:
+        if not self._has_mass:
             dimensions = dimensions.removeprefix("mass ")
         else:
             meaning = meaning.removesuffix(" per unit mass")
         unit = {} if self.units is None else {"units": self.units.of(dimensions)}
         return {"long_name": meaning} | unit
+
+    @property
+    def _has_mass(self) -> bool:
+        """Whether the columns are not per unit mass."""
+        return getattr(self, "mass", None) is not None
 
     def to_pandas(self) -> DataFrame:
         """Return the columns as a pandas.DataFrame, a row for each event.

@@ -41,7 +41,10 @@ if TYPE_CHECKING:
     # A second of import, and only `sample`, `stroboscopic` and `forces` need it.
     from xarray import Dataset
 
-__all__ = ["Outcome", "Trajectory", "labelled"]
+__all__ = [
+    "Outcome", "Trajectory", "beyond_record_of", "labelled", "span_within", "strobes",
+    "times_within",
+]  # fmt: skip
 
 Limit = Literal["after", "before"]
 _SIDES = ("after", "before")
@@ -181,15 +184,7 @@ class Trajectory:
         >>> pc.simulate(pc.Oscillator(), push, t_end=5).beyond_record
         'the record lasts from t = 0 to 2, its end values hold beyond'
         """
-        record = None if self.forcing is None else self.forcing.record
-        if record is None or record.repeat:
-            return ""
-        pace = 1.0 if record.omega is None else as_float(record.omega)
-        first, last = as_float(record.t[0]) / pace, as_float(record.t[-1]) / pace
-        if first <= self.t0 and self.t_end <= last:
-            return ""
-        what = "its end values hold" if record.outside == "end" else "nothing acts"
-        return f"the record lasts from t = {first:.6g} to {last:.6g}, {what} beyond"
+        return "" if self.forcing is None else beyond_record_of(self.forcing, self.t0, self.t_end)
 
     def __call__(self, t: ArrayLike, limit: Limit = "after") -> tuple[Floats, Floats]:
         """Return (x, v) at times t, from the closed form.
@@ -223,7 +218,7 @@ class Trajectory:
             raise ParameterError("limit", limit, 'neither "after" nor "before"')
         instants = reals("t", t)
         if instants.size and not (instants.min() >= self.t0 and instants.max() <= self.t_end):
-            instants = self._within(instants)
+            instants = times_within(instants, self.t0, self.t_end)
         flat = np.ascontiguousarray(instants).reshape(-1)
         law = self.system.law
         n = int(law[0, N_HARMONICS])
@@ -237,15 +232,6 @@ class Trajectory:
             motion,
         )
         return motion[0].reshape(instants.shape), motion[1].reshape(instants.shape)
-
-    def _within(self, instants: Floats) -> Floats:
-        """Return the times moved into the run where only their rounding lies outside."""
-        slack = ROUNDED * np.spacing(max(abs(self.t0), abs(self.t_end)))
-        outside = ~((instants >= self.t0 - slack) & (instants <= self.t_end + slack))
-        if outside.any():
-            wrong = float(instants[outside].flat[0])
-            raise ParameterError("t", wrong, f"outside the run, {self.t0!r} to {self.t_end!r}")
-        return np.clip(instants, self.t0, self.t_end)
 
     def sample(self, n: int) -> Dataset:
         """Return x and v at n equidistant times, both ends included.
@@ -309,16 +295,7 @@ class Trajectory:
         if period == 0.0:
             reason = "a stroboscopic view needs a periodic forcing; give period= where it has one"
             raise ParameterError("forcing.period", None, reason)
-        count = np.arange(int((self.t_end - self.t0) / period) + 2)
-        if cycle is None:
-            times = self.t0 + count * period
-        else:
-            part = section_of({"cycle": cycle}).cycle or 0.0
-            first = math.ceil(self.t0 / period - part)
-            times = (first + count + part) * period
-        slack = ROUNDED * np.spacing(max(abs(self.t0), abs(self.t_end)))
-        inside = (times >= self.t0 - slack) & (times <= self.t_end + slack)
-        times = times[inside]
+        times = strobes(period, self.t0, self.t_end, cycle)
         x, v = self(times)
         data = {"t": ("period", times), "x": ("period", x), "v": ("period", v)}
         number = np.arange(len(times))
@@ -405,24 +382,12 @@ class Trajectory:
         >>> run.extremes("stop_force").minimum < -2.0
         True
         """
-        span = self._span(between)
+        span = span_within(between, self.t0, self.t_end)
         return extremes_of_motion(self.system, self._motion_record, span, of, stop)
 
     @property
     def _motion_record(self) -> MotionRecord:
         return MotionRecord(self.system.law, self.x0, self._events, self._marks)
-
-    def _span(self, between: Sequence[float] | None) -> tuple[float, float]:
-        """Return the instants between which the run is looked at."""
-        if between is None:
-            return self.t0, self.t_end
-        if not hasattr(between, "__len__") or len(between) != 2:
-            raise ParameterError("between", between, "not a pair of instants (first, last)")
-        first, last = (real("between", t) for t in between)
-        if not self.t0 <= first <= last <= self.t_end:
-            reason = f"not two instants of the run, {self.t0!r} to {self.t_end!r}, in order"
-            raise ParameterError("between", (first, last), reason)
-        return first, last
 
     def forces(self, t: ArrayLike) -> Dataset:
         """Return the forces on the mass at times t; per unit mass where there is no mass.
@@ -493,12 +458,61 @@ class Trajectory:
         return labelled(found, self.oscillator.units)
 
 
+def beyond_record_of(forcing: Forcing, t0: float, t_end: float) -> str:
+    """Return what acts beyond the samples of a force's record, if a run goes there."""
+    record = forcing.record
+    if record is None or record.repeat:
+        return ""
+    pace = 1.0 if record.omega is None else as_float(record.omega)
+    first, last = as_float(record.t[0]) / pace, as_float(record.t[-1]) / pace
+    if first <= t0 and t_end <= last:
+        return ""
+    what = "its end values hold" if record.outside == "end" else "nothing acts"
+    return f"the record lasts from t = {first:.6g} to {last:.6g}, {what} beyond"
+
+
+def strobes(period: float, t0: float, t_end: float, cycle: float | None) -> Floats:
+    """Return the instants of a run once a period, from its start or at a cycle in [0, 1)."""
+    count = np.arange(int((t_end - t0) / period) + 2)
+    if cycle is None:
+        times = t0 + count * period
+    else:
+        part = section_of({"cycle": cycle}).cycle or 0.0
+        first = math.ceil(t0 / period - part)
+        times = (first + count + part) * period
+    slack = ROUNDED * np.spacing(max(abs(t0), abs(t_end)))
+    return np.asarray(times[(times >= t0 - slack) & (times <= t_end + slack)])
+
+
+def span_within(between: Sequence[float] | None, t0: float, t_end: float) -> tuple[float, float]:
+    """Return the instants between which a run from t0 to t_end is looked at."""
+    if between is None:
+        return t0, t_end
+    if not hasattr(between, "__len__") or len(between) != 2:
+        raise ParameterError("between", between, "not a pair of instants (first, last)")
+    first, last = (real("between", t) for t in between)
+    if not t0 <= first <= last <= t_end:
+        reason = f"not two instants of the run, {t0!r} to {t_end!r}, in order"
+        raise ParameterError("between", (first, last), reason)
+    return first, last
+
+
+def times_within(instants: Floats, t0: float, t_end: float) -> Floats:
+    """Return the times moved into a run where only their rounding lies outside."""
+    slack = ROUNDED * np.spacing(max(abs(t0), abs(t_end)))
+    outside = ~((instants >= t0 - slack) & (instants <= t_end + slack))
+    if outside.any():
+        wrong = float(instants[outside].flat[0])
+        raise ParameterError("t", wrong, f"outside the run, {t0!r} to {t_end!r}")
+    return np.clip(instants, t0, t_end)
+
+
 # Dimensions of the variables of a run's datasets.
 DIMENSIONS = {
     "t": "time",
     "x": "length",
     "v": "length/time",
-    **dict.fromkeys(("spring", "damping", "forcing", "stops"), FORCE),
+    **dict.fromkeys(("spring", "damping", "forcing", "loads", "stops"), FORCE),
 }
 
 

@@ -13,7 +13,7 @@ from matplotlib.collections import LineCollection
 from percuss.arrays import Floats, Integers
 from percuss.model.exact import as_float
 from percuss.model.oscillator import Stop, Wall
-from percuss.motion.trajectory import Trajectory
+from percuss.plotting.direction_view import Drawable
 from percuss.plotting.samples import distinct_spans, within
 from percuss.plotting.style import BLUE, GREY, ORANGE, PURPLE, VERMILION
 
@@ -37,7 +37,7 @@ GRAZE_STYLE: dict[str, Any] = {
 DASH, GAP = 3.2, 2.2
 
 
-def draw_stops(ax: Axes, run: Trajectory, x: Floats, axis: Literal["x", "y"]) -> None:
+def draw_stops(ax: Axes, run: Drawable, x: Floats, axis: Literal["x", "y"]) -> None:
     """Draw the stops near a motion and set the limits of the axis that carries x.
 
     The displacements that are drawn, `x`, decide which stops are near.
@@ -52,7 +52,7 @@ def draw_stops(ax: Axes, run: Trajectory, x: Floats, axis: Literal["x", "y"]) ->
         _draw_stop(ax, stop, 10.0 * (high - low), 0.7 * margin, axis)
 
 
-def _nearby(run: Trajectory, x: Floats) -> list[Stop]:
+def _nearby(run: Drawable, x: Floats) -> list[Stop]:
     reach = NEARBY * (x.max() - x.min())
     low, high = x.min() - reach, x.max() + reach
     return [stop for stop in run.oscillator.stops if low <= as_float(stop.at) <= high]
@@ -71,14 +71,14 @@ def _draw_stop(ax: Axes, stop: Stop, far: float, depth: float, axis: Literal["x"
         line(at, color=ORANGE, linewidth=0.9, zorder=1.5)
 
 
-def stop_places(run: Trajectory, stops: Integers) -> Floats:
+def stop_places(run: Drawable, stops: Integers) -> Floats:
     """Return the displacement at each of the stops of an event table."""
     at = np.array([as_float(stop.at) for stop in run.oscillator.stops], dtype=np.float64)
     return at[stops] if at.size else np.zeros(stops.shape)
 
 
 def draw_contacts_in_time(
-    ax: Axes, run: Trajectory, low: float, high: float, *, velocity: bool
+    ax: Axes, run: Drawable, low: float, high: float, *, velocity: bool
 ) -> None:
     """Draw each contact in [low, high] as a thick line, at the stop or at zero velocity."""
     start = run.contacts.start
@@ -96,7 +96,7 @@ def draw_contacts_in_time(
 
 
 def draw_grazes_in_time(
-    ax: Axes, run: Trajectory, low: float, high: float, *, velocity: bool
+    ax: Axes, run: Drawable, low: float, high: float, *, velocity: bool
 ) -> None:
     """Mark each graze in [low, high], at the stop or at zero velocity."""
     shown = within(run.grazes.t, low, high)
@@ -107,7 +107,7 @@ def draw_grazes_in_time(
         ax.plot(t[distinct], heights[distinct], **GRAZE_STYLE)
 
 
-def draw_rest_points(ax: Axes, run: Trajectory, low: float, high: float) -> None:
+def draw_rest_points(ax: Axes, run: Drawable, low: float, high: float) -> None:
     """Mark contacts and grazes in [low, high] in the phase plane."""
     start = run.contacts.start
     release = np.where(np.isnan(run.contacts.release), run.t_end, run.contacts.release)

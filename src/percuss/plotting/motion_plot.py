@@ -13,10 +13,13 @@ from matplotlib.figure import Figure
 
 from percuss.arrays import Floats
 from percuss.errors import ParameterError
+from percuss.model.oscillator import On
 from percuss.model.units import Units
 from percuss.motion.eigenset import resonant_frequency
 from percuss.motion.spectrum import spectrum
+from percuss.motion.structures import StructureTrajectory
 from percuss.motion.trajectory import Trajectory
+from percuss.plotting.direction_view import Drawable, names_of, view_of
 from percuss.plotting.marks import (
     GRAZE_STYLE,
     draw_contacts_in_time,
@@ -24,7 +27,6 @@ from percuss.plotting.marks import (
     draw_jumps,
     draw_rest_points,
     draw_stops,
-    stop_places,
 )
 from percuss.plotting.samples import (
     DRAWN_POINTS,
@@ -84,13 +86,14 @@ SIZE = (8.0, 9.0)
 
 @shared_docs
 def plot_displacement(
-    run: Trajectory,
+    run: Trajectory | StructureTrajectory,
     ax: Axes | None = None,
     *,
     window: tuple[float, float] | None = None,
     units: Units | None = None,
     xlabel: str | None = None,
     ylabel: str | None = None,
+    on: On | None = None,
 ) -> Axes:
     """Draw the displacement over time, with the stops, the contacts and the grazes.
 
@@ -98,32 +101,36 @@ def plot_displacement(
     ----------
     run
         The run.
+    on
+        Of a structure the coordinate, direction or point that is drawn, with the stops on its line.
 
     Returns
     -------
     Axes
         The axes; those of a new figure have a legend.
     """
-    units = units_of(units, run.oscillator)
-    low, high = window_of(run, window)
-    curve = sample_curve(run, (low, high))
+    view = view_of(run, on)
+    units = units_of(units, view.oscillator)
+    low, high = window_of(view, window)
+    curve = sample_curve(view, (low, high))
     with picture(ax, legend=True, labels=(xlabel, ylabel)) as ax:
         t, x, _ = reduce_to_columns(curve.t, curve.x, np.zeros_like(curve.jumps))
-        ax.plot(t, x, color=BLUE, linewidth=WIDTH * _thinness(run, low, high))
-        draw_stops(ax, run, curve.x, "y")
-        _finish_over_time(ax, run, (low, high), units, velocity=False)
+        ax.plot(t, x, color=BLUE, linewidth=WIDTH * _thinness(view, low, high))
+        draw_stops(ax, view, curve.x, "y")
+        _finish_over_time(ax, view, (low, high), units, velocity=False)
     return ax
 
 
 @shared_docs
 def plot_velocity(
-    run: Trajectory,
+    run: Trajectory | StructureTrajectory,
     ax: Axes | None = None,
     *,
     window: tuple[float, float] | None = None,
     units: Units | None = None,
     xlabel: str | None = None,
     ylabel: str | None = None,
+    on: On | None = None,
 ) -> Axes:
     """Draw the velocity over time; an impact is a vertical dashed jump.
 
@@ -131,6 +138,8 @@ def plot_velocity(
     ----------
     run
         The run.
+    on
+        Of a structure the coordinate, direction or point that is drawn, with the stops on its line.
 
     Returns
     -------
@@ -138,25 +147,26 @@ def plot_velocity(
         The axes; those of a new figure have a legend. With more than 2,000 impacts the jumps are
         part of the solid line.
     """
-    units = units_of(units, run.oscillator)
-    low, high = window_of(run, window)
-    curve = sample_curve(run, (low, high))
-    shown = within(run.impacts.t, low, high)
+    view = view_of(run, on)
+    units = units_of(units, view.oscillator)
+    low, high = window_of(view, window)
+    curve = sample_curve(view, (low, high))
+    shown = within(view.impacts.t, low, high)
     is_dashed = 0 < shown.sum() <= MOST_JUMPS
     with picture(ax, legend=True, labels=(xlabel, ylabel)) as ax:
         t, v, jumps = reduce_to_columns(curve.t, curve.v, curve.jumps & is_dashed)
-        thinness = _thinness(run, low, high)
+        thinness = _thinness(view, low, high)
         ax.plot(separated(t, jumps), separated(v, jumps), color=BLUE, linewidth=WIDTH * thinness)
         if is_dashed:
-            impacts = run.impacts
+            impacts = view.impacts
             before, after = impacts.v_before[shown], impacts.v_after[shown]
             # Not thinner: matplotlib shortens the dashes with the width.
             draw_jumps(ax, impacts.t[shown], before, after, alpha=thinness**2)
-        _finish_over_time(ax, run, (low, high), units, velocity=True)
+        _finish_over_time(ax, view, (low, high), units, velocity=True)
     return ax
 
 
-def _thinness(run: Trajectory, low: float, high: float) -> float:
+def _thinness(run: Drawable, low: float, high: float) -> float:
     """Return how thin the lines are drawn, 1 to 0.4, so that many stay apart."""
     n = within(run.impacts.t, low, high).sum() + within(run.crossings.t, low, high).sum()
     if n > MOST_JUMPS:
@@ -166,7 +176,7 @@ def _thinness(run: Trajectory, low: float, high: float) -> float:
 
 
 def _finish_over_time(
-    ax: Axes, run: Trajectory, window: tuple[float, float], units: Units, *, velocity: bool
+    ax: Axes, run: Drawable, window: tuple[float, float], units: Units, *, velocity: bool
 ) -> None:
     """Draw contacts and grazes, and name the axes of a displacement or velocity over time."""
     low, high = window
@@ -175,19 +185,21 @@ def _finish_over_time(
     if high > low:
         ax.set_xlim(low, high)
     ax.set_xlabel(f"time $t$ ({units.duration})")
-    x, v = f"displacement $x$\n({units.displacement})", f"velocity $v$\n({units.velocity})"
+    x, v = names_of(run)
+    x, v = f"displacement {x}\n({units.displacement})", f"velocity {v}\n({units.velocity})"
     ax.set_ylabel(v if velocity else x)
 
 
 @shared_docs
 def plot_phase_portrait(
-    run: Trajectory,
+    run: Trajectory | StructureTrajectory,
     ax: Axes | None = None,
     *,
     window: tuple[float, float] | None = None,
     units: Units | None = None,
     xlabel: str | None = None,
     ylabel: str | None = None,
+    on: On | None = None,
 ) -> Axes:
     """Draw the velocity over the displacement; an impact is a vertical dashed jump at its stop.
 
@@ -195,6 +207,8 @@ def plot_phase_portrait(
     ----------
     run
         The run.
+    on
+        Of a structure the coordinate, direction or point that is drawn, with the stops on its line.
     window
         First and last time of the part that is drawn; default: the whole run.
 
@@ -203,22 +217,23 @@ def plot_phase_portrait(
     Axes
         The axes; those of a new figure have a legend.
     """
-    units = units_of(units, run.oscillator)
-    low, high = window_of(run, window)
-    curve = sample_curve(run, (low, high))
+    view = view_of(run, on)
+    units = units_of(units, view.oscillator)
+    low, high = window_of(view, window)
+    curve = sample_curve(view, (low, high))
     with picture(ax, legend=True, labels=(xlabel, ylabel)) as ax:
         x, v = reduce_to_pixels(curve)
         # A long line is drawn finely, so that its loops stay apart; very long ones stay an image
         # inside an SVG, which would be large otherwise.
         width = float(np.clip(1.2 * math.sqrt(40.0 / (1.0 + _length(curve))), 0.35, 1.2))
         ax.plot(x, v, color=BLUE, linewidth=width, rasterized=x.size > DRAWN_POINTS)
-        if low == run.t0:
+        if low == view.t0:
             # Before the impact of a start that runs into a wall.
-            ax.plot(run.x0, run.v0, **START_STYLE)
-        _draw_jumps(ax, run, low, high)
-        draw_stops(ax, run, curve.x, "x")
-        draw_rest_points(ax, run, low, high)
-        label_phase_plane(ax, units)
+            ax.plot(view.x0, view.v0, **START_STYLE)
+        _draw_jumps(ax, view, low, high)
+        draw_stops(ax, view, curve.x, "x")
+        draw_rest_points(ax, view, low, high)
+        label_phase_plane(ax, units, names_of(view))
     return ax
 
 
@@ -228,11 +243,12 @@ def _length(curve: SampledMotion) -> float:
     return float(np.hypot(dx, dv)[~curve.jumps[:-1]].sum())
 
 
-def _draw_jumps(ax: Axes, run: Trajectory, low: float, high: float) -> None:
+def _draw_jumps(ax: Axes, run: Drawable, low: float, high: float) -> None:
     shown = within(run.impacts.t, low, high)
     if shown.any():
         impacts = run.impacts
-        places = stop_places(run, impacts.stop[shown])
+        # Of a structure an impact elsewhere is a jump here too.
+        places, _ = run(impacts.t[shown])
         before, after = impacts.v_before[shown], impacts.v_after[shown]
         distinct = distinct_jumps(places, before, after)
         draw_jumps(ax, places[distinct], before[distinct], after[distinct])

@@ -11,7 +11,7 @@ from percuss.arrays import Flags, Floats, Integers
 from percuss.errors import ParameterError
 from percuss.model.exact import as_float
 from percuss.model.oscillator import SoftStop
-from percuss.motion.trajectory import Trajectory
+from percuss.plotting.direction_view import DirectionView, Drawable
 
 # A chord of 1/64 of a cycle stays within 0.12 % of the amplitude of its arc.
 POINTS_PER_CYCLE = 64
@@ -31,7 +31,7 @@ MOST_DOTS = 20_000
 DOT_COLUMNS = 500
 
 
-def window_of(run: Trajectory, window: tuple[float, float] | None) -> tuple[float, float]:
+def window_of(run: Drawable, window: tuple[float, float] | None) -> tuple[float, float]:
     """Return the first and the last time of a run in a window; by default of the whole run.
 
     Raises
@@ -70,7 +70,7 @@ class SampledMotion:
     jumps: Flags
 
 
-def sample_curve(run: Trajectory, window: tuple[float, float] | None = None) -> SampledMotion:
+def sample_curve(run: Drawable, window: tuple[float, float] | None = None) -> SampledMotion:
     """Evaluate a run between its events and on both sides of each impact.
 
     There are at least 64 points a cycle of the fastest part of the motion, 33 between two events;
@@ -93,7 +93,7 @@ def sample_curve(run: Trajectory, window: tuple[float, float] | None = None) -> 
     return SampledMotion(t[shown], x, v, jumps[shown])
 
 
-def _cuts(run: Trajectory, low: float, high: float) -> Floats:
+def _cuts(run: Drawable, low: float, high: float) -> Floats:
     """Return the ends of the smooth pieces of the motion in [low, high]."""
     release = run.contacts.release
     times = np.concatenate(
@@ -102,7 +102,7 @@ def _cuts(run: Trajectory, low: float, high: float) -> Floats:
     return np.unique(np.concatenate([[low], times[within(times, low, high)], [high]]))
 
 
-def _counts(run: Trajectory, cuts: Floats) -> Integers:
+def _counts(run: Drawable, cuts: Floats) -> Integers:
     """Return how many points each piece between two cuts gets."""
     durations = np.diff(cuts)
     cycles = durations * _frequencies(run, cuts) / (2.0 * math.pi)
@@ -112,8 +112,10 @@ def _counts(run: Trajectory, cuts: Floats) -> Integers:
     return np.asarray(counts, dtype=np.int64)
 
 
-def _frequencies(run: Trajectory, cuts: Floats) -> Floats:
+def _frequencies(run: Drawable, cuts: Floats) -> Floats:
     """Return the highest angular frequency in each piece: of the forcing or of the springs."""
+    if isinstance(run, DirectionView):
+        return np.full(cuts.size - 1, run.frequency())
     middle, _ = run(0.5 * (cuts[:-1] + cuts[1:]))
     oscillator = run.oscillator.of_unit_mass()
     stiffness = np.full(cuts.size - 1, as_float(oscillator.stiffness))

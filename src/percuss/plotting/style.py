@@ -9,7 +9,7 @@ import inspect
 import re
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager, contextmanager
-from typing import Any, TypeVar, cast
+from typing import Any, Protocol, TypeVar, cast
 
 import matplotlib as mpl
 from matplotlib.artist import Artist
@@ -18,8 +18,6 @@ from matplotlib.colorbar import Colorbar
 from matplotlib.figure import Figure, SubFigure
 
 from percuss.errors import ParameterError
-from percuss.model.oscillator import Oscillator
-from percuss.model.structure import Structure
 from percuss.model.units import Units
 
 # The palette of Okabe and Ito, which people with any of the colour blindnesses can distinguish.
@@ -58,6 +56,15 @@ STYLE: dict[str, Any] = {
     "figure.facecolor": "white",
     "savefig.facecolor": "white",
 }
+
+
+class HasUnits(Protocol):
+    """A model, or what stands for one."""
+
+    @property
+    def units(self) -> Units | None:
+        """What its numbers are measured in."""
+
 
 # What means the same in every plot function.
 SHARED_PARAMETERS = {
@@ -98,7 +105,7 @@ def shared_docs(plot: PlotFunction) -> PlotFunction:
     return plot
 
 
-def units_of(units: Units | None, oscillator: Oscillator | Structure | None = None) -> Units:
+def units_of(units: Units | None, oscillator: HasUnits | None = None) -> Units:
     """Return the units of a picture: those given, or those of the oscillator.
 
     In them a dollar is a dollar, not the beginning of mathematics.
@@ -196,10 +203,10 @@ def picture(
             draw_legend(axes.figure, axes.figure.axes)
 
 
-def label_phase_plane(ax: Axes, units: Units) -> None:
+def label_phase_plane(ax: Axes, units: Units, names: tuple[str, str] = ("$x$", "$v$")) -> None:
     """Name the axes of a phase portrait: displacement to the right, velocity upwards."""
-    ax.set_xlabel(f"displacement $x$ ({units.displacement})")
-    ax.set_ylabel(f"velocity $v$ ({units.velocity})")
+    ax.set_xlabel(f"displacement {names[0]} ({units.displacement})")
+    ax.set_ylabel(f"velocity {names[1]} ({units.velocity})")
 
 
 def label_once(ax: Axes, label: str) -> str | None:

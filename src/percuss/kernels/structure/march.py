@@ -382,13 +382,17 @@ def carry_out(
             counters[WANTED] = key ^ bit
             return NEW_SET
         order = 3.0 if is_wall else 1.0
+        at_rest = run.order[i] >= 2.0
         if s == 0.0:
             order = max(order, run.order[i])
         step_to(run, flight, s, s_low)
         change_set(run, b)
         clear_orders(run)
         run.order[i] = order
-        if is_wall:
+        if counters[N_EVENTS] == 1 and s == 0.0 and at_rest:
+            # From rest at an edge the motion begins within the stop: nothing is crossed.
+            keep(run, 0)
+        elif is_wall:
             note(run, RELEASE, i, 0.0, 0.0)
         else:
             side = 1.0 if key & bit else -1.0
@@ -478,6 +482,8 @@ def strike(run: StructureRun, b: int, first: int, speed: float, slow: float) -> 
             if rebound <= NO_SPEED * state[FASTEST]:
                 rebound = 0.0
             kick(run, b, i, rebound - v)
+            # What rounding leaves of it is of one sign: over many impacts it would add up.
+            kick(run, b, i, rebound - speed_of(basis_of(sets, b), i, run.begin))
             counters[N_IMPACTS] += 1
             run.order[i] = 1.0 if rebound > 0.0 else 2.0
             note(run, IMPACT, i, v, rebound)

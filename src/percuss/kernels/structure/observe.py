@@ -1,0 +1,321 @@
+"""What an observable of a structure does along a run: where it turns, and where it passes a level.
+
+An observable is linear in the modes and the loads under each set of acting stops, and so is its
+derivative: it is a watch as a clearance is, and `next_event` finds its falls through zero with the
+same proof. A watch and its negative take turns: after a fall of the one the other is positive.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from percuss.arrays import Floats
+from percuss.kernels.arithmetic import ULP, Pair, later
+from percuss.kernels.compile import kernel
+from percuss.kernels.event_location import GRAZE, HIT
+from percuss.kernels.next_event import PAUSE
+from percuss.kernels.record import BOUND, EVENT_T, EVENT_T_LOW, HUGE, NEXT_REGION
+from percuss.kernels.sample import flight_at
+from percuss.kernels.structure.basis import CONSTANT, IS_ON, Basis
+from percuss.kernels.structure.flight import (
+    ModalFlight,
+    arrive,
+    derivatives,
+    move,
+    set_pull,
+    uncertainty,
+)
+from percuss.kernels.structure.march import (
+    StructureRun,
+    load_at,
+    restitution,
+    speed_of,
+    value_of,
+)
+from percuss.kernels.structure.next_event import next_event
+from percuss.kernels.structure.sample import flight_after, held_after, tail_after
+
+# The rows of a gauge: the observable, what is watched, and its negative.
+OBSERVED, RISING, FALLING = range(3)
+GAUGE_ROWS = 3
+# Entries of the progress along a run: the stretch, two for each event, the second that of a tail
+# after its first hop; whether it has begun; the instant from which it goes on; which of the two
+# rows is watched, 0 before the first; and a stop that does not press in a tail, -1 for none.
+STRETCH, INSIDE, NOW, NOW_LOW, WATCHED, STOP = range(6)
+PROGRESS_ENTRIES = 6
+# Columns of what is written: the instant, the observable there, the derivative of what is watched,
+# and what it is.
+AT_T, AT_VALUE, AT_SLOPE, AT_KIND = range(4)
+TRACE_COLUMNS = 4
+BEGIN, PASSAGE, END = range(3)
+
+
+class Gauge(NamedTuple):
+    """An observable with what is watched of it, for each of b sets, as `Sets` has its watches.
+
+    acts: (b,), whether the observable is anything but 0; watch: (b, 3, n, 3); levels: (b, 3,
+    LEVEL_COLUMNS); feed: (b, 3, m, 2); record_feed, slope_feed: (b, 3, r), what the values and the
+    slopes of records add. The rest is scratch: levels of the present flight, its values, orders and
+    how far it is searched (3,), and arrays of the search.
+    """
+
+    acts: Floats
+    watch: Floats
+    levels: Floats
+    feed: Floats
+    record_feed: Floats
+    slope_feed: Floats
+    present: Floats
+    values: Floats
+    order: Floats
+    free: Floats
+    scratch: Floats
+
+
+@kernel
+def gauge_flight(run: StructureRun, gauge: Gauge, b: int) -> ModalFlight:
+    """Return the flight of the run's modes and loads in a set, with the rows of a gauge to watch."""
+    for i in range(GAUGE_ROWS):
+        for k in range(gauge.present.shape[1]):
+            gauge.present[i, k] = gauge.levels[b, i, k]
+        for k in range(run.records.shape[0]):
+            gauge.present[i, CONSTANT] += gauge.slope_feed[b, i, k] * run.records[k, 1]
+    sets = run.sets
+    basis = Basis(
+        sets.law[b],
+        sets.modes[b],
+        sets.drive[b],
+        sets.record_drive[b],
+        gauge.watch[b],
+        gauge.present,
+        gauge.feed[b],
+        gauge.record_feed[b],
+        sets.steps[b],
+        sets.turns[b],
+        sets.of_set[b],
+    )
+    flight = ModalFlight(
+        basis,
+        run.begin,
+        run.pull,
+        run.phases,
+        run.records,
+        gauge.values,
+        gauge.order,
+        run.later,
+        run.arrival,
+        run.at,
+    )
+    flight.at[0] = -1.0
+    set_pull(flight)
+    return flight
+
+
+@kernel
+def observe_at(run: StructureRun, gauge: Gauge, instants: Floats, after: bool, out: Floats) -> None:
+    """Write an observable at instants of a run, (n_times,)."""
+    gauge.order[OBSERVED] = 0.0
+    for k in range(instants.shape[0]):
+        row = flight_at(run.events, instants[k], after)
+        b = run.marks[row, NEXT_REGION]
+        out[k] = 0.0
+        if gauge.acts[b] == 0.0:
+            continue
+        flight_after(run, row)
+        flight = gauge_flight(run, gauge, b)
+        gauge.values[OBSERVED] = value_of(flight, OBSERVED)
+        move(flight, (instants[k] - run.events[row, EVENT_T]) - run.events[row, EVENT_T_LOW])
+        out[k] = derivatives(flight, OBSERVED, 0.0, False)[0]
+
+
+@kernel
+def first_hop(run: StructureRun, row: int, tail: float) -> float:
+    """Return how long the first hop of a chatter's tail lasts."""
+    stop = run.marks[row + 1, BOUND]
+    flight = flight_after(run, row)
+    speed = speed_of(flight.basis, stop, run.begin)
+    return tail * (1.0 - restitution(run.sets, stop, speed))
+
+
+@kernel
+def stretch_of(run: StructureRun, stretch: int) -> tuple[int, float, float]:
+    """Return the set of a stretch, and when it begins and ends, counted from its event."""
+    row = stretch // 2
+    tail = tail_after(run, row)
+    hop = 0.0
+    if tail > 0.0:
+        hop = first_hop(run, row, tail)
+    if stretch % 2 == 1:
+        b = run.marks[min(row + 1, run.marks.shape[0] - 1), NEXT_REGION]
+        return b, hop, tail
+    if tail > 0.0:
+        return run.marks[row, NEXT_REGION], 0.0, hop
+    whole = HUGE
+    if row + 1 < run.events.shape[0]:
+        whole = (run.events[row + 1, EVENT_T] - run.events[row, EVENT_T]) + (
+            run.events[row + 1, EVENT_T_LOW] - run.events[row, EVENT_T_LOW]
+        )
+    return run.marks[row, NEXT_REGION], 0.0, whole
+
+
+@kernel
+def set_out(run: StructureRun, stretch: int, s: float, progress: Floats) -> None:
+    """Take the run's modes and loads to a time s after the event of a stretch."""
+    row = stretch // 2
+    # After the first hop of a tail the wall holds the structure in the mean.
+    flight = held_after(run, row) if stretch % 2 == 1 else flight_after(run, row)
+    instant = (run.events[row, EVENT_T], run.events[row, EVENT_T_LOW])
+    go_on(run, flight, instant, (s, 0.0), progress)
+
+
+@kernel
+def go_on(run: StructureRun, flight: ModalFlight, instant: Pair, s: Pair, progress: Floats) -> None:
+    """Take modes and loads on by the time s, a pair, from the instant of a flight's start."""
+    if s[0] + s[1] > 0.0:
+        arrive(flight, s[0] + s[1], run.begin)
+    t, t_low = later(instant[0], instant[1], s[0])
+    progress[NOW], progress[NOW_LOW] = later(t, t_low, s[1])
+    load_at(run.sets, (progress[NOW], progress[NOW_LOW]), run.phases, run.records)
+
+
+@kernel
+def trace(run: StructureRun, gauge: Gauge, span: Pair, progress: Floats, rows: Floats) -> int:
+    """Write what an observable does between two instants of a run; return how many rows.
+
+    Each stretch gives a BEGIN, its PASSAGEs of what is watched through zero, and an END. Where it
+    passes at an event to within rounding, that is one passage if it has another sign after the
+    event than before. Called again where the rows were filled, it goes on.
+    """
+    count = 0
+    while count + 3 <= rows.shape[0]:
+        stretch = int(progress[STRETCH])
+        row = stretch // 2
+        if row >= run.events.shape[0] or run.events[row, EVENT_T] > span[1]:
+            break
+        b, first, last = stretch_of(run, stretch)
+        if not last > first and (stretch % 2 == 1 or row + 1 < run.events.shape[0]):
+            # No tail, or two events of one instant: there is no motion between.
+            progress[STRETCH] += 1.0
+            continue
+        t, t_low = run.events[row, EVENT_T], run.events[row, EVENT_T_LOW]
+        begins = max(first, (span[0] - t) - t_low)
+        ends = max(first, min(last, (span[1] - t) - t_low))
+        if begins > last and row + 1 < run.events.shape[0]:
+            # An instant that is given is no finer than a float: that of an event has both limits.
+            begins = last if span[0] <= run.events[row + 1, EVENT_T] else begins
+        if begins > ends:
+            progress[STRETCH] += 1.0
+            continue
+        acts = gauge.acts[b]
+        if stretch % 2 == 1 and run.marks[row + 1, BOUND] == progress[STOP]:
+            # The impulses of a tail are no force.
+            acts = 0.0
+        if acts == 0.0:
+            note_trace(rows, count, t + begins, 0.0, 0.0, BEGIN)
+            progress[STRETCH] += 1.0
+            count += 1
+            continue
+        if progress[INSIDE] == 0.0:
+            set_out(run, stretch, begins, progress)
+            flight = gauge_flight(run, gauge, b)
+            count = begin_trace(flight, gauge, progress, rows, count)
+            progress[INSIDE] = 1.0
+        flight = gauge_flight(run, gauge, b)
+        longest = ends - ((progress[NOW] - t) + (progress[NOW_LOW] - t_low))
+        watched = int(progress[WATCHED])
+        gauge.present[OBSERVED, IS_ON] = 0.0
+        gauge.present[RISING, IS_ON] = 1.0 if watched == RISING else 0.0
+        gauge.present[FALLING, IS_ON] = 1.0 if watched == FALLING else 0.0
+        verdict, s, _, slope, s_low = next_event(flight, gauge.scratch, gauge.free, longest)
+        if verdict in (PAUSE, GRAZE):
+            continue
+        if (
+            verdict == HIT
+            and abs(slope) < HUGE
+            and (s == 0.0 or abs(slope) * (longest - s) > doubt_at(flight, watched, longest))
+        ):
+            count = pass_through(run, flight, gauge, (s, s_low, slope), progress, rows, count)
+            continue
+        move(flight, max(longest, 0.0))
+        value = derivatives(flight, OBSERVED, longest, False)[0]
+        note_trace(rows, count, t + ends, value, 0.0, END)
+        count += 1
+        progress[STRETCH] += 1.0
+        progress[INSIDE] = 0.0
+    return count
+
+
+@kernel
+def doubt_at(flight: ModalFlight, i: int, s: float) -> float:
+    """Return within which rounding a watch is zero at a time s."""
+    return 4.0 * uncertainty(flight, i, s)
+
+
+@kernel
+def begin_trace(
+    flight: ModalFlight, gauge: Gauge, progress: Floats, rows: Floats, count: int
+) -> int:
+    """Write the BEGIN of a stretch, and the passage at its event; return how many rows then."""
+    gauge.order[OBSERVED] = 0.0
+    gauge.values[OBSERVED] = value_of(flight, OBSERVED)
+    note_trace(rows, count, progress[NOW], gauge.values[OBSERVED], 0.0, BEGIN)
+    count += 1
+    value = value_of(flight, RISING)
+    gauge.order[RISING] = 0.0
+    doubt = uncertainty(flight, RISING, 0.0)
+    doubt += 4.0 * ULP * abs(gauge.present[RISING, CONSTANT])
+    before = int(progress[WATCHED])
+    if abs(value) <= doubt:
+        set_watch(gauge, max(before, RISING), 0.0, progress)
+        return count
+    side = RISING if value > 0.0 else FALLING
+    set_watch(gauge, side, abs(value), progress)
+    if before not in (0, side):
+        slope = derivatives(flight, RISING, 0.0, True)[1]
+        note_trace(rows, count, progress[NOW], gauge.values[OBSERVED], slope, PASSAGE)
+        count += 1
+    return count
+
+
+@kernel
+def set_watch(gauge: Gauge, side: int, value: float, progress: Floats) -> None:
+    """Watch one of the two rows from here on, which has a value, 0 for exactly zero."""
+    for i in range(RISING, GAUGE_ROWS):
+        gauge.values[i] = value if i == side else -value
+        gauge.order[i] = 1.0 if value == 0.0 else 0.0
+        gauge.free[i] = 0.0
+    progress[WATCHED] = side
+
+
+@kernel
+def pass_through(
+    run: StructureRun,
+    flight: ModalFlight,
+    gauge: Gauge,
+    fall: tuple[float, float, float],
+    progress: Floats,
+    rows: Floats,
+    count: int,
+) -> int:
+    """Go on from where the watch falls through zero; ``fall`` is (s, s_low, its slope)."""
+    s, s_low, slope = fall
+    watched = int(progress[WATCHED])
+    is_start = s == 0.0 and progress[STRETCH] == 0.0
+    if s > 0.0:
+        go_on(run, flight, (progress[NOW], progress[NOW_LOW]), (s, s_low), progress)
+        gauge.values[OBSERVED] = value_of(flight, OBSERVED)
+    if not is_start:
+        slope = slope if watched == RISING else -slope
+        note_trace(rows, count, progress[NOW], gauge.values[OBSERVED], slope, PASSAGE)
+        count += 1
+    set_watch(gauge, FALLING if watched == RISING else RISING, 0.0, progress)
+    return count
+
+
+@kernel
+def note_trace(rows: Floats, count: int, t: float, value: float, slope: float, kind: int) -> None:
+    """Write a row of a trace."""
+    rows[count, AT_T] = t
+    rows[count, AT_VALUE] = value
+    rows[count, AT_SLOPE] = slope
+    rows[count, AT_KIND] = kind

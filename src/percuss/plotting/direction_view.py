@@ -1,0 +1,214 @@
+"""The motion of a structure along one direction, as the pictures of one displacement take it."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Literal, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from percuss.arrays import Flags, Floats, Integers
+from percuss.errors import ParameterError
+from percuss.kernels.structure.basis import QUICKEST
+from percuss.model.exact import as_float
+from percuss.model.oscillator import On, Stop
+from percuss.model.structure import Structure
+from percuss.model.units import Units
+from percuss.motion.structures import StructureTrajectory
+from percuss.motion.tables import Contacts, Crossings, Grazes, Impacts
+from percuss.motion.trajectory import Trajectory
+
+__all__ = ["DirectionView", "Drawable", "StopsSeen", "direction_name", "names_of", "view_of"]
+
+
+@dataclass(frozen=True, slots=True)
+class StopsSeen:
+    """The stops on a line, at their places on it, and the units: all that pictures ask for."""
+
+    stops: tuple[Stop, ...]
+    units: Units | None
+
+
+@dataclass(frozen=True)
+class DirectionView:
+    """A run of a structure seen along y = c . x; of its events those that concern y.
+
+    Attributes
+    ----------
+    run
+        The run.
+    on
+        The coordinate, direction or point.
+    """
+
+    run: StructureTrajectory
+    on: On | None
+
+    def __call__(
+        self, t: ArrayLike, limit: Literal["after", "before"] = "after"
+    ) -> tuple[Floats, Floats]:
+        """Return y and its velocity at times t."""
+        x, v = self.run(t, limit)
+        return (x * self._c).sum(axis=-1), (v * self._c).sum(axis=-1)
+
+    @property
+    def _c(self) -> Floats:
+        return self.run.structure.direction(self.on)
+
+    @property
+    def t0(self) -> float:
+        """When the run begins."""
+        return self.run.t0
+
+    @property
+    def t_end(self) -> float:
+        """When it ends."""
+        return self.run.t_end
+
+    @cached_property
+    def x0(self) -> float:
+        """The displacement at the start."""
+        return float((self.run.start.x * self._c).sum())
+
+    @cached_property
+    def v0(self) -> float:
+        """The velocity at the start, before an impact there."""
+        return float((self.run.start.v * self._c).sum())
+
+    @cached_property
+    def oscillator(self) -> StopsSeen:
+        """The stops on the line of y."""
+        return StopsSeen(tuple(stop for _, stop in self._parallel), self.run.structure.units)
+
+    @cached_property
+    def _parallel(self) -> list[tuple[int, Stop]]:
+        """The stops whose direction is a multiple of c, with their numbers, as stops of y."""
+        structure: Structure = self.run.structure
+        found: list[tuple[int, Stop]] = []
+        for i, stop in enumerate(structure.stops):
+            own = structure.stop_directions[i]
+            k = int(np.argmax(np.abs(self._c)))
+            factor = float(own[k] / self._c[k])
+            if factor == 0.0 or not np.allclose(own, factor * self._c, rtol=1e-12, atol=0.0):
+                continue
+            is_below = (stop.side == "below") == (factor > 0.0)
+            place = as_float(stop.at) / factor
+            side: Literal["below", "above"] = "below" if is_below else "above"
+            found.append((i, dataclasses.replace(stop, at=place, side=side, on=None)))
+        return found
+
+    @cached_property
+    def impacts(self) -> Impacts:
+        """All impacts at which the velocity of y jumps, with its velocities."""
+        every = self.run.impacts
+        before, after = self(every.t, "before")[1], self(every.t, "after")[1]
+        jumps = np.abs(after - before) > 1e-13 * np.abs(before).max(initial=0.0)
+        return Impacts(
+            every.t[jumps],
+            before[jumps],
+            after[jumps],
+            self._number(every.stop[jumps]),
+            every.cycle[jumps],
+            every.intervals[jumps],
+            None,
+            every.units,
+        )
+
+    @cached_property
+    def crossings(self) -> Crossings:
+        """The crossings of edges on the line of y: elsewhere its motion stays smooth."""
+        kept = self._concerned(self.run.crossings.stop)
+        return _rows(self.run.crossings, kept, self._number)
+
+    @cached_property
+    def contacts(self) -> Contacts:
+        """The contacts on the line of y."""
+        kept = self._concerned(self.run.contacts.stop)
+        return _rows(self.run.contacts, kept, self._number)
+
+    @cached_property
+    def grazes(self) -> Grazes:
+        """The grazes on the line of y."""
+        kept = self._concerned(self.run.grazes.stop)
+        return _rows(self.run.grazes, kept, self._number)
+
+    def frequency(self) -> float:
+        """Return the quickest rate of the modes and the loads of all sets that were met."""
+        return float(self.run.system.sets.of_set[:, QUICKEST].max())
+
+    def _concerned(self, stops: Integers) -> Flags:
+        return np.isin(stops, [i for i, _ in self._parallel])
+
+    def _number(self, stops: Integers) -> Integers:
+        """Return the numbers of stops among those on the line, -1 for others."""
+        numbers = np.full(len(self.run.structure.stops) + 1, -1, dtype=np.int64)
+        for number, (i, _) in enumerate(self._parallel):
+            numbers[i] = number
+        return numbers[stops]
+
+
+Events = TypeVar("Events", Crossings, Contacts, Grazes)
+# What has one displacement over time.
+Drawable = Trajectory | DirectionView
+
+
+def _rows(table: Events, kept: Flags, number: Callable[[Integers], Integers]) -> Events:
+    """Return the rows of a table of events that are kept."""
+    columns = {
+        field.name: getattr(table, field.name)[kept]
+        for field in dataclasses.fields(table)
+        if isinstance(getattr(table, field.name), np.ndarray)
+    }
+    changed: Any = columns | {"stop": number(columns["stop"])}
+    return dataclasses.replace(table, **changed)
+
+
+def view_of(run: Trajectory | StructureTrajectory, on: On | None = None) -> Drawable:
+    """Return what has one displacement: a run of an oscillator, or one of a structure along c.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such direction, or the run is one of an oscillator, which has none.
+    """
+    if isinstance(run, StructureTrajectory):
+        run.structure.direction(on)
+        return DirectionView(run, on)
+    if on is not None:
+        raise ParameterError(
+            "on", on, "given for the run of an oscillator, which has one displacement"
+        )
+    return run
+
+
+def names_of(run: Drawable) -> tuple[str, str]:
+    """Return what a displacement and its velocity are called on axes."""
+    if isinstance(run, DirectionView):
+        name = direction_name(run.run.structure, run.on)
+        return f"${name}$", f"of ${name}$"
+    return "$x$", "$v$"
+
+
+def direction_name(structure: Structure, on: On | None) -> str:
+    """Return what y is, in words of mathematics: x0, or a combination such as x0 - x1.
+
+    Examples
+    --------
+    >>> import percuss as pc
+    >>> pair = pc.Structure([1, 1], [1, 1])
+    >>> direction_name(pair, 1), direction_name(pair, (1, -1))
+    ('x_{1}', 'x_{0} - x_{1}')
+    """
+    if isinstance(on, str):
+        return rf"\mathrm{{{on}}}"
+    text = ""
+    for i, c in enumerate(structure.direction(on).tolist()):
+        if c:
+            size = "" if abs(c) == 1.0 else f"{abs(c):.4g}\\,"
+            sign = (" - " if c < 0 else " + ") if text else ("-" if c < 0 else "")
+            text += f"{sign}{size}x_{{{i}}}"
+    return text

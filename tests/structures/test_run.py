@@ -1,0 +1,229 @@
+"""What a run of a structure gives: forces, energy, extremes, sections, strobes, texts."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import Any, Literal
+
+import numpy as np
+import pytest
+
+import percuss as pc
+
+# Unsymmetric coupling by dashpots, a wall on a mass, one between two, a soft stop with a dashpot.
+STOPS = (
+    pc.Wall(at=-1, side="below", restitution="0.6", on=0),
+    pc.Wall(at="0.8", side="above", restitution="0.7", on=(1, -1, 0)),
+    pc.SoftStop(at="0.5", side="above", stiffness=40, damping="0.8", on=2),
+)
+THREE = pc.Structure(
+    mass=[[2, "0.1", 0], ["0.1", 1, 0], [0, 0, "1.5"]],
+    stiffness=[[5, -2, 0], [-2, 4, -1], [0, -1, 3]],
+    damping=[["0.05", 0, 0], ["0.02", "0.1", 0], [0, "-0.03", "0.04"]],
+    stops=STOPS,
+)
+LOADS = pc.Loads({
+    0: pc.cosine("1.3", amplitude=2) + pc.sine("2.1", amplitude="0.5"),
+    (0, 1, -1): pc.record([0, 2, 3, 9, 30], [0, 1, -2, 1.5, 0]),
+    2: pc.cosine("0.7", amplitude="1.5", constant="0.4"),
+})  # fmt: skip
+
+
+def run_of_three(t_end: float = 30.0, **more: Any) -> Any:
+    return pc.simulate(THREE, LOADS, x0=["0.3", 0, "-0.2"], v0=[1, -2, 0], t_end=t_end, **more)
+
+
+def test_the_forces_are_in_balance_with_the_accelerations() -> None:
+    run = run_of_three()
+    t = np.linspace(0.01, 29.9, 157)
+    forces = run.forces(t)
+
+    assert dict(forces.sizes) == {"t": 157, "coordinate": 3, "stop": 3}
+    total = (forces["spring"] + forces["damping"] + forces["loads"]).values
+    total = total + forces["stops"].values.T @ THREE.stop_directions
+    # The acceleration at an instant is the extreme over that instant.
+    acceleration = np.array([
+        [run.extremes("acceleration", on=i, between=(s, s)).minimum for i in range(3)] for s in t
+    ])  # fmt: skip
+    np.testing.assert_allclose(acceleration @ THREE.mass_matrix, total, rtol=0, atol=1e-12)
+    h = 1e-4
+    inner = np.array([np.abs(s - np.r_[run.impacts.t, run.crossings.t]).min() > 1e-3 for s in t])
+    slope = (run(t + h)[1] - run(t - h)[1])[inner] / (2 * h)
+    np.testing.assert_allclose(slope, acceleration[inner], rtol=0, atol=1e-5)
+
+
+def test_the_energy_is_what_the_loads_do_less_what_dashpots_and_impacts_take() -> None:
+    """Integrals over each smooth piece by Gauss's rule, against the difference of the energies."""
+    run = run_of_three()
+    knots = np.array([0.0, 2.0, 3.0, 9.0, 30.0])
+    edges = np.unique(np.concatenate([
+        knots, run.impacts.t, run.crossings.t, run.contacts.start, np.arange(0.0, 30.0, 0.5)
+    ]))  # fmt: skip
+    nodes, weights = np.polynomial.legendre.leggauss(24)
+    gained = 0.0
+    for a, b in pairwise(edges):
+        t = a + (b - a) * 0.5 * (nodes + 1.0)
+        forces, v = run.forces(t), run(t)[1]
+        power = ((forces["loads"] + forces["damping"]).values * v).sum(axis=1)
+        # Of a soft stop the dashpot's part alone: its spring is in the energy.
+        y, speed = run.displacement(2, t)
+        power -= np.where(y > 0.5, 0.8 * speed * speed, 0.0)
+        gained += 0.5 * (b - a) * float((weights * power).sum())
+    impacts = run.impacts
+    lost = 0.5 * impacts.effective_mass * (impacts.v_before**2 - impacts.v_after**2)
+    first, last = run.energy([0.0, 30.0])
+
+    assert len(impacts) > 15
+    assert len(run.crossings) > 5
+    assert last - first == pytest.approx(gained - lost.sum(), abs=1e-12 * (first + lost.sum()))
+
+
+QUANTITIES: list[tuple[Any, dict[str, Any]]] = [
+    ("displacement", {"on": 1}),
+    ("displacement", {"on": (1, -1, 0)}),
+    ("velocity", {"on": 0}),
+    ("acceleration", {"on": 2}),
+    ("acceleration", {"on": (1, 0, -1)}),
+    ("spring_force", {"on": 0}),
+    ("stop_force", {"stop": 2}),
+]
+
+
+@pytest.mark.parametrize(("of", "where"), QUANTITIES)
+def test_extremes_hold_all_values_and_are_values(of: Any, where: dict[str, Any]) -> None:
+    run = run_of_three()
+    found = run.extremes(of, **where)
+    events = np.r_[run.impacts.t, run.crossings.t]
+    t = np.unique(np.r_[np.linspace(0, 30, 60_001), events])
+    values = _values(run, of, where, t)
+    size = np.abs(values).max()
+
+    assert values.max() <= found.maximum + 1e-13 * size
+    assert values.min() >= found.minimum - 1e-13 * size
+    for extreme, at, of_grid in (
+        (found.maximum, found.t_maximum, values.max()),
+        (found.minimum, found.t_minimum, values.min()),
+    ):
+        # A grid of 0.0005 misses a smooth extreme by less than this.
+        assert abs(extreme - of_grid) <= 1e-4 * size or at in events
+        alone = run.extremes(of, **where, between=(at, at))
+        assert extreme in (alone.minimum, alone.maximum) or min(
+            abs(extreme - alone.minimum), abs(extreme - alone.maximum)
+        ) <= 1e-13 * size  # fmt: skip
+
+
+def _values(run: Any, of: str, where: dict[str, Any], t: Any) -> Any:
+    if of in ("displacement", "velocity"):
+        return run.displacement(where["on"], t)[of == "velocity"]
+    forces = run.forces(t)
+    if of == "stop_force":
+        return forces["stops"].values[where["stop"]]
+    if of == "spring_force":
+        return forces["spring"].values[:, where["on"]]
+    total = (forces["spring"] + forces["damping"] + forces["loads"]).values
+    total = total + forces["stops"].values.T @ THREE.stop_directions
+    return np.linalg.solve(THREE.mass_matrix, total.T).T @ THREE.direction(where["on"])
+
+
+def test_extremes_of_an_uncoupled_mass_are_those_of_the_oscillator() -> None:
+    stop = pc.SoftStop(at="0.3", side="above", stiffness=50, damping=2)
+    wall = pc.Wall(at="-0.4", side="below", restitution="0.8")
+    alone = pc.Oscillator.from_mass(2, stiffness=3, damping_coefficient="0.1", stops=(stop, wall))
+    force = pc.cosine("1.1", amplitude=3)
+    one = pc.simulate(alone, force, v0="0.5", t_end=20)
+    stops: list[pc.Wall | pc.SoftStop] = [
+        pc.SoftStop(at="0.3", side="above", stiffness=50, damping=2, on=0),
+        pc.Wall(at="-0.4", side="below", restitution="0.8", on=0),
+    ]
+    both = pc.Structure([2, 1], [3, 8], ["0.1", 0], stops=stops)
+    run = pc.simulate(both, pc.Loads({0: force}), x0=[0, 1], v0=["0.5", 0], t_end=20)
+
+    assert len(run.impacts) == len(one.impacts) > 5
+    for of in ("displacement", "velocity", "acceleration", "spring_force", "stop_force"):
+        mine, theirs = run.extremes(of, on=0), one.extremes(of)
+        for name in ("minimum", "t_minimum", "maximum", "t_maximum"):
+            assert getattr(mine, name) == pytest.approx(getattr(theirs, name), abs=1e-11)
+    directions: tuple[Literal["up", "down"], ...] = ("up", "down")
+    for direction in directions:
+        t, exact = run.section(0.1, on=0, direction=direction).t, one.section(0.1, direction).t
+        np.testing.assert_allclose(t, exact, rtol=0, atol=1e-11)
+
+
+def test_the_force_of_a_stop_jumps_at_its_entry_and_both_limits_count() -> None:
+    stop = pc.SoftStop(at=0, side="above", stiffness=9, damping=2, on=(1, -1))
+    structure = pc.Structure([1, 1], [0, 0], stops=[stop])
+    run = pc.simulate(structure, x0=[0, "0.5"], v0=[1, 0], t_end=3)
+
+    found = run.extremes("stop_force")
+    assert found.t_minimum >= 0.5
+    assert run.extremes("stop_force", between=(0.5, 0.5)).minimum == pytest.approx(-2, abs=1e-14)
+    assert run.extremes("stop_force", between=(0, 0.4)).peak == 0.0
+
+
+def test_a_section_counts_each_passage_once() -> None:
+    """At the edge of a soft stop, at a level that a wall hides, and beside it."""
+    run = run_of_three()
+    edge = run.section("0.5", on=2)
+    np.testing.assert_allclose(edge.t, run.crossings.t, rtol=0, atol=1e-12)
+    assert dict(edge.sizes) == {"crossing": len(run.crossings), "coordinate": 3}
+    assert run.section(-1, on=0).sizes["crossing"] == 0
+    t = np.linspace(0, 30, 300_001)
+    for at, on in ((0.0, 0), (0.2, (1.0, -1.0, 0.0)), (-0.1, 1)):
+        y = run.displacement(on, t)[0] - at
+        section = run.section(at, on=on)
+        assert section.sizes["crossing"] == np.count_nonzero(y[1:] * y[:-1] < 0)
+        place, speed = run.displacement(on, section.t.values)
+        np.testing.assert_allclose(place, at, rtol=0, atol=1e-13)
+        up = run.section(at, on=on, direction="up")
+        assert up.sizes["crossing"] == np.count_nonzero(speed > 0)
+
+
+@pytest.mark.parametrize(
+    ("call", "reason"),
+    [
+        (lambda run: run.extremes("power"), r"of = 'power': none of displacement"),
+        (lambda run: run.extremes("stop_force", stop=3), r"stop = 3: the structure has 3 stops"),
+        (lambda run: run.extremes("velocity", on=3), r"on = 3: no such coordinate"),
+        (lambda run: run.extremes("velocity"), r"on = None: not said on what it acts"),
+        (lambda run: run.extremes("velocity", on=0, between=(1, 99)), r"not two instants"),
+        (lambda run: run.section(0, on="tip"), r"on = 'tip': no such point"),
+        (lambda run: run.section(0, on=0, direction="left"), r"direction = 'left'"),
+        (lambda run: run.forces([31.0]), r"t = 31\.0: outside the run"),
+        (lambda run: run.stroboscopic(), r"loads\.period = None: a stroboscopic view needs"),
+    ],
+)
+def test_what_a_run_cannot_give_is_refused_in_a_sentence(call: Any, reason: str) -> None:
+    run = run_of_three(t_end=30.0)
+    with pytest.raises(pc.ParameterError, match=reason):
+        call(run)
+
+
+def test_strobes_come_once_a_period_of_the_loads() -> None:
+    pair = pc.impact_pair(masses=[1, 1], gap=1, restitution="0.5")
+    run = pc.simulate(pair, pc.Loads({0: pc.cosine(2)}), t_end=20, t0=1)
+    every, shifted = run.stroboscopic(), run.stroboscopic(cycle=0.25)
+
+    np.testing.assert_allclose(every.t, 1 + math.pi * np.arange(7), rtol=0, atol=1e-13)
+    np.testing.assert_allclose(shifted.t % math.pi, math.pi / 4, rtol=0, atol=1e-13)
+    np.testing.assert_array_equal(shifted.x.values, run(shifted.t.values)[0])
+    with pytest.raises(pc.ParameterError, match=r"cycle = 1\.0: not in \[0, 1\)"):
+        run.stroboscopic(cycle=1)
+
+
+def test_a_run_beyond_a_record_says_so() -> None:
+    text = "loads.1: the record lasts from t = 0 to 30, its end values hold beyond"
+    assert run_of_three(30.0).beyond_record == ""
+    assert run_of_three(31.0).beyond_record == text
+    assert text in repr(run_of_three(31.0))
+
+
+def test_units_label_what_a_run_gives() -> None:
+    units = pc.Units("mm", "s", "kg")
+    structure = pc.Structure([1, 1], [1, 1], stops=[pc.Wall(1, on=0, side="above")], units=units)
+    run = pc.simulate(structure, v0=[2, 0], t_end=5)
+
+    assert run.forces([1.0])["stops"].attrs["units"] == units.of("mass length/time^2")
+    assert run.section(0.5, on=0)["v"].attrs["units"] == "mm/s"
+    assert run.impacts.to_xarray()["v_before"].attrs["units"] == "mm/s"
+    assert "v_before" in run.impacts._repr_html_()
