@@ -332,7 +332,11 @@ QUASIPERIODIC = pc.Forcing((pc.Harmonic(1.0, 1.0), pc.Harmonic(1.0, "1.41421356"
             {"guess": "near"},
             "neither two finite numbers .cycle, v_after. nor a run nor an",
         ),
-        ((COCO, pc.cosine(1.0)), {"sequence": (2,)}, "stop = 2: the oscillator has 1 stops"),
+        (
+            (COCO, pc.cosine(1.0)),
+            {"sequence": (2,)},
+            "stop = 2: the oscillator has 1 stop, counted from 0",
+        ),
         ((COCO, pc.cosine(1.0)), {"sequence": (0, 0)}, "not one stop for each of the 1 impacts"),
         ((COCO,), {}, "free motion loses energy all the time"),
         ((ELASTIC, None, 0), {}, "free motion has no orbit of this kind"),

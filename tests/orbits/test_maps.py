@@ -140,7 +140,10 @@ def test_a_stop_that_others_shield_is_nowhere_met_in_thousands_of_impacts() -> N
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda o, f: pc.impact_map(o, f, stop=2), "stop = 2: the oscillator has 1 stops"),
+        (
+            lambda o, f: pc.impact_map(o, f, stop=2),
+            "stop = 2: the oscillator has 1 stop, counted from 0",
+        ),
         (lambda o, _: pc.impact_map(o, pc.Forcing()), "an impact map needs a periodic forcing"),
         (lambda o, _: pc.stroboscopic_map(o, pc.Forcing()), "needs a periodic forcing"),
         (lambda o, f: pc.impact_map(o, f)(0.1, -0.3), "into the wall"),

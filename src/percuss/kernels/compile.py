@@ -91,13 +91,15 @@ class _PartLibrary(JITCodeLibrary):
 def _sources_hash() -> str:
     """Hash the names and contents of all Python files of kernels, once a process."""
     digest = hashlib.sha256()
-    folder = resources.files(__package__)
-    for files in (folder, folder / "structure"):
-        for file in sorted(files.iterdir(), key=lambda entry: entry.name):
-            if file.name.endswith(".py"):
-                content = file.read_bytes()
-                digest.update(f"{file.name} {len(content)}\n".encode())
+    folders = [resources.files(__package__)]
+    for folder in folders:
+        for entry in sorted(folder.iterdir(), key=lambda entry: entry.name):
+            if entry.name.endswith(".py"):
+                content = entry.read_bytes()
+                digest.update(f"{entry.name} {len(content)}\n".encode())
                 digest.update(content)
+            elif entry.is_dir() and entry.name != "__pycache__":
+                folders.append(entry)
     return digest.hexdigest()[:20]
 
 
