@@ -131,3 +131,29 @@ def test_a_run_of_a_structure_is_saved_with_its_coordinates(tmp_path: Path) -> N
     assert float(first.split(",")[5]) == pytest.approx(-2.0, abs=1e-15)
     rows = (tmp_path / "impacts.csv").read_text(encoding="utf-8").splitlines()
     assert len(rows) == len(RUN.impacts) + 1
+
+
+# Example 03 of NLvib, whose parameters alone are taken.
+PAIR = pc.Structure(
+    [1, 1], [[1, -1], [-1, 2]], [["0.03", "-0.03"], ["-0.03", "0.06"]],
+    stops=[pc.SoftStop(at=1, side="above", stiffness=100, on=0)],
+)  # fmt: skip
+
+
+def test_a_branch_and_a_curve_of_a_structure_are_drawn_with_their_special_points() -> None:
+    orbit = pc.find_orbit(PAIR, pc.Loads({1: pc.cosine("0.60", amplitude="0.1")}))
+    branch = pc.continue_orbit(orbit, over={"loads.0.omega": (0.57, 0.63)}, largest_step=0.2)
+    torus = [point for point in branch.special_points if point.kind == "torus"][-1]
+    ranges = {"loads.0.omega": (0.57, 0.63), "loads.0.amplitude": (0.07, 0.11)}
+    curve = pc.continue_curve(torus, over=ranges, largest_step=0.1)
+
+    below = plotting.plot_branch(branch, new_axes(), coordinate=1)
+    plane = plotting.plot_curves(curve, new_axes())
+
+    assert below.get_ylabel() == "amplitude of coordinate 1 (dimensionless)"
+    assert {line.get_label() for line in below.lines} >= {"stable", "unstable"}
+    assert "torus" in {text.get_text() for text in below.texts}
+    assert plane.get_xlabel() == "loads.0.harmonics.0.omega"
+    assert [text.get_text() for text in plane.texts] == ["1:4"]
+    with pytest.raises(pc.ParameterError, match="the coordinates are 0 to 1"):
+        plotting.plot_branch(branch, new_axes(), coordinate=2)

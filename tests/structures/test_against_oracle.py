@@ -149,10 +149,10 @@ def test_a_wall_is_hit_or_missed_as_40_digits_say(seeds: range) -> None:
     assert max(far) < 1e-14
 
 
-@pytest.mark.parametrize("seeds", [range(12), pytest.param(range(300), marks=pytest.mark.nightly)],
-                         ids=len)  # fmt: skip
-def test_one_coordinate_moves_as_the_oscillator(seeds: range) -> None:
-    for seed in seeds:
+@pytest.mark.nightly
+def test_one_coordinate_moves_as_the_oscillator() -> None:
+    """By day `test_edges` has the same for motions of its own."""
+    for seed in range(300):
         motion = random_motion(seed)
         osc, (x, v, t) = motion.oscillator, motion.start
         stops = [

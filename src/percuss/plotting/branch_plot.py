@@ -19,8 +19,9 @@ from percuss.model.structure import Structure
 from percuss.model.system import law
 from percuss.model.units import Units
 from percuss.orbits.bifurcations.branch import Branch
-from percuss.orbits.bifurcations.curve import Curve, CurveKind
+from percuss.orbits.bifurcations.curve import Curve
 from percuss.orbits.bifurcations.structure_branch import StructureBranch
+from percuss.orbits.bifurcations.structure_curve import StructureCurve
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
 from percuss.orbits.orbit.turning_points import turns_of
@@ -42,6 +43,7 @@ BranchQuantity: TypeAlias = Literal[
     "impact_velocity", "grazing_margin", "multiplier", "period", "amplitude"
 ]
 AnyBranch: TypeAlias = Branch | StructureBranch
+AnyCurve: TypeAlias = Curve | StructureCurve
 
 # A stretch that is not drawn: its ends meet different numbers of stops, or their nearest turning
 # points are not the same one.
@@ -72,11 +74,12 @@ MARKERS = {
 # above each other where they are in this part of the height.
 NEAR, LINE, LOW = (0.25, 0.12), 13.0, 0.15
 
-CURVE_LOOKS: dict[CurveKind, dict[str, Any]] = {
+CURVE_LOOKS: dict[str, dict[str, Any]] = {
     "fold": {"color": BLUE, "label": "fold"},
     "period_doubling": {"color": VERMILION, "label": "period doubling"},
     "symmetry_breaking": {"color": ORANGE, "label": "symmetry breaking"},
     "grazing": {"color": BLACK, "label": "grazing"},
+    "torus": {"color": GREEN, "label": "torus"},
 }
 # Curves of orbits that are not physical.
 FORMAL = "not physical"
@@ -89,6 +92,13 @@ CURVE_MARKERS = {
     "resonant_grazing": "o",
     "double_grazing": "X",
     "degenerate_grazing": "v",
+    "fold_doubling": "s",
+    "fold_torus": "o",
+    "doubling_torus": "D",
+    "resonance_1_1": "P",
+    "resonance_1_2": "P",
+    "resonance_1_3": "P",
+    "resonance_1_4": "P",
 }
 # Points of codimension two nearer than this, as parts of the width and height, are named once.
 SAME = 1e-3
@@ -297,7 +307,7 @@ def drawn_as_stable(branch: AnyBranch) -> Flags:
     return np.isin(branch.stability, ["asymptotic", "elliptic"])
 
 
-def between_rows(flags: Flags, followed: AnyBranch | Curve) -> Flags:
+def between_rows(flags: Flags, followed: AnyBranch | AnyCurve) -> Flags:
     """Return whether the stretch from each row to the next has a property of the rows.
 
     It has where both rows have. A special point stands between two kinds: there the neighbouring
@@ -359,7 +369,7 @@ def _name_point(
 
 @shared_docs
 def plot_curves(
-    curves: Curve | Iterable[Curve],
+    curves: AnyCurve | Iterable[AnyCurve],
     ax: Axes | None = None,
     *,
     units: Units | None = None,
@@ -384,7 +394,7 @@ def plot_curves(
     ParameterError
         If there is no curve, or they have not the same two parameters.
     """
-    several = [curves] if isinstance(curves, Curve) else list(curves)
+    several = [curves] if isinstance(curves, AnyCurve) else list(curves)
     if not several:
         raise ParameterError("curves", curves, "none to draw")
     paths = several[0].paths
@@ -395,15 +405,19 @@ def plot_curves(
     with picture(ax, CURVES_SIZE, labels=(xlabel, ylabel)) as ax:
         for curve in several:
             _draw_curve(ax, curve)
-        orbit, own = several[0][0], units_of(units, several[0][0].oscillator)
-        ax.set_xlabel(parameter_label(orbit, paths[0], own))
-        ax.set_ylabel(parameter_label(orbit, paths[1], own))
+        first = several[0]
+        over, up = paths
+        if isinstance(first, Curve):
+            own = units_of(units, first[0].oscillator)
+            over, up = (parameter_label(first[0], path, own) for path in paths)
+        ax.set_xlabel(over)
+        ax.set_ylabel(up)
         _explain_curves(ax)
         _mark_curves(ax, several)
     return ax
 
 
-def _draw_curve(ax: Axes, curve: Curve) -> None:
+def _draw_curve(ax: Axes, curve: AnyCurve) -> None:
     look = dict(CURVE_LOOKS[curve.kind])
     label = look.pop("label")
     # Curves that touch stay distinct by drawing grazing, which most others touch, below.
@@ -425,7 +439,7 @@ def _explain_curves(ax: Axes) -> None:
     ax.legend([entries[name] for name in order], order, loc="upper left", bbox_to_anchor=BESIDE)
 
 
-def _mark_curves(ax: Axes, curves: Sequence[Curve]) -> None:
+def _mark_curves(ax: Axes, curves: Sequence[AnyCurve]) -> None:
     """Mark the points of codimension two; those of several curves at one place are named once."""
     (left, right), (bottom, top) = ax.get_xlim(), ax.get_ylim()
     size = np.array([right - left, top - bottom])
@@ -433,7 +447,7 @@ def _mark_curves(ax: Axes, curves: Sequence[Curve]) -> None:
     for curve in curves:
         for point in curve.special_points:
             at = np.array(point.values)
-            name = point.kind.replace("_", " ")
+            name = _name_of(point.kind)
             same = [names for place, names in places if (abs(place - at) < SAME * size).all()]
             if same:
                 if name not in same[0]:
@@ -454,6 +468,12 @@ def _mark_curves(ax: Axes, curves: Sequence[Curve]) -> None:
             sign * (4.0 + CURVE_LINE * nearby), on_right=on_right, va="bottom" if low else "top",
             fontsize=8.5, path_effects=[withStroke(linewidth=2.5, foreground="white")],
         )  # fmt: skip
+
+
+def _name_of(kind: str) -> str:
+    """Return a kind of points in words: a resonance with its ratio."""
+    words = kind.split("_")
+    return f"1:{words[2]}" if words[0] == "resonance" else " ".join(words)
 
 
 def _shown_names(names: list[str]) -> list[str]:

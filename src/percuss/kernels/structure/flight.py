@@ -367,6 +367,14 @@ def derivatives(
     ``later`` and ``arrival`` are those at s, or those of the start are taken. The last number is
     what bounds the fourth derivative over a stretch, without the growth over it (`bound`).
     """
+    return derivatives_here(flight, i, s, is_begin)
+
+
+@formula
+def derivatives_here(
+    flight: ModalFlight, i: int, s: float, is_begin: bool
+) -> tuple[float, float, float, float, float, float]:
+    """Return what `derivatives` does, written out: to pass a flight takes as long as this."""
     basis = flight.basis
     phases = flight.phases if is_begin else flight.arrival
     y = flight.values[i]

@@ -543,7 +543,7 @@ def kick(run: StructureRun, b: int, i: int, change: float) -> None:
         run.begin[j, W] += run.sets.kick[b, i, j, 1] * change
 
 
-@kernel
+@formula
 def restitution(sets: Sets, i: int, speed: float) -> float:
     """Return the coefficient of restitution of a wall at a speed."""
     law = sets.walls[i]

@@ -66,6 +66,7 @@ from percuss.kernels.structure.flight import (
     W,
     arrive,
     derivatives,
+    derivatives_here,
     fourth_bound,
     move,
     see,
@@ -146,7 +147,7 @@ def copy(source: Floats, target: Floats) -> None:
             target[j, k] = source[j, k]
 
 
-@kernel
+@formula
 def next_event(flight: ModalFlight, scratch: Floats, free: Floats, longest: float) -> Event:
     """Return the first passage of a watch through zero before ``longest``.
 
@@ -306,7 +307,7 @@ def locate_root(
     first = 0.0
     for _ in range(MAX_ITERATIONS):
         move(flight, s)
-        y, first, second, third, fourth, bend = derivatives(flight, i, s, False)
+        y, first, second, third, fourth, bend = derivatives_here(flight, i, s, False)
         if y > 0.0:
             left = s
         else:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from percuss.arrays import Complexes, Floats
+from percuss.arrays import Complexes, Flags, Floats
 from percuss.errors import ParameterError
 from percuss.model.exact import Phase, as_float
 from percuss.model.paths import get_parameter, long_form
@@ -96,6 +96,11 @@ class StructureCurve:
     orbits: tuple[StructureOrbit, ...] = field(repr=False)
     special_points: tuple[StructureCurvePoint, ...]
     end_reason: str
+
+    @property
+    def admissible(self) -> Flags:
+        """(m,) array, True: the orbits of a structure are motions."""
+        return np.ones(len(self), dtype=np.bool_)
 
     def __len__(self) -> int:
         """Return the number of rows."""
