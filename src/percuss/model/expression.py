@@ -110,7 +110,7 @@ _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*", re.ASCII)
 class Expression(Computed):
     """A number given by an expression of named parameters, exactly.
 
-    Made by `parameter` and `expression`, and by + - * / and ** of these with numbers. It may stand
+    Made by `parameter` and `expression`, and by + - * / and ``**`` of these with numbers. It may stand
     wherever a model takes a number. The text of a number means that decimal; ``float(0.1)`` is the
     double. Its methods sqrt, sin and cos, which ``numpy.sqrt`` and the others call, give its
     functions.
@@ -118,7 +118,7 @@ class Expression(Computed):
     Parameters
     ----------
     text
-        The expression: numbers, names, + - * / **, parentheses, pi, sqrt, sin and cos. Exponents
+        The expression: numbers, names, ``+ - * / **``, parentheses, pi, sqrt, sin and cos. Exponents
         are whole numbers from -64 to 64.
     parameters
         (name, value) of each parameter in it, ordered by name; a value is a number or a multiple
@@ -256,7 +256,7 @@ class Expression(Computed):
 
 
 def parameter(name: str, value: Phase) -> Expression:
-    """Return a named number, which makes expressions with + - * / and **.
+    """Return a named number, which makes expressions with ``+ - * /`` and ``**``.
 
     Its name is the path by which it is changed, with all that depends on it.
 
