@@ -175,6 +175,21 @@ def tail_hop(restitution: float, v0: float, whole: float, s: float) -> tuple[flo
     The hops of the tail, which are summed and not listed, last and rise less by the restitution
     from one to the next; so far they are exact to CHATTER_LIMIT of their own size.
     """
+    share, since = hop_of_tail(restitution, whole, s)
+    duration = whole * share * (1.0 - restitution)
+    if duration == 0.0:
+        return 0.0, 0.0
+    part = min(max(since / duration, 0.0), 1.0)
+    v = v0 * share
+    return v * duration * part * (1.0 - part), v * (1.0 - 2.0 * part)
+
+
+@kernel
+def hop_of_tail(restitution: float, whole: float, s: float) -> tuple[float, float]:
+    """Return the share of the hop of a chatter's tail at a time s, and the time since its start.
+
+    The share is that of its duration and velocity in those of the first hop, 0 after the end.
+    """
     left = 1.0 - s / whole
     if not left > 0.0:
         return 0.0, 0.0
@@ -186,12 +201,7 @@ def tail_hop(restitution: float, v0: float, whole: float, s: float) -> tuple[flo
         share = exponential(count * logarithm(restitution))
     elif left <= share * restitution:
         share *= restitution
-    duration = whole * share * (1.0 - restitution)
-    if duration == 0.0:
-        return 0.0, 0.0
-    part = min(max((s - whole * (1.0 - share)) / duration, 0.0), 1.0)
-    v = v0 * share
-    return v * duration * part * (1.0 - part), v * (1.0 - 2.0 * part)
+    return share, s - whole * (1.0 - share)
 
 
 @kernel

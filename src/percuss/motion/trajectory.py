@@ -27,6 +27,7 @@ from percuss.motion.energetics import energy_at, forces_at
 from percuss.motion.error_bounds import ContactErrors
 from percuss.motion.extremes import Extrema, QuantityName, extremes_of_motion, level_crossings
 from percuss.motion.sections import SectionDirection, section_of
+from percuss.motion.sensitivity import Sensitivity, sensitivity_of
 from percuss.motion.tables import (
     Contacts,
     Crossings,
@@ -216,9 +217,7 @@ class Trajectory:
         """
         if limit not in _SIDES:
             raise ParameterError("limit", limit, 'neither "after" nor "before"')
-        instants = reals("t", t)
-        if instants.size and not (instants.min() >= self.t0 and instants.max() <= self.t_end):
-            instants = times_within(instants, self.t0, self.t_end)
+        instants = self.within(reals("t", t))
         flat = np.ascontiguousarray(instants).reshape(-1)
         law = self.system.law
         n = int(law[0, N_HARMONICS])
@@ -384,6 +383,49 @@ class Trajectory:
         """
         span = span_within(between, self.t0, self.t_end)
         return extremes_of_motion(self.system, self._motion_record, span, of, stop)
+
+    def within(self, instants: Floats) -> Floats:
+        """Return times moved into the run where only their rounding lies outside."""
+        if instants.size and not (instants.min() >= self.t0 and instants.max() <= self.t_end):
+            return times_within(instants, self.t0, self.t_end)
+        return instants
+
+    def sensitivity(self, paths: Sequence[str]) -> Sensitivity:
+        """Return the derivative of the motion by parameters, exact to rounding.
+
+        In one sweep over the events, whatever the number of parameters: flights in closed form or
+        by their power series, impacts, crossings, chatter and releases by the implicit function
+        theorem (docs/theory/sensitivities.md). No difference is taken.
+
+        Parameters
+        ----------
+        paths
+            Paths of the parameters, in long or short form: of the oscillator, the forcing and the
+            start, and names of parameters in expressions.
+
+        Returns
+        -------
+        Sensitivity
+            With `impacts`, `crossings` and `contacts`; called with times it gives dx and dv. Where
+            the motion grazes a wall it has no derivative, and says so.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such parameter, one is named twice, or none at all.
+
+        Examples
+        --------
+        A ball falls from x0 = 1 on the floor after a time sqrt(2 x0 / 2), and bounces:
+
+        >>> import percuss as pc
+        >>> floor = pc.Wall(at=0, side="below")
+        >>> ball = pc.Oscillator(stiffness=0, stops=(floor,))
+        >>> run = pc.simulate(ball, pc.Forcing(constant=-2), x0=1, max_impacts=2)
+        >>> run.sensitivity(["start.x0"]).impacts.t[:, 0]
+        array([0.5, 1.5])
+        """
+        return sensitivity_of(self, paths)
 
     @property
     def _motion_record(self) -> MotionRecord:

@@ -1,0 +1,389 @@
+"""What a flight makes of a change of its law: the responses that its columns are made of.
+
+The derivative of a flight by a parameter, a *column*, obeys the equation of the flight itself,
+forced by the change of the law along the motion,
+
+    xi'' + 2 a xi' + K xi = dF - dK y - 2 da v + d(drive),
+
+with y from the flight's start and dF the derivative of the constant force there. By linearity all
+columns are sums of few responses: to y, to v, to the phases and to these times the time. The first
+three regimes of `flight` have closed forms of each with poles that meet; here y and its response
+are followed together by their power series in steps of a few radians, from the recurrence of the
+equation itself. Nothing is divided by a difference of poles, so that resonance, critical damping,
+K = 0 and K < 0 are the same code and lose nothing (docs/decisions/022-sensitivities.md).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from percuss.arrays import Floats
+from percuss.kernels.arithmetic import cos_sin
+from percuss.kernels.compile import kernel
+from percuss.kernels.flight import (
+    Flight,
+    free_response,
+    harmonic_response,
+    slope_response,
+)
+from percuss.kernels.law_columns import (
+    COSINE,
+    DAMPING,
+    FAST_ROOT,
+    FIRST_HARMONIC,
+    LOWER,
+    LOWER_FORCE,
+    OMEGA,
+    ORIGIN_FORCE,
+    OVERDAMPED,
+    SINE,
+    SLOW_ROOT,
+    STIFFNESS,
+    TURNS,
+    TURNS_LOW,
+    UPPER,
+    UPPER_FORCE,
+    Law,
+)
+from percuss.kernels.pieces import is_record, record_at
+
+# A step of the series turns by so many radians at most: its largest term is then exp(4) = 55 times
+# the sum at most, and a longer step saves less than it loses.
+LONGEST_PHASE = 4.0
+# Terms of a step, for steps of no phase and for each radian: the first term left out is below
+# 1e-17 of the sum.
+LEAST_TERMS = 14.0
+TERMS_A_RADIAN = 5.6
+MOST_TERMS = 40
+
+# Entries of `shared`: the propagator, S and D with D' = S, E with E' = D; the responses to y and
+# to v and the rate of the latter, the rate of the former being the response to v.
+XX, XV, VX, VV, IMPULSE, RISE, RAMP, OF_Y, OF_V, RATE_OF_V = range(10)
+SHARED_ENTRIES = 10
+# Entries of a harmonic: the responses to cos(w s), sin(w s), s cos(w s), s sin(w s), and their rates.
+TO_COS, TO_SIN, TO_LATE_COS, TO_LATE_SIN = 0, 1, 2, 3
+RATES = 4
+PHASE_ENTRIES = 8
+
+
+class Change(NamedTuple):
+    """The derivatives of a law by parameters.
+
+    ``rows`` (n_parameters, n_rows, columns) are those of the law's own rows and columns, of its
+    stiffness, damping, bounds, restitutions, forces at the bounds, harmonics and tables; in the
+    column ORIGIN_FORCE stands the derivative of the constant force at 0, and in LOWER_ENTRY and
+    UPPER_ENTRY that of the edge times the dashpots 2 a that begin there upwards. The row of a
+    record has the derivative of its scale in COSINE and that of the logarithm of its pace in
+    OMEGA; ``unit`` is a law with the same record at scale 1.
+    """
+
+    rows: Floats
+    unit: Law
+
+
+class Workspace(NamedTuple):
+    """Scratch: phases at the start of a flight and at its end, and what `respond` writes."""
+
+    phases: Floats
+    arrival: Floats
+    scratch: Floats
+    shared: Floats
+    waves: Floats
+    series: Floats
+    ends: Floats
+
+
+@kernel
+def fastest_rate(law: Law, region: int) -> float:
+    """Return the magnitude of the larger characteristic root of a region."""
+    if law[region, OVERDAMPED] == 1.0:
+        return max(abs(law[region, SLOW_ROOT]), abs(law[region, FAST_ROOT]))
+    return math.sqrt(abs(law[region, STIFFNESS]))
+
+
+@kernel
+def steps_of(phase: float) -> tuple[int, int]:
+    """Return how many steps of the series a phase takes, and how many terms each has."""
+    count = max(1, math.ceil(phase / LONGEST_PHASE))
+    return count, min(MOST_TERMS, int(LEAST_TERMS + TERMS_A_RADIAN * phase / count))
+
+
+@kernel
+def fill_force(flight: Flight, since: float, h: float, terms: int, series: Floats) -> None:
+    """Write the Taylor coefficients of h^2 times the whole force at a time after the start."""
+    law = flight.law
+    for n in range(terms):
+        series[n] = 0.0
+    square = h * h
+    series[0] = square * flight.start[3]
+    for j in range(flight.phases.shape[0]):
+        harmonic = FIRST_HARMONIC + j
+        cos0 = flight.phases[j, 0]
+        sin0 = flight.phases[j, 1]
+        if is_record(law, j):
+            series[0] += square * (cos0 + sin0 * since)
+            series[1] += square * sin0 * h
+            continue
+        turn = cos_sin(law[harmonic, TURNS], law[harmonic, TURNS_LOW], since, 0.0)
+        cosine = cos0 * turn[0] - sin0 * turn[1]
+        sine = sin0 * turn[0] + cos0 * turn[1]
+        part = square * (law[harmonic, COSINE] * cosine + law[harmonic, SINE] * sine)
+        quadrature = square * (law[harmonic, SINE] * cosine - law[harmonic, COSINE] * sine)
+        phase = law[harmonic, OMEGA] * h
+        for n in range(terms):
+            series[n] += part
+            share = phase / (n + 1.0)
+            part, quadrature = share * quadrature, -share * part
+
+
+@kernel
+def response_to_motion(flight: Flight, s: float, series: Floats) -> tuple[float, float, float]:
+    """Return the response to y at s, its rate, which is the response to v, and the rate of that."""
+    law, region, start, _, _ = flight
+    damping = law[region, DAMPING]
+    stiffness = law[region, STIFFNESS]
+    rate = fastest_rate(law, region)
+    for j in range(flight.phases.shape[0]):
+        rate = max(rate, law[FIRST_HARMONIC + j, OMEGA])
+    count, terms = steps_of(abs(s) * rate)
+    h = s / count
+    if h == 0.0:
+        return 0.0, 0.0, 0.0
+    drag = 2.0 * damping * h
+    spring = stiffness * h * h
+    y = 0.0
+    v = start[2]
+    of_y = 0.0
+    of_v = 0.0
+    for i in range(count):
+        fill_force(flight, i * h, h, terms, series)
+        y0 = y
+        y1 = v * h
+        r0 = of_y
+        r1 = of_v * h
+        v = y1
+        y += y1
+        of_v = r1
+        of_y += r1
+        order = 1.0
+        for n in range(terms):
+            per = 1.0 / (order * (order + 1.0))
+            y2 = (series[n] - drag * order * y1 - spring * y0) * per
+            r2 = (h * h * y0 - drag * order * r1 - spring * r0) * per
+            order += 1.0
+            y += y2
+            v += order * y2
+            of_y += r2
+            of_v += order * r2
+            y0 = y1
+            y1 = y2
+            r0 = r1
+            r1 = r2
+        v /= h
+        of_v /= h
+    return of_y, of_v, y - 2.0 * damping * of_v - stiffness * of_y
+
+
+@kernel
+def response_to_late_phase(
+    law: Law, region: int, j: int, s: float
+) -> tuple[float, float, float, float]:
+    """Return the responses to s cos(w_j s) and to s sin(w_j s), and their rates."""
+    omega = law[FIRST_HARMONIC + j, OMEGA]
+    count, terms = steps_of(abs(s) * max(fastest_rate(law, region), omega))
+    h = s / count
+    if h == 0.0:
+        return 0.0, 0.0, 0.0, 0.0
+    drag = 2.0 * law[region, DAMPING] * h
+    spring = law[region, STIFFNESS] * h * h
+    u_re = 0.0
+    u_im = 0.0
+    v_re = 0.0
+    v_im = 0.0
+    for i in range(count):
+        since = i * h
+        turn = cos_sin(
+            law[FIRST_HARMONIC + j, TURNS], law[FIRST_HARMONIC + j, TURNS_LOW], since, 0.0
+        )
+        # Of h^2 exp(i w s): the coefficients, and those before them for the factor s.
+        now_re = h * h * turn[0]
+        now_im = h * h * turn[1]
+        before_re = 0.0
+        before_im = 0.0
+        a0 = u_re
+        a1 = v_re * h
+        b0 = u_im
+        b1 = v_im * h
+        u_re += a1
+        v_re = a1
+        u_im += b1
+        v_im = b1
+        order = 1.0
+        for _ in range(terms):
+            per = 1.0 / (order * (order + 1.0))
+            a2 = (since * now_re + h * before_re - drag * order * a1 - spring * a0) * per
+            b2 = (since * now_im + h * before_im - drag * order * b1 - spring * b0) * per
+            before_re = now_re
+            before_im = now_im
+            share = omega * h / order
+            now_re, now_im = -share * now_im, share * now_re
+            order += 1.0
+            u_re += a2
+            v_re += order * a2
+            u_im += b2
+            v_im += order * b2
+            a0 = a1
+            a1 = a2
+            b0 = b1
+            b1 = b2
+        v_re /= h
+        v_im /= h
+    return u_re, u_im, v_re, v_im
+
+
+@kernel
+def respond(flight: Flight, s: float, change: Change, work: Workspace) -> None:
+    """Write the responses that the columns of a flight are made of, at a time s after its start."""
+    law, region, _, _, _ = flight
+    shared = work.shared
+    damping = law[region, DAMPING]
+    impulse, even, rise = free_response(law, region, s)
+    drag = damping * impulse
+    shared[XX] = even + drag
+    shared[XV] = impulse
+    shared[VX] = -law[region, STIFFNESS] * impulse
+    shared[VV] = even - drag
+    shared[IMPULSE] = impulse
+    shared[RISE] = rise
+    shared[OF_Y] = 0.0
+    shared[OF_V] = 0.0
+    shared[RATE_OF_V] = 0.0
+    rows = change.rows
+    moves = False
+    for p in range(rows.shape[0]):
+        moves = moves or rows[p, region, STIFFNESS] != 0.0 or rows[p, region, DAMPING] != 0.0
+    if moves:
+        of_y, of_v, rate = response_to_motion(flight, s, work.series)
+        shared[OF_Y] = of_y
+        shared[OF_V] = of_v
+        shared[RATE_OF_V] = rate
+    for j in range(flight.phases.shape[0]):
+        harmonic = FIRST_HARMONIC + j
+        moves = False
+        turns = False
+        for p in range(rows.shape[0]):
+            moves = moves or rows[p, harmonic, COSINE] != 0.0 or rows[p, harmonic, SINE] != 0.0
+            turns = turns or rows[p, harmonic, OMEGA] != 0.0
+        if is_record(law, j):
+            shared[RAMP] = slope_response(law, region, s, impulse, rise)
+        elif moves or turns:
+            omega = law[harmonic, OMEGA]
+            wave = work.waves[j]
+            turn = cos_sin(law[harmonic, TURNS], law[harmonic, TURNS_LOW], s, 0.0)
+            to_cos, to_sin = harmonic_response(law, region, j, s, impulse, even, turn)
+            wave[TO_COS] = to_cos
+            wave[TO_SIN] = to_sin
+            wave[RATES + TO_COS] = impulse - omega * to_sin
+            wave[RATES + TO_SIN] = omega * to_cos
+            for k in range(TO_LATE_COS, TO_LATE_SIN + 1):
+                wave[k] = 0.0
+                wave[RATES + k] = 0.0
+            if turns:
+                late = response_to_late_phase(law, region, j, s)
+                wave[TO_LATE_COS] = late[0]
+                wave[TO_LATE_SIN] = late[1]
+                wave[RATES + TO_LATE_COS] = late[2]
+                wave[RATES + TO_LATE_SIN] = late[3]
+
+
+@kernel
+def moved_constant_force(law: Law, rows: Floats, region: int, x: float, moved: float) -> float:
+    """Return the derivative of G - K x, with that of x; exactly zero where nothing moves it."""
+    for bound, force in ((LOWER, LOWER_FORCE), (UPPER, UPPER_FORCE)):
+        if x == law[region, bound]:
+            return rows[region, force] - law[region, STIFFNESS] * (moved - rows[region, bound])
+    pull = rows[region, ORIGIN_FORCE] - rows[region, STIFFNESS] * x
+    return pull - law[region, STIFFNESS] * moved
+
+
+@kernel
+def moved_drive(
+    law: Law, rows: Floats, unit: Law, t: float, t_low: float, phases: Floats
+) -> tuple[float, float]:
+    """Return the derivatives of the drive and of its rate at an instant that stays."""
+    force = 0.0
+    slope = 0.0
+    for j in range(phases.shape[0]):
+        harmonic = FIRST_HARMONIC + j
+        in_cos = rows[harmonic, COSINE]
+        in_sin = rows[harmonic, SINE]
+        turning = rows[harmonic, OMEGA]
+        cosine = phases[j, 0]
+        sine = phases[j, 1]
+        if is_record(law, j):
+            if in_cos != 0.0:
+                value, rate = record_at(unit, t, t_low)
+                force += in_cos * value
+                slope += in_cos * rate
+            force += turning * sine * t
+            slope += turning * sine
+            continue
+        omega = law[harmonic, OMEGA]
+        part = law[harmonic, COSINE] * cosine + law[harmonic, SINE] * sine
+        quadrature = law[harmonic, SINE] * cosine - law[harmonic, COSINE] * sine
+        force += in_cos * cosine + in_sin * sine + turning * t * quadrature
+        slope += omega * (in_sin * cosine - in_cos * sine)
+        slope += turning * (quadrature - t * omega * part)
+    return force, slope
+
+
+@kernel
+def column_after(
+    flight: Flight,
+    rows: Floats,
+    unit: Law,
+    begin: tuple[float, float],
+    force: float,
+    work: Workspace,
+) -> tuple[float, float]:
+    """Return the column of (y, v) where `respond` was asked, from that at the flight's start.
+
+    ``force`` is the derivative of the constant force at the start.
+    """
+    law, region, start, phases, _ = flight
+    t, t_low, _, _ = start
+    shared = work.shared
+    stiffer = rows[region, STIFFNESS]
+    damped = 2.0 * rows[region, DAMPING]
+    off = begin[0] * shared[XX] + begin[1] * shared[XV] + force * shared[RISE]
+    speed = begin[0] * shared[VX] + begin[1] * shared[VV] + force * shared[IMPULSE]
+    off -= stiffer * shared[OF_Y] + damped * shared[OF_V]
+    speed -= stiffer * shared[OF_V] + damped * shared[RATE_OF_V]
+    for j in range(phases.shape[0]):
+        harmonic = FIRST_HARMONIC + j
+        in_cos = rows[harmonic, COSINE]
+        in_sin = rows[harmonic, SINE]
+        turning = rows[harmonic, OMEGA]
+        if in_cos == 0.0 and in_sin == 0.0 and turning == 0.0:
+            continue
+        cos0 = phases[j, 0]
+        sin0 = phases[j, 1]
+        if is_record(law, j):
+            value, slope = record_at(unit, t, t_low)
+            push = in_cos * value + turning * sin0 * t
+            rate = in_cos * slope + turning * sin0
+            off += push * shared[RISE] + rate * shared[RAMP]
+            speed += push * shared[IMPULSE] + rate * shared[RISE]
+            continue
+        # d(C cos + S sin) with the phase's own change t dw: (t + s) (S cos - C sin) dw.
+        part = turning * (law[harmonic, SINE] * cos0 - law[harmonic, COSINE] * sin0)
+        quadrature = -turning * (law[harmonic, COSINE] * cos0 + law[harmonic, SINE] * sin0)
+        in_phase = in_cos * cos0 + in_sin * sin0 + t * part
+        across = in_sin * cos0 - in_cos * sin0 + t * quadrature
+        wave = work.waves[j]
+        off += in_phase * wave[TO_COS] + across * wave[TO_SIN]
+        off += part * wave[TO_LATE_COS] + quadrature * wave[TO_LATE_SIN]
+        speed += in_phase * wave[RATES + TO_COS] + across * wave[RATES + TO_SIN]
+        speed += part * wave[RATES + TO_LATE_COS] + quadrature * wave[RATES + TO_LATE_SIN]
+    return off, speed

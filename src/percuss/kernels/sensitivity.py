@@ -1,0 +1,456 @@
+"""The derivative of a motion by parameters: its columns, carried over flights and events.
+
+A column is the derivative of (x, v) at a time that stays. On a flight it obeys the flight's own
+equation (`flight_columns`); at an event the neighbours arrive at another instant, and
+
+    dt = (dd - dx) / v,   dv_before = dv + a_before dt,
+    dv_after = -k dv_before - dr v_before,   dx' = dd - v_after dt,   dv' = dv_after - a_after dt
+
+with the wall's displacement dd, the restitution's change dr and k the derivative of r(u) u. After
+an event x is kept as what it is more than the place of the event: in a chatter the hops are far
+smaller than the place. A contact ends all memory; its start and its release have derivatives of
+their own (docs/theory/sensitivities.md). After a graze of a wall the motion has none: NaN.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from percuss.arrays import Floats
+from percuss.kernels.arithmetic import logarithm
+from percuss.kernels.compile import kernel
+from percuss.kernels.contact import FORCE_ROUNDING
+from percuss.kernels.flight import Flight, constant_force, force_and_slopes, place, set_phases
+from percuss.kernels.flight_columns import (
+    Change,
+    Workspace,
+    column_after,
+    moved_constant_force,
+    moved_drive,
+    respond,
+)
+from percuss.kernels.law_columns import (
+    DAMPING,
+    FIRST_HARMONIC,
+    FORCE_BOUND,
+    KNOT_RESTITUTION,
+    KNOT_SPEED,
+    KNOTS_LEFT,
+    LOWER,
+    LOWER_ENTRY,
+    LOWER_RESTITUTION,
+    N_HARMONICS,
+    NUMBER,
+    OMEGA,
+    UPPER,
+    UPPER_ENTRY,
+    UPPER_RESTITUTION,
+    Law,
+)
+from percuss.kernels.record import (
+    BOUND,
+    CONTACT,
+    CROSSING,
+    EVENT_T,
+    EVENT_T_LOW,
+    IMPACT,
+    KIND,
+    KNOT,
+    NEXT_REGION,
+    RELEASE,
+    SLOW_LANDING,
+    V_AFTER,
+    V_BEFORE,
+    MotionRecord,
+    flight_after,
+    place_of_event,
+    time_since_event,
+)
+from percuss.kernels.restitution import (
+    kept_of_error,
+    restitution_at,
+    slow_restitution,
+    table_of,
+)
+from percuss.kernels.sample import flight_at, hop_of_tail
+
+# Columns of a row of `out`: the derivatives of the event's instant and of the velocities before and
+# after it; the place of the event, and what x after it is more than that, and v, at a time that
+# stays.
+DT, DV_BEFORE, DV_AFTER, BASE, OFF, SPEED = range(6)
+SENSITIVITY_COLUMNS = 6
+# Columns of `begin`: the derivatives of x, v and t of the start.
+BEGIN_X, BEGIN_V, BEGIN_T = range(3)
+
+
+class Study(NamedTuple):
+    """A motion whose derivatives are asked for: its record, the change and where it grazes walls.
+
+    ``touches`` (n,) are the instants of grazes, in order.
+    """
+
+    record: MotionRecord
+    change: Change
+    touches: Floats
+
+
+@kernel
+def moved_restitution(law: Law, rows: Floats, region: int, bound: int, speed: float) -> float:
+    """Return the derivative of a wall's restitution at a speed that stays."""
+    table = table_of(law, region, bound)
+    if table == 0:
+        lower = bound == int(law[region, NUMBER])
+        return rows[region, LOWER_RESTITUTION if lower else UPPER_RESTITUTION]
+    knot = table
+    for _ in range(int(law[table, KNOTS_LEFT])):
+        if law[knot + 1, KNOT_SPEED] > speed:
+            break
+        knot += 1
+    if speed < law[table, KNOT_SPEED] or law[knot, KNOTS_LEFT] == 0.0:
+        return rows[knot, KNOT_RESTITUTION]
+    width = law[knot + 1, KNOT_SPEED] - law[knot, KNOT_SPEED]
+    part = (speed - law[knot, KNOT_SPEED]) / width
+    slope = (law[knot + 1, KNOT_RESTITUTION] - law[knot, KNOT_RESTITUTION]) / width
+    low = rows[knot, KNOT_RESTITUTION] - slope * rows[knot, KNOT_SPEED]
+    high = rows[knot + 1, KNOT_RESTITUTION] - slope * rows[knot + 1, KNOT_SPEED]
+    return low + (high - low) * part
+
+
+@kernel
+def moved_place(rows: Floats, law: Law, region: int, bound: int) -> float:
+    """Return the derivative of the position of a bound of a region."""
+    return rows[region, LOWER if bound == int(law[region, NUMBER]) else UPPER]
+
+
+@kernel
+def carry(study: Study, begin: Floats, work: Workspace, out: Floats) -> None:
+    """Write the columns of each event into ``out`` (n_events, n_parameters, columns).
+
+    ``begin`` (n_parameters, 3) are the derivatives of x, v and t of the start.
+    """
+    record, _change, touches = study
+    law, events, marks = record.law, record.events, record.marks
+    touched = 0
+    now, then = work.phases, work.arrival
+    flight = flight_after(record, 0, now, work.scratch)
+    start_row(flight, begin, out)
+    for n in range(1, events.shape[0]):
+        is_lost = False
+        while touched < touches.shape[0] and touches[touched] <= events[n, EVENT_T]:
+            is_lost = True
+            touched += 1
+        kind = marks[n, KIND]
+        following = flight_after(record, n, then, work.scratch)
+        drive, slope, _ = force_and_slopes(law, then)
+        force = following.start[3] + drive
+        if kind == CONTACT:
+            come_to_contact(study, n, then, out)
+        elif kind == RELEASE:
+            release(study, n, slope, then, out)
+        else:
+            s = time_since_event(events, n)
+            fly(study, flight, n - 1, s, work, out)
+            if is_lost:
+                work.ends[:, :] = math.nan
+            if kind == KNOT:
+                last = now.shape[0] - 1
+                jump = (now[last, 0] + now[last, 1] * s) - then[last, 0]
+                pass_knot(study, n, jump, force, work, out)
+            elif kind == CROSSING:
+                cross(study, n, force, work, out)
+            else:
+                strike(study, n, force, work, out)
+        flight = following
+        now, then = then, now
+
+
+@kernel
+def start_row(flight: Flight, begin: Floats, out: Floats) -> None:
+    """Write the row of the START: the state at a time that stays, where it starts later by dt."""
+    law, region, (_, _, v, force), phases, _ = flight
+    acceleration = force + force_and_slopes(law, phases)[0] - 2.0 * law[region, DAMPING] * v
+    for p in range(begin.shape[0]):
+        row = out[0, p]
+        late = begin[p, BEGIN_T]
+        row[DT] = late
+        row[DV_BEFORE] = begin[p, BEGIN_V]
+        row[DV_AFTER] = begin[p, BEGIN_V]
+        row[BASE] = begin[p, BEGIN_X] - v * late
+        row[OFF] = 0.0
+        row[SPEED] = begin[p, BEGIN_V] - acceleration * late
+
+
+@kernel
+def fly(study: Study, flight: Flight, row: int, s: float, work: Workspace, out: Floats) -> None:
+    """Write (OFF, SPEED) of all columns a time s after an event into ``work.ends``."""
+    record, change, _ = study
+    law = record.law
+    x = place_of_event(record, row)
+    respond(flight, s, change, work)
+    for p in range(out.shape[1]):
+        rows = change.rows[p]
+        begin = (out[row, p, OFF], out[row, p, SPEED])
+        force = moved_constant_force(law, rows, flight.region, x, out[row, p, BASE])
+        off, speed = column_after(flight, rows, change.unit, begin, force, work)
+        work.ends[p, 0] = off
+        work.ends[p, 1] = speed
+
+
+@kernel
+def strike(study: Study, n: int, force: float, work: Workspace, out: Floats) -> None:
+    """Write the row of an impact; ``force`` is that at the wall without damping."""
+    record, change, _ = study
+    law, events, marks = record.law, record.events, record.marks
+    region = int(marks[n - 1, NEXT_REGION])
+    bound = int(marks[n, BOUND])
+    before = events[n, V_BEFORE]
+    after = events[n, V_AFTER]
+    kept = kept_of_error(law, region, bound, abs(before))
+    drag = 2.0 * law[region, DAMPING]
+    for p in range(out.shape[1]):
+        rows = change.rows[p]
+        row = out[n, p]
+        moved = moved_place(rows, law, region, bound)
+        late = ((moved - out[n - 1, p, BASE]) - work.ends[p, 0]) / before
+        row[BASE] = moved
+        if marks[n, KIND] == SLOW_LANDING:
+            # A speed within its rounding: the square root of a distance.
+            late = math.nan
+        row[DT] = late
+        row[DV_BEFORE] = work.ends[p, 1] + (force - drag * before) * late
+        change_of_r = moved_restitution(law, rows, region, bound, abs(before))
+        row[DV_AFTER] = -kept * row[DV_BEFORE] - change_of_r * before
+        row[OFF] = -after * late
+        row[SPEED] = row[DV_AFTER] - (force - drag * after) * late
+
+
+@kernel
+def cross(study: Study, n: int, force: float, work: Workspace, out: Floats) -> None:
+    """Write the row of a crossing of the edge of a soft stop."""
+    record, change, _ = study
+    law, events, marks = record.law, record.events, record.marks
+    before = int(marks[n - 1, NEXT_REGION])
+    after = int(marks[n, NEXT_REGION])
+    bound = int(marks[n, BOUND])
+    v = events[n, V_BEFORE]
+    upwards = bound != int(law[before, NUMBER])
+    # Dashpots 2 a that begin at the edge, upwards.
+    jump = 2.0 * (law[after, DAMPING] - law[before, DAMPING])
+    if not upwards:
+        jump = -jump
+    for p in range(out.shape[1]):
+        rows = change.rows[p]
+        row = out[n, p]
+        moved = moved_place(rows, law, before, bound)
+        place_before = out[n - 1, p, BASE] + work.ends[p, 0]
+        late = ((moved - out[n - 1, p, BASE]) - work.ends[p, 0]) / v
+        row[DT] = late
+        row[DV_BEFORE] = work.ends[p, 1] + (force - 2.0 * law[before, DAMPING] * v) * late
+        row[DV_AFTER] = row[DV_BEFORE]
+        row[BASE] = moved
+        row[OFF] = -v * late
+        # Stops that share an edge may move apart: each jumps at its own.
+        jumps = rows[before, UPPER_ENTRY if upwards else LOWER_ENTRY] - jump * place_before
+        row[SPEED] = work.ends[p, 1] + (jumps if upwards else -jumps)
+
+
+@kernel
+def pass_knot(
+    study: Study, n: int, jump: float, force: float, work: Workspace, out: Floats
+) -> None:
+    """Write the row of a knot, over which the force falls by ``jump`` to ``force``."""
+    record, change, _ = study
+    law, events, marks = record.law, record.events, record.marks
+    t = events[n, EVENT_T]
+    if marks[n - 1, KIND] == RELEASE:
+        # Held up to the knot, by a wall that cancelled the force.
+        jump = -force
+    elif abs(jump) <= FORCE_ROUNDING * law[0, FORCE_BOUND]:
+        jump = 0.0
+    for p in range(out.shape[1]):
+        row = out[n, p]
+        late = knot_delay(law, change.rows[p], t)
+        row[DT] = late
+        row[BASE] = out[n - 1, p, BASE] + work.ends[p, 0]
+        row[OFF] = 0.0
+        row[SPEED] = work.ends[p, 1] + jump * late
+        row[DV_BEFORE] = math.nan
+        row[DV_AFTER] = math.nan
+
+
+@kernel
+def knot_delay(law: Law, rows: Floats, t: float) -> float:
+    """Return the derivative of the instant of a knot."""
+    return -t * rows[FIRST_HARMONIC + int(law[0, N_HARMONICS]) - 1, OMEGA]
+
+
+@kernel
+def come_to_contact(study: Study, n: int, phases: Floats, out: Floats) -> None:
+    """Write the row of a contact, after a chatter, a plastic impact, or at the start."""
+    record, change, _ = study
+    law, events, marks = record.law, record.events, record.marks
+    region = int(marks[n, NEXT_REGION])
+    bound = int(marks[n, BOUND])
+    chatters = marks[n - 1, KIND] == IMPACT and events[n - 1, V_AFTER] != 0.0
+    for p in range(out.shape[1]):
+        rows = change.rows[p]
+        row = out[n, p]
+        moved = moved_place(rows, law, region, bound)
+        row[DT] = out[n - 1, p, DT]
+        if chatters:
+            row[DT] += moved_tail(study, n - 1, p, phases, out)
+        elif n == 1 and (out[0, p, BASE] != moved or out[0, p, DV_AFTER] != 0.0):
+            # At rest on the wall: off it by dx the mass would come back after sqrt(2 dx / force).
+            row[DT] = math.nan
+        row[DV_BEFORE] = 0.0
+        row[DV_AFTER] = 0.0
+        row[BASE] = moved
+        row[OFF] = 0.0
+        row[SPEED] = 0.0
+
+
+@kernel
+def moved_tail(study: Study, n: int, p: int, phases: Floats, out: Floats) -> float:
+    """Return the derivative of the time from a chatter's last listed impact to its end.
+
+    That of the sum in `contact.chatter_time`; ``phases`` is scratch.
+    """
+    record, change, _ = study
+    law, events, marks = record.law, record.events, record.marks
+    rows = change.rows[p]
+    region = int(marks[n, NEXT_REGION])
+    bound = int(marks[n, BOUND])
+    side = -1.0 if bound == int(law[region, NUMBER]) else 1.0
+    t = events[n, EVENT_T]
+    t_low = events[n, EVENT_T_LOW]
+    set_phases(law, t, t_low, phases)
+    drive, slope, bend = force_and_slopes(law, phases)
+    late = out[n, p, DT]
+    force, rate = moved_drive(law, rows, change.unit, t, t_low, phases)
+    x = place(law, region, bound)
+    force += moved_constant_force(law, rows, region, x, out[n, p, BASE]) + slope * late
+    rate += bend * late
+    pressing = side * (constant_force(law, region, x) + drive)
+    speed = abs(events[n, V_AFTER])
+    faster = -side * out[n, p, DV_AFTER]
+    restitution, bend_of_r = slow_restitution(law, region, bound, speed)
+    moved_r = moved_restitution(law, rows, region, bound, 0.0)
+    moved_bend = 0.0
+    if bend_of_r != 0.0:
+        moved_bend = (moved_restitution(law, rows, region, bound, speed) - moved_r) / speed
+    lost = 1.0 - restitution
+    tau = 2.0 * speed / (pressing * lost)
+    stronger = side * force / pressing
+    longer_tau = tau * (faster / speed - stronger + moved_r / lost)
+    change_of_force = side * slope / pressing
+    tilt = -(change_of_force + law[region, DAMPING])
+    moved_tilt = -(side * rate / pressing - change_of_force * stronger + rows[region, DAMPING])
+    square = 1.0 - restitution * restitution
+    longer = bend_of_r * speed / square
+    moved_longer = (moved_bend * speed + bend_of_r * faster) / square
+    moved_longer += 2.0 * restitution * moved_r * longer / square
+    first = longer_tau * (1.0 + (2.0 * tilt * tau / 3.0 + longer))
+    return first + tau * (moved_tilt * tau / 3.0 + moved_longer)
+
+
+@kernel
+def release(study: Study, n: int, slope: float, phases: Floats, out: Floats) -> None:
+    """Write the row of a release: the force at the wall, of that slope, is zero at its instant."""
+    record, change, _ = study
+    law, events, marks = record.law, record.events, record.marks
+    region = int(marks[n, NEXT_REGION])
+    bound = int(marks[n, BOUND])
+    t = events[n, EVENT_T]
+    t_low = events[n, EVENT_T_LOW]
+    x = place(law, region, bound)
+    at_knot = n + 1 < events.shape[0] and marks[n + 1, KIND] == KNOT
+    at_knot = at_knot and time_since_event(events, n + 1) == 0.0
+    for p in range(out.shape[1]):
+        rows = change.rows[p]
+        row = out[n, p]
+        moved = moved_place(rows, law, region, bound)
+        force, _ = moved_drive(law, rows, change.unit, t, t_low, phases)
+        force += moved_constant_force(law, rows, region, x, moved)
+        row[DT] = -force / slope if slope != 0.0 else math.nan
+        if at_knot:
+            row[DT] = knot_delay(law, rows, t)
+        row[DV_BEFORE] = 0.0
+        row[DV_AFTER] = 0.0
+        row[BASE] = moved
+        row[OFF] = 0.0
+        row[SPEED] = 0.0
+
+
+@kernel
+def columns_at(
+    study: Study, out: Floats, instants: Floats, after: bool, work: Workspace, motion: Floats
+) -> None:
+    """Write the columns of x and v at each instant into ``motion`` (2, n, n_parameters)."""
+    record, _, touches = study
+    events, marks = record.events, record.marks
+    for i in range(instants.shape[0]):
+        row = flight_at(events, instants[i], after)
+        s = (instants[i] - events[row, EVENT_T]) - events[row, EVENT_T_LOW]
+        if instants[i] == events[row, EVENT_T]:
+            s = 0.0
+        is_last = row + 1 == events.shape[0]
+        if marks[row, KIND] == CONTACT:
+            for p in range(out.shape[1]):
+                motion[0, i, p] = out[row, p, BASE]
+                motion[1, i, p] = 0.0
+        elif (
+            not is_last
+            and marks[row + 1, KIND] == CONTACT
+            and marks[row, KIND] == IMPACT
+            and events[row, V_AFTER] != 0.0
+        ):
+            tail_columns(study, out, row, s, i, motion)
+        else:
+            flight = flight_after(record, row, work.phases, work.scratch)
+            fly(study, flight, row, s, work, out)
+            is_lost = False
+            for touch in touches:
+                is_lost = is_lost or events[row, EVENT_T] < touch <= instants[i]
+            for p in range(out.shape[1]):
+                motion[0, i, p] = out[row, p, BASE] + work.ends[p, 0]
+                motion[1, i, p] = work.ends[p, 1]
+                if is_lost:
+                    motion[0, i, p] = math.nan
+                    motion[1, i, p] = math.nan
+
+
+@kernel
+def tail_columns(study: Study, out: Floats, row: int, s: float, i: int, motion: Floats) -> None:
+    """Write the columns in the summed tail of a chatter, of the parabolas that `sample` has there.
+
+    Hop n begins at e = T (1 - r^n) with the velocity w = v r^n and is bent by p = 2 v / (T (1 - r)).
+    """
+    record, change, _ = study
+    law, events, marks = record.law, record.events, record.marks
+    region = int(marks[row, NEXT_REGION])
+    bound = int(marks[row, BOUND])
+    v0 = events[row, V_AFTER]
+    restitution = restitution_at(law, region, bound, abs(v0))
+    whole = time_since_event(events, row + 1)
+    share, since = hop_of_tail(restitution, whole, s)
+    hops = logarithm(share) / logarithm(restitution) if restitution > 0.0 else 0.0
+    for p in range(out.shape[1]):
+        begin = out[row, p, BASE]
+        motion[0, i, p] = begin
+        motion[1, i, p] = 0.0
+        if share == 0.0:
+            continue
+        rows = change.rows[p]
+        faster = out[row, p, DV_AFTER]
+        longer = out[row + 1, p, DT] - out[row, p, DT]
+        lossy = moved_restitution(law, rows, region, bound, 0.0)
+        moved_share = hops * share / restitution * lossy if hops > 0.0 else 0.0
+        late = out[row, p, DT] + longer * (1.0 - share) - whole * moved_share
+        lost = 1.0 - restitution
+        bend = 2.0 * v0 / (whole * lost)
+        moved_bend = bend * (faster / v0 - longer / whole + lossy / lost)
+        moved_v = faster * share + v0 * moved_share
+        motion[0, i, p] += moved_v * since - v0 * share * late
+        motion[0, i, p] += since * (bend * late - 0.5 * moved_bend * since)
+        motion[1, i, p] = moved_v - moved_bend * since + bend * late

@@ -1,0 +1,233 @@
+"""The derivative of a law by parameters, as the kernels of sensitivities take it."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from percuss.arrays import Floats
+from percuss.errors import ParameterError
+from percuss.kernels import law_columns as at
+from percuss.kernels.flight_columns import Change
+from percuss.kernels.law_columns import Law
+from percuss.model.exact import as_float
+from percuss.model.forcing import Forcing, FourierTerm, Harmonic
+from percuss.model.oscillator import SoftStop, Wall
+from percuss.model.paths import long_form, moved_fields, moved_in_law
+from percuss.model.restitution import RestitutionTable
+from percuss.model.start import Start
+from percuss.model.system import System, region_rows, touching_stops
+from percuss.numerics import cos, sin
+
+__all__ = ["MovedLaw", "moved_law"]
+
+START = "start."
+
+
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class MovedLaw:
+    """How parameters move the law of a system and the start of a motion.
+
+    Attributes
+    ----------
+    paths
+        The parameters, in their long form.
+    change
+        The derivatives of the law by them, (n_parameters, n_rows, columns).
+    begin
+        Those of x, v and t of the start, (n_parameters, 3).
+    """
+
+    paths: tuple[str, ...]
+    change: Change
+    begin: Floats
+
+
+def moved_law(system: System, start: Start | None, paths: Sequence[str]) -> MovedLaw:
+    """Return the derivatives of the law of a system, and of a start, by parameters.
+
+    Parameters
+    ----------
+    system
+        Oscillator and forcing.
+    start
+        The start of the motion; None: it is no parameter.
+    paths
+        Paths of the parameters, in long or short form; names of parameters in expressions too.
+
+    Returns
+    -------
+    MovedLaw
+        The derivatives, from those of the expressions, exact to rounding.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such parameter, one is named twice, or none at all; and for the coefficients
+        of a term of a Fourier sum that is left out since it is zero.
+
+    Examples
+    --------
+    >>> from percuss.model import cosine, impact_oscillator
+    >>> system = System(impact_oscillator("0.8"), cosine(2))
+    >>> moved = moved_law(system, Start(0, 1), ["start.v0", "forcing.omega"])
+    >>> moved.paths, moved.begin[0]
+    (('start.v0', 'forcing.harmonics.0.omega'), array([0., 1., 0.]))
+    """
+    osc, force = system
+    if isinstance(paths, str) or not len(paths):
+        raise ParameterError("paths", paths, 'no list of paths; give one such as ["start.v0"]')
+    names: list[str] = []
+    for path in paths:
+        name = long_form(path, osc, force, start)
+        if name in names:
+            raise ParameterError("paths", path, "the same parameter, named twice")
+        names.append(name)
+    law = system.law
+    n_rows = int(law[0, at.FIRST_KNOT]) if law[0, at.N_KNOTS] else len(law)
+    rows, begin = np.zeros((len(names), n_rows, at.COLUMNS)), np.zeros((len(names), 3))
+    needs_unit = False
+    for p, name in enumerate(names):
+        fields = _derivatives(system, start, name)
+        begin[p] = [fields.get(START + field, 0.0) for field in ("x0", "v0", "t0")]
+        _fill_harmonics(rows[p], system, fields)
+        for region, number in zip(region_rows(law), range(len(law)), strict=False):
+            _fill_region(rows[p, region], system, number, fields)
+        _fill_tables(rows[p], system, fields)
+        needs_unit = needs_unit or fields.get("forcing.record.amplitude", 0.0) != 0.0
+    return MovedLaw(tuple(names), Change(rows, _unit_law(system) if needs_unit else law), begin)
+
+
+def _derivatives(system: System, start: Start | None, name: str) -> dict[str, float]:
+    """Return the derivatives of the fields of the motion of unit mass, and of the start."""
+    osc, force = system
+    moved = moved_fields(osc, force, start, name)
+    fields = {path: value for path, value in moved.fields.items() if path.startswith(START)}
+    parameter = dict.fromkeys(fields, moved.name)
+    if len(fields) < len(moved.fields):
+        in_law = moved_in_law(osc, force, name)
+        fields |= in_law.fields
+        parameter |= dict.fromkeys(in_law.fields, in_law.name)
+    return {path: float(value.derivative(parameter[path])) for path, value in fields.items()}
+
+
+def _unit_law(system: System) -> Law:
+    """Return a law with the record at scale 1, and no other force."""
+    force = system.forcing
+    assert force is not None
+    assert force.record is not None
+    record = force.record.with_fields(amplitude=1.0)
+    return System(system.of_unit_mass.oscillator, Forcing(record=record)).law
+
+
+def _fill_harmonics(rows: Floats, system: System, fields: Mapping[str, float]) -> None:
+    force = system.of_unit_mass.forcing
+    if force is None:
+        return
+    row = at.FIRST_HARMONIC
+    for i, part in enumerate(force.harmonics):
+        if isinstance(part, Harmonic):
+            rows[row, :3] = _moved_harmonic(part, f"forcing.harmonics.{i}.", fields)
+        else:
+            in_cos, in_sin = (
+                fields.get(f"forcing.cos.{i}", 0.0),
+                fields.get(f"forcing.sin.{i}", 0.0),
+            )
+            if as_float(part.cos) == as_float(part.sin) == 0.0:
+                _refuse_left_out(in_cos, in_sin, i, part)
+                continue
+            rows[row, :3] = in_cos, in_sin, part.n * fields.get("forcing.omega", 0.0)
+        row += 1
+    if force.record is not None:
+        rows[row, at.COSINE] = fields.get("forcing.record.amplitude", 0.0)
+        pace = force.record.omega
+        if pace is not None:
+            rows[row, at.OMEGA] = fields.get("forcing.record.omega", 0.0) / as_float(pace)
+
+
+def _refuse_left_out(in_cos: float, in_sin: float, i: int, part: FourierTerm) -> None:
+    for value, name in ((in_cos, "cos"), (in_sin, "sin")):
+        if value != 0.0:
+            reason = (
+                f"zero with its partner, so that term {part.n} is left out of the sum; give 1e-30"
+            )
+            raise ParameterError(f"forcing.{name}.{i}", 0.0, reason)
+
+
+def _moved_harmonic(
+    part: Harmonic, path: str, fields: Mapping[str, float]
+) -> tuple[float, float, float]:
+    """Return the derivatives of the cosine, the sine and the frequency of A cos(w t + phase)."""
+    amplitude, phase = as_float(part.amplitude), as_float(part.phase)
+    louder, later = fields.get(f"{path}amplitude", 0.0), fields.get(f"{path}phase", 0.0)
+    if amplitude != 0.0:
+        # From the law's own coefficients: at whole quarters of a turn one is exactly zero.
+        own = Forcing((part,)).components()[0]
+        in_cos, in_sin = own.cos / amplitude, own.sin / amplitude
+    else:
+        in_cos, in_sin = cos(phase), -sin(phase)
+    return (
+        louder * in_cos + later * amplitude * in_sin,
+        louder * in_sin - later * amplitude * in_cos,
+        fields.get(f"{path}omega", 0.0),
+    )
+
+
+def _fill_region(row: Floats, system: System, number: int, fields: Mapping[str, float]) -> None:
+    """Fill the row of a region."""
+    osc, bounds = system.of_unit_mass.oscillator, system.lines
+
+    def moved(i: int, name: str) -> float:
+        return fields.get(f"oscillator.stops.{i}.{name}", 0.0)
+
+    touched = touching_stops(system.oscillator, number)
+    stiffer = fields.get("oscillator.stiffness", 0.0)
+    push = fields.get("forcing.constant", 0.0)
+    row[at.STIFFNESS] = stiffer + sum(moved(i, "stiffness") for i in touched)
+    row[at.DAMPING] = fields.get("oscillator.damping", 0.0)
+    row[at.DAMPING] += sum(moved(i, "damping") for i in touched)
+    row[at.ORIGIN_FORCE] = push
+    for i in touched:
+        stop = osc.stops[i]
+        assert isinstance(stop, SoftStop)
+        row[at.ORIGIN_FORCE] += moved(i, "stiffness") * as_float(stop.at)
+        row[at.ORIGIN_FORCE] += as_float(stop.stiffness) * moved(i, "at")
+    ends = (
+        (number, at.LOWER, at.LOWER_FORCE, at.LOWER_ENTRY, at.LOWER_RESTITUTION),
+        (number + 1, at.UPPER, at.UPPER_FORCE, at.UPPER_ENTRY, at.UPPER_RESTITUTION),
+    )
+    for bound, place, force, entry, restitution in ends:
+        wall, edges, position = bounds.wall[bound], bounds.edges[bound], bounds.at[bound]
+        if position is None:
+            continue
+        x = as_float(position)
+        row[place] = moved(edges[0] if wall is None else wall, "at")
+        row[force] = push - stiffer * x - as_float(osc.stiffness) * row[place]
+        for i in touched:
+            stop = osc.stops[i]
+            assert isinstance(stop, SoftStop)
+            row[force] -= moved(i, "stiffness") * (x - as_float(stop.at))
+            row[force] -= as_float(stop.stiffness) * (row[place] - moved(i, "at"))
+        for i in edges:
+            stop = osc.stops[i]
+            assert isinstance(stop, SoftStop)
+            dashpot = 2.0 * as_float(stop.damping) * moved(i, "at")
+            row[entry] += dashpot if stop.side == "above" else -dashpot
+        if wall is not None:
+            row[restitution] = moved(wall, "restitution")
+
+
+def _fill_tables(rows: Floats, system: System, fields: Mapping[str, float]) -> None:
+    """Fill the knots of tables of restitution."""
+    law = system.law
+    for i, stop in enumerate(system.oscillator.stops):
+        if not isinstance(stop, Wall) or not isinstance(stop.restitution, RestitutionTable):
+            continue
+        column = at.LOWER_TABLE if stop.side == "below" else at.UPPER_TABLE
+        first = int(max(law[region, column] for region in region_rows(law)))
+        for k in range(len(stop.restitution.values)):
+            path = f"oscillator.stops.{i}.restitution"
+            rows[first + k, at.KNOT_SPEED] = fields.get(f"{path}.speeds.{k}", 0.0)
+            rows[first + k, at.KNOT_RESTITUTION] = fields.get(f"{path}.values.{k}", 0.0)
