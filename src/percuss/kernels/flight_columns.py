@@ -6,11 +6,12 @@ forced by the change of the law along the motion,
     xi'' + 2 a xi' + K xi = dF - dK y - 2 da v + d(drive),
 
 with y from the flight's start and dF the derivative of the constant force there. By linearity all
-columns are sums of few responses: to y, to v, to the phases and to these times the time. The first
-three regimes of `flight` have closed forms of each with poles that meet; here y and its response
-are followed together by their power series in steps of a few radians, from the recurrence of the
-equation itself. Nothing is divided by a difference of poles, so that resonance, critical damping,
-K = 0 and K < 0 are the same code and lose nothing (docs/decisions/022-sensitivities.md).
+columns are sums of few responses: to y, to v, to the phases and to these times the time. Where
+poles meet, or nearly, these are followed together with y by their power series in steps of a few
+radians, from the recurrence of the equation itself: nothing is divided by a difference of poles,
+so that resonance, critical damping, K = 0 and K < 0 are the same code and lose nothing. An
+oscillating flight away from resonance, and no shorter than half a radian, has them in closed form,
+which takes a third of the time (docs/decisions/022-sensitivities.md).
 """
 
 from __future__ import annotations
@@ -32,11 +33,16 @@ from percuss.kernels.law_columns import (
     DAMPING,
     FAST_ROOT,
     FIRST_HARMONIC,
+    GAIN_IM,
+    GAIN_RE,
     LOWER,
     LOWER_FORCE,
+    NEAR,
     OMEGA,
     ORIGIN_FORCE,
     OVERDAMPED,
+    PER_STIFFNESS,
+    RATE,
     SINE,
     SLOW_ROOT,
     STIFFNESS,
@@ -51,6 +57,9 @@ from percuss.kernels.pieces import is_record, record_at
 # A step of the series turns by so many radians at most: its largest term is then exp(4) = 55 times
 # the sum at most, and a longer step saves less than it loses.
 LONGEST_PHASE = 4.0
+# The closed forms hold above this phase of the free motion, and this part of the damping.
+LEAST_PHASE = 0.5
+LEAST_RATE = 0.1
 # Terms of a step, for steps of no phase and for each radian: the first term left out is below
 # 1e-17 of the sum.
 LEAST_TERMS = 14.0
@@ -243,13 +252,137 @@ def response_to_late_phase(
 
 
 @kernel
+def is_plain(flight: Flight, s: float) -> bool:
+    """Return whether the closed forms hold: poles apart, and phases that are not small."""
+    law, region, _, _, _ = flight
+    rate = law[region, RATE]
+    if law[region, OVERDAMPED] == 1.0 or not rate * abs(s) > LEAST_PHASE:
+        return False
+    if not rate > LEAST_RATE * abs(law[region, DAMPING]):
+        return False
+    for j in range(flight.phases.shape[0]):
+        if law[region + 1 + j, NEAR] == 1.0 and not is_record(law, j):
+            return False
+    return True
+
+
+@kernel
+def plain_response_to_motion(
+    flight: Flight, s: float, free: tuple[float, float, float], waves: Floats
+) -> tuple[float, float, float]:
+    """Return what `response_to_motion` does, in closed form, from S, c and D and the waves.
+
+    With P = S * S, the response to S, the response to any response R to a force f is, since f
+    makes R'' + 2 a R' + K R,
+
+        S * R = (R - P' - (2 a + i w) P) / (K - w^2 + 2 i a w)   for f = exp(i w s).
+    """
+    law, region, start, phases, _ = flight
+    impulse, even, rise = free
+    damping = law[region, DAMPING]
+    stiffness = law[region, STIFFNESS]
+    _, _, v0, force = start
+    square = 2.0 * law[region, RATE] * law[region, RATE]
+    twice = (impulse - s * even) / square
+    rate_of_twice = 0.5 * s * impulse - damping * twice
+    of_rise = (rise - rate_of_twice - 2.0 * damping * twice) * law[region, PER_STIFFNESS]
+    y = v0 * impulse + force * rise
+    of_y = v0 * twice + force * of_rise
+    of_v = v0 * rate_of_twice + force * twice
+    for j in range(phases.shape[0]):
+        harmonic = FIRST_HARMONIC + j
+        cos0 = phases[j, 0]
+        sin0 = phases[j, 1]
+        if is_record(law, j):
+            ramp = slope_response(law, region, s, impulse, rise)
+            of_ramp = (ramp - twice - 2.0 * damping * of_rise) * law[region, PER_STIFFNESS]
+            y += cos0 * rise + sin0 * ramp
+            of_y += cos0 * of_rise + sin0 * of_ramp
+            of_v += cos0 * twice + sin0 * of_rise
+            continue
+        omega = law[harmonic, OMEGA]
+        over_re = waves[j, TO_COS] - rate_of_twice - 2.0 * damping * twice
+        over_im = waves[j, TO_SIN] - omega * twice
+        gain_re = law[region + 1 + j, GAIN_RE]
+        gain_im = law[region + 1 + j, GAIN_IM]
+        to_cos = over_re * gain_re - over_im * gain_im
+        to_sin = over_im * gain_re + over_re * gain_im
+        part = law[harmonic, COSINE] * cos0 + law[harmonic, SINE] * sin0
+        quadrature = law[harmonic, SINE] * cos0 - law[harmonic, COSINE] * sin0
+        y += part * waves[j, TO_COS] + quadrature * waves[j, TO_SIN]
+        of_y += part * to_cos + quadrature * to_sin
+        of_v += part * (twice - omega * to_sin) + quadrature * omega * to_cos
+    return of_y, of_v, y - 2.0 * damping * of_v - stiffness * of_y
+
+
+@kernel
+def fill_wave(
+    flight: Flight, j: int, s: float, free: tuple[float, float, float], wave: Floats
+) -> tuple[float, float]:
+    """Write the responses to cos(w s) and sin(w s), and their rates; return these two at s."""
+    law, region, _, _, _ = flight
+    harmonic = FIRST_HARMONIC + j
+    omega = law[harmonic, OMEGA]
+    turn = cos_sin(law[harmonic, TURNS], law[harmonic, TURNS_LOW], s, 0.0)
+    to_cos, to_sin = harmonic_response(law, region, j, s, free[0], free[1], turn)
+    wave[TO_COS] = to_cos
+    wave[TO_SIN] = to_sin
+    wave[RATES + TO_COS] = free[0] - omega * to_sin
+    wave[RATES + TO_SIN] = omega * to_cos
+    return turn
+
+
+@kernel
+def fill_late_wave(
+    flight: Flight,
+    j: int,
+    s: float,
+    free: tuple[float, float, float],
+    turn: tuple[float, float],
+    plain: bool,
+    wave: Floats,
+) -> None:
+    """Write the responses to s cos(w s) and s sin(w s), and their rates.
+
+    As the derivative of that to exp(i w s) by i w, with its gain G, in closed form
+    W = G (s exp(i w s) - S - 2 (a + i w) Q).
+    """
+    law, region, _, _, _ = flight
+    if not plain:
+        late = response_to_late_phase(law, region, j, s)
+        wave[TO_LATE_COS] = late[0]
+        wave[TO_LATE_SIN] = late[1]
+        wave[RATES + TO_LATE_COS] = late[2]
+        wave[RATES + TO_LATE_SIN] = late[3]
+        return
+    omega = law[FIRST_HARMONIC + j, OMEGA]
+    damping = law[region, DAMPING]
+    gain_re = law[region + 1 + j, GAIN_RE]
+    gain_im = law[region + 1 + j, GAIN_IM]
+    rate = free[1] - damping * free[0]
+    # First the response, then its rate.
+    for k in range(0, RATES + 1, RATES):
+        q_re = wave[k + TO_COS]
+        q_im = wave[k + TO_SIN]
+        push_re = s * turn[0] - free[0]
+        push_im = s * turn[1]
+        if k == RATES:
+            push_re = turn[0] - omega * s * turn[1] - rate
+            push_im = turn[1] + omega * s * turn[0]
+        push_re -= 2.0 * (damping * q_re - omega * q_im)
+        push_im -= 2.0 * (damping * q_im + omega * q_re)
+        wave[k + TO_LATE_COS] = gain_re * push_re - gain_im * push_im
+        wave[k + TO_LATE_SIN] = gain_re * push_im + gain_im * push_re
+
+
+@kernel
 def respond(flight: Flight, s: float, change: Change, work: Workspace) -> None:
     """Write the responses that the columns of a flight are made of, at a time s after its start."""
     law, region, _, _, _ = flight
     shared = work.shared
-    damping = law[region, DAMPING]
-    impulse, even, rise = free_response(law, region, s)
-    drag = damping * impulse
+    free = free_response(law, region, s)
+    impulse, even, rise = free
+    drag = law[region, DAMPING] * impulse
     shared[XX] = even + drag
     shared[XV] = impulse
     shared[VX] = -law[region, STIFFNESS] * impulse
@@ -260,14 +393,11 @@ def respond(flight: Flight, s: float, change: Change, work: Workspace) -> None:
     shared[OF_V] = 0.0
     shared[RATE_OF_V] = 0.0
     rows = change.rows
-    moves = False
+    plain = is_plain(flight, s)
+    motion_moves = False
     for p in range(rows.shape[0]):
-        moves = moves or rows[p, region, STIFFNESS] != 0.0 or rows[p, region, DAMPING] != 0.0
-    if moves:
-        of_y, of_v, rate = response_to_motion(flight, s, work.series)
-        shared[OF_Y] = of_y
-        shared[OF_V] = of_v
-        shared[RATE_OF_V] = rate
+        if rows[p, region, STIFFNESS] != 0.0 or rows[p, region, DAMPING] != 0.0:
+            motion_moves = True
     for j in range(flight.phases.shape[0]):
         harmonic = FIRST_HARMONIC + j
         moves = False
@@ -277,24 +407,21 @@ def respond(flight: Flight, s: float, change: Change, work: Workspace) -> None:
             turns = turns or rows[p, harmonic, OMEGA] != 0.0
         if is_record(law, j):
             shared[RAMP] = slope_response(law, region, s, impulse, rise)
-        elif moves or turns:
-            omega = law[harmonic, OMEGA]
+        elif moves or turns or (motion_moves and plain):
             wave = work.waves[j]
-            turn = cos_sin(law[harmonic, TURNS], law[harmonic, TURNS_LOW], s, 0.0)
-            to_cos, to_sin = harmonic_response(law, region, j, s, impulse, even, turn)
-            wave[TO_COS] = to_cos
-            wave[TO_SIN] = to_sin
-            wave[RATES + TO_COS] = impulse - omega * to_sin
-            wave[RATES + TO_SIN] = omega * to_cos
+            turn = fill_wave(flight, j, s, free, wave)
             for k in range(TO_LATE_COS, TO_LATE_SIN + 1):
                 wave[k] = 0.0
                 wave[RATES + k] = 0.0
             if turns:
-                late = response_to_late_phase(law, region, j, s)
-                wave[TO_LATE_COS] = late[0]
-                wave[TO_LATE_SIN] = late[1]
-                wave[RATES + TO_LATE_COS] = late[2]
-                wave[RATES + TO_LATE_SIN] = late[3]
+                fill_late_wave(flight, j, s, free, turn, plain, wave)
+    if motion_moves:
+        of_motion = (0.0, 0.0, 0.0)
+        if plain:
+            of_motion = plain_response_to_motion(flight, s, free, work.waves)
+        else:
+            of_motion = response_to_motion(flight, s, work.series)
+        shared[OF_Y], shared[OF_V], shared[RATE_OF_V] = of_motion
 
 
 @kernel

@@ -103,6 +103,9 @@ def moved_law(system: System, start: Start | None, paths: Sequence[str]) -> Move
 def _derivatives(system: System, start: Start | None, name: str) -> dict[str, float]:
     """Return the derivatives of the fields of the motion of unit mass, and of the start."""
     osc, force = system
+    is_number = "." in name and not name.endswith(".period")
+    if is_number and (osc.mass is None or name.startswith(START)):
+        return {name: 1.0}
     moved = moved_fields(osc, force, start, name)
     fields = {path: value for path, value in moved.fields.items() if path.startswith(START)}
     parameter = dict.fromkeys(fields, moved.name)
