@@ -46,6 +46,7 @@ def check(run: pc.Trajectory, *paths: str, close: float = CLOSE) -> pc.Trajector
     return run
 
 
+WALL = pc.Wall(at="0.2", side="above", restitution="0.8")
 ALL = ("oscillator.damping", "oscillator.stiffness", "forcing.omega", "start.v0")
 # Stiffness, damping and frequency of each linear regime, and the doubled poles to a hair.
 REGIMES = {
@@ -130,17 +131,24 @@ def test_stops_that_share_an_edge_and_one_is_moved() -> None:
     np.testing.assert_allclose(np.array(run.sensitivity([path])(6.0))[:, 0], wanted, rtol=1e-4)
 
 
-def test_many_impacts_of_a_motion_that_is_not_chaotic() -> None:
-    wall = pc.Wall(at="0.2", side="above", restitution="0.8")
-    osc = pc.Oscillator(damping="0.05", stops=(wall,))
-    force = pc.cosine(2)
-    run = pc.simulate(osc, force, v0="0.5", max_impacts=50)
-    paths = ["oscillator.damping", "oscillator.stops.0.at", "forcing.omega"]
+def impacts_of_a_long_run(paths: list[str]) -> None:
+    """Compare the derivatives of fifty impacts."""
+    osc = pc.Oscillator(damping="0.05", stops=(WALL,))
+    run = pc.simulate(osc, pc.cosine(2), v0="0.5", max_impacts=50)
     found = run.sensitivity(paths)
     for p, path in enumerate(paths):
         wanted = differences(run, path, max_impacts=50)
         assert_close(found.impacts.t[:, p], wanted.t)
         assert_close(found.impacts.v_after[:, p], wanted.v_after)
+
+
+def test_fifty_impacts_of_a_motion_that_is_not_chaotic() -> None:
+    impacts_of_a_long_run(["oscillator.stops.0.at"])
+
+
+@pytest.mark.nightly
+def test_fifty_impacts_by_the_other_parameters() -> None:
+    impacts_of_a_long_run(["oscillator.damping", "forcing.omega", "oscillator.stops.0.restitution"])
 
 
 def chattering() -> pc.Trajectory:
@@ -202,9 +210,6 @@ def test_restitution_over_the_speed(knot: int) -> None:
     run = pc.simulate(pc.Oscillator(stops=(wall,)), pc.cosine("2.8"), v0=3, t_end=9)
     stop = "oscillator.stops.0"
     check(run, f"{stop}.restitution.values.{knot}", f"{stop}.restitution.speeds.1", f"{stop}.at")
-
-
-WALL = pc.Wall(at="0.2", side="above", restitution="0.8")
 
 
 def test_a_record() -> None:

@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 from percuss.arrays import Floats
 from percuss.kernels.arithmetic import cos_sin
-from percuss.kernels.compile import kernel
+from percuss.kernels.compile import formula, kernel
 from percuss.kernels.flight import (
     Flight,
     free_response,
@@ -251,7 +251,7 @@ def response_to_late_phase(
     return u_re, u_im, v_re, v_im
 
 
-@kernel
+@formula
 def is_plain(flight: Flight, s: float) -> bool:
     """Return whether the closed forms hold: poles apart, and phases that are not small."""
     law, region, _, _, _ = flight
@@ -266,7 +266,7 @@ def is_plain(flight: Flight, s: float) -> bool:
     return True
 
 
-@kernel
+@formula
 def plain_response_to_motion(
     flight: Flight, s: float, free: tuple[float, float, float], waves: Floats
 ) -> tuple[float, float, float]:
@@ -315,7 +315,7 @@ def plain_response_to_motion(
     return of_y, of_v, y - 2.0 * damping * of_v - stiffness * of_y
 
 
-@kernel
+@formula
 def fill_wave(
     flight: Flight, j: int, s: float, free: tuple[float, float, float], wave: Floats
 ) -> tuple[float, float]:
@@ -375,7 +375,7 @@ def fill_late_wave(
         wave[k + TO_LATE_SIN] = gain_re * push_im + gain_im * push_re
 
 
-@kernel
+@formula
 def respond(flight: Flight, s: float, change: Change, work: Workspace) -> None:
     """Write the responses that the columns of a flight are made of, at a time s after its start."""
     law, region, _, _, _ = flight
@@ -424,7 +424,7 @@ def respond(flight: Flight, s: float, change: Change, work: Workspace) -> None:
         shared[OF_Y], shared[OF_V], shared[RATE_OF_V] = of_motion
 
 
-@kernel
+@formula
 def moved_constant_force(law: Law, rows: Floats, region: int, x: float, moved: float) -> float:
     """Return the derivative of G - K x, with that of x; exactly zero where nothing moves it."""
     for bound, force in ((LOWER, LOWER_FORCE), (UPPER, UPPER_FORCE)):
@@ -465,7 +465,7 @@ def moved_drive(
     return force, slope
 
 
-@kernel
+@formula
 def column_after(
     flight: Flight,
     rows: Floats,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from percuss.arrays import Floats
+from percuss.arrays import Floats, Integers
 from percuss.kernels.arithmetic import ULP, cos_sin, exponential, logarithm, turns
 from percuss.kernels.compile import kernel
 from percuss.kernels.flight import (
@@ -115,8 +115,7 @@ def fill(
     t, t_low, v0, _ = flight.start
     moving = marks[event, KIND] != CONTACT
     soonest = math.inf
-    ends = event + 1 < events.shape[0] and marks[event + 1, KIND] == CONTACT
-    if ends and marks[event, KIND] == IMPACT and v0 != 0.0:
+    if is_tail(events, marks, event):
         fill_tail(record, x, event, instants, rows, motion)
         return
     if moving and law[region, SIMPLE] == 1.0 and law[region, DAMPING] == 0.0:
@@ -142,6 +141,14 @@ def fill(
                 doubt = uncertainty(flight, s)
             if excess <= doubt + ULP * abs(bound):
                 motion[0, i] = bound
+
+
+@kernel
+def is_tail(events: Floats, marks: Integers, row: int) -> bool:
+    """Return whether what follows an event is the summed tail of a chatter."""
+    if marks[row, KIND] != IMPACT or events[row, V_AFTER] == 0.0:
+        return False
+    return row + 1 < events.shape[0] and bool(marks[row + 1, KIND] == CONTACT)
 
 
 @kernel

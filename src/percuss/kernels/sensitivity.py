@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 from percuss.arrays import Floats
 from percuss.kernels.arithmetic import logarithm
-from percuss.kernels.compile import kernel
+from percuss.kernels.compile import formula, kernel
 from percuss.kernels.contact import FORCE_ROUNDING
 from percuss.kernels.flight import Flight, constant_force, force_and_slopes, place, set_phases
 from percuss.kernels.flight_columns import (
@@ -54,7 +54,6 @@ from percuss.kernels.record import (
     CROSSING,
     EVENT_T,
     EVENT_T_LOW,
-    IMPACT,
     KIND,
     KNOT,
     NEXT_REGION,
@@ -73,7 +72,7 @@ from percuss.kernels.restitution import (
     slow_restitution,
     table_of,
 )
-from percuss.kernels.sample import flight_at, hop_of_tail
+from percuss.kernels.sample import flight_at, hop_of_tail, is_tail
 
 # Columns of a row of `out`: the derivatives of the event's instant and of the velocities before and
 # after it; the place of the event, and what x after it is more than that, and v, at a time that
@@ -117,7 +116,7 @@ def moved_restitution(law: Law, rows: Floats, region: int, bound: int, speed: fl
     return low + (high - low) * part
 
 
-@kernel
+@formula
 def moved_place(rows: Floats, law: Law, region: int, bound: int) -> float:
     """Return the derivative of the position of a bound of a region."""
     return rows[region, LOWER if bound == int(law[region, NUMBER]) else UPPER]
@@ -181,7 +180,7 @@ def start_row(flight: Flight, begin: Floats, out: Floats) -> None:
         row[SPEED] = begin[p, BEGIN_V] - acceleration * late
 
 
-@kernel
+@formula
 def fly(study: Study, flight: Flight, row: int, s: float, work: Workspace, out: Floats) -> None:
     """Write (OFF, SPEED) of all columns a time s after an event into ``work.ends``."""
     record, change, _ = study
@@ -197,7 +196,7 @@ def fly(study: Study, flight: Flight, row: int, s: float, work: Workspace, out: 
         work.ends[p, 1] = speed
 
 
-@kernel
+@formula
 def strike(study: Study, n: int, force: float, work: Workspace, out: Floats) -> None:
     """Write the row of an impact; ``force`` is that at the wall without damping."""
     record, change, _ = study
@@ -275,8 +274,9 @@ def pass_knot(
         row[BASE] = out[n - 1, p, BASE] + work.ends[p, 0]
         row[OFF] = 0.0
         row[SPEED] = work.ends[p, 1] + jump * late
-        row[DV_BEFORE] = math.nan
-        row[DV_AFTER] = math.nan
+        slowing = 2.0 * law[int(marks[n, NEXT_REGION]), DAMPING] * events[n, V_AFTER]
+        row[DV_BEFORE] = work.ends[p, 1] + (force + jump - slowing) * late
+        row[DV_AFTER] = row[SPEED] + (force - slowing) * late
 
 
 @kernel
@@ -292,7 +292,7 @@ def come_to_contact(study: Study, n: int, phases: Floats, out: Floats) -> None:
     law, events, marks = record.law, record.events, record.marks
     region = int(marks[n, NEXT_REGION])
     bound = int(marks[n, BOUND])
-    chatters = marks[n - 1, KIND] == IMPACT and events[n - 1, V_AFTER] != 0.0
+    chatters = is_tail(events, marks, n - 1)
     for p in range(out.shape[1]):
         rows = change.rows[p]
         row = out[n, p]
@@ -394,17 +394,11 @@ def columns_at(
         s = (instants[i] - events[row, EVENT_T]) - events[row, EVENT_T_LOW]
         if instants[i] == events[row, EVENT_T]:
             s = 0.0
-        is_last = row + 1 == events.shape[0]
         if marks[row, KIND] == CONTACT:
             for p in range(out.shape[1]):
                 motion[0, i, p] = out[row, p, BASE]
                 motion[1, i, p] = 0.0
-        elif (
-            not is_last
-            and marks[row + 1, KIND] == CONTACT
-            and marks[row, KIND] == IMPACT
-            and events[row, V_AFTER] != 0.0
-        ):
+        elif is_tail(events, marks, row):
             tail_columns(study, out, row, s, i, motion)
         else:
             flight = flight_after(record, row, work.phases, work.scratch)

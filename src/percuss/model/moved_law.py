@@ -38,11 +38,15 @@ class MovedLaw:
         The derivatives of the law by them, (n_parameters, n_rows, columns).
     begin
         Those of x, v and t of the start, (n_parameters, 3).
+    stops
+        Those of the place, the stiffness and the damping of each stop, per unit mass,
+        (n_parameters, n_stops, 3).
     """
 
     paths: tuple[str, ...]
     change: Change
     begin: Floats
+    stops: Floats
 
 
 def moved_law(system: System, start: Start | None, paths: Sequence[str]) -> MovedLaw:
@@ -88,16 +92,23 @@ def moved_law(system: System, start: Start | None, paths: Sequence[str]) -> Move
     law = system.law
     n_rows = int(law[0, at.FIRST_KNOT]) if law[0, at.N_KNOTS] else len(law)
     rows, begin = np.zeros((len(names), n_rows, at.COLUMNS)), np.zeros((len(names), 3))
+    stops = np.zeros((len(names), len(osc.stops), 3))
     needs_unit = False
     for p, name in enumerate(names):
         fields = _derivatives(system, start, name)
         begin[p] = [fields.get(START + field, 0.0) for field in ("x0", "v0", "t0")]
+        rows[p, 0, at.MASS] = fields.get("oscillator.mass", 0.0)
+        rows[p, 0, at.FORCING_CONSTANT] = fields.get("forcing.constant", 0.0)
+        for i in range(len(osc.stops)):
+            own = (f"oscillator.stops.{i}.{field}" for field in ("at", "stiffness", "damping"))
+            stops[p, i] = [fields.get(field, 0.0) for field in own]
         _fill_harmonics(rows[p], system, fields)
         for region, number in zip(region_rows(law), range(len(law)), strict=False):
             _fill_region(rows[p, region], system, number, fields)
         _fill_tables(rows[p], system, fields)
         needs_unit = needs_unit or fields.get("forcing.record.amplitude", 0.0) != 0.0
-    return MovedLaw(tuple(names), Change(rows, _unit_law(system) if needs_unit else law), begin)
+    change = Change(rows, _unit_law(system) if needs_unit else law)
+    return MovedLaw(tuple(names), change, begin, stops)
 
 
 def _derivatives(system: System, start: Start | None, name: str) -> dict[str, float]:
@@ -107,9 +118,14 @@ def _derivatives(system: System, start: Start | None, name: str) -> dict[str, fl
     if is_number and (osc.mass is None or name.startswith(START)):
         return {name: 1.0}
     moved = moved_fields(osc, force, start, name)
-    fields = {path: value for path, value in moved.fields.items() if path.startswith(START)}
+    fields = {
+        path: value
+        for path, value in moved.fields.items()
+        if path.startswith(START) or path == "oscillator.mass"
+    }
     parameter = dict.fromkeys(fields, moved.name)
-    if len(fields) < len(moved.fields):
+    if not all(path.startswith(START) for path in moved.fields):
+        # Divided by the mass where there is one.
         in_law = moved_in_law(osc, force, name)
         fields |= in_law.fields
         parameter |= dict.fromkeys(in_law.fields, in_law.name)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,6 +20,7 @@ from percuss.kernels.sensitivity import Study
 from percuss.model.exact import reals
 from percuss.model.moved_law import MovedLaw, moved_law
 from percuss.model.oscillator import Wall
+from percuss.motion.moved_measures import MovedMeasure, moved_measure
 
 if TYPE_CHECKING:
     from percuss.motion.trajectory import Limit, Trajectory
@@ -89,6 +90,12 @@ class Sensitivity:
         (n,) array, the instants from which on the motion is not differentiable: at a graze of a
         wall it goes like the square root of the parameter, on the side on which there is an impact
         [time]. A contact with a wall ends that.
+    run
+        The run.
+    moved
+        How the parameters move its law.
+    columns
+        (n_events, n_parameters, 6) array, as the kernels wrote it.
     """
 
     paths: tuple[str, ...]
@@ -96,9 +103,9 @@ class Sensitivity:
     crossings: MovedCrossings
     contacts: MovedContacts
     grazes: Floats
-    _run: Trajectory = field(repr=False)
-    _moved: MovedLaw = field(repr=False)
-    _columns: Floats = field(repr=False)
+    run: Trajectory
+    moved: MovedLaw
+    columns: Floats
 
     @property
     def differentiable(self) -> bool:
@@ -150,14 +157,44 @@ class Sensitivity:
         """
         if limit not in ("after", "before"):
             raise ParameterError("limit", limit, 'neither "after" nor "before"')
-        instants = self._run.within(reals("t", t))
+        instants = self.run.within(reals("t", t))
         flat = np.ascontiguousarray(instants).reshape(-1)
         n = len(self.paths)
         motion = np.empty((2, len(flat), n))
-        study = _study(self._run, self._moved)
-        engine.columns_at(study, self._columns, flat, limit == "after", _workspace(study), motion)
+        study = _study(self.run, self.moved)
+        engine.columns_at(study, self.columns, flat, limit == "after", _workspace(study), motion)
         shape = (*instants.shape, n)
         return motion[0].reshape(shape), motion[1].reshape(shape)
+
+    def of(self, measure: MovedMeasure) -> Floats:
+        """Return the derivative of a measure of the run.
+
+        Parameters
+        ----------
+        measure
+            A name as in sweeps, taken over the whole run: "max_displacement", "min_displacement",
+            "peak_displacement", "peak_acceleration", "peak_stop_force", "peak_impact_velocity",
+            "rms_displacement", "mean_power", "contact_share". Those that count have none.
+
+        Returns
+        -------
+        (n_parameters,) array
+            The derivatives; inside a flight those of an extreme value are at its instant, at an
+            event they move with it. NaN if the motion grazes a wall before.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such measure, or it has no derivative.
+
+        Examples
+        --------
+        >>> import percuss as pc
+        >>> run = pc.simulate(pc.Oscillator(stiffness=4), v0=1.0, t_end=2.0)
+        >>> run.sensitivity(["start.v0"]).of("max_displacement")
+        array([0.5])
+        """
+        return moved_measure(self, measure)
 
 
 def sensitivity_of(
@@ -204,9 +241,9 @@ def sensitivity_of(
         crossings=MovedCrossings(crossings[..., engine.DT], crossings[..., engine.DV_AFTER]),
         contacts=MovedContacts(started, release),
         grazes=np.unique(np.concatenate([study.touches, landings])),
-        _run=run,
-        _moved=moved,
-        _columns=out,
+        run=run,
+        moved=moved,
+        columns=out,
     )
 
 

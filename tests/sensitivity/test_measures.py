@@ -1,0 +1,101 @@
+"""Derivatives of measures against differences of the measures themselves."""
+
+from __future__ import annotations
+
+import itertools
+from typing import get_args
+
+import numpy as np
+import pytest
+
+import percuss as pc
+from percuss.ensembles.measures import MEASURES
+from percuss.model.paths import get_parameter, replace_parameter
+from percuss.motion.moved_measures import MovedMeasure
+from percuss.numerics import gauss_legendre
+
+WALL = pc.Oscillator(damping="0.05", stops=(pc.Wall(at="0.2", side="above", restitution="0.6"),))
+SOFT = pc.Oscillator.from_mass(
+    2, 3, damping_coefficient="0.3", stops=(pc.SoftStop("0.2", "above", 60, "1.5"),)
+)
+HELD = pc.Oscillator(1, "0.1", stops=(pc.Wall(at="-0.4", side="below", restitution="0.3"),))
+CASES = {
+    "wall": (WALL, pc.cosine("2.1", constant="0.1")),
+    "soft": (SOFT, pc.cosine("1.7", amplitude=4)),
+    "held": (HELD, pc.cosine("0.7", phase=2, constant="-0.4")),
+    "square wave": (WALL, pc.square_wave("1.3", 1)),
+}
+STOP = "oscillator.stops.0.at"
+PATHS = {
+    "wall": (STOP, "oscillator.damping", "forcing.omega", "forcing.constant"),
+    "soft": (STOP, "oscillator.stops.0.damping", "oscillator.mass", "forcing.amplitude"),
+    "held": (STOP, "oscillator.stiffness", "forcing.amplitude", "start.v0"),
+    "square wave": (STOP, "forcing.record.omega", "forcing.record.amplitude"),
+}
+# Steps of a central difference of fourth order: its error is some 1e-9 of the derivative.
+STEP = 2e-4
+
+
+def value_of(run: pc.Trajectory, measure: str) -> float:
+    """Return a measure of a run, from its extremes, tables and fine integrals."""
+    if measure.endswith("_displacement") and not measure.startswith("rms"):
+        ends = run.extremes("displacement")
+        least, largest = ends.minimum, ends.maximum
+        return {"max": largest, "min": least, "peak": max(largest, -least)}[
+            measure.split("_", maxsplit=1)[0]
+        ]
+    if measure == "peak_acceleration":
+        return run.extremes("acceleration").peak
+    if measure == "peak_stop_force":
+        return run.extremes("stop_force").peak
+    if measure == "peak_impact_velocity":
+        entries = run.crossings.v[run.crossings.direction == "in"]
+        return float(np.abs(np.concatenate([run.impacts.v_before, entries])).max())
+    edges = np.unique(np.append(run.record[0][:, 0], run.t_end))
+    nodes, weights = gauss_legendre(30)
+    total = 0.0
+    for begin, end in itertools.pairwise(edges.tolist()):
+        t = 0.5 * (begin + end) + 0.5 * (end - begin) * nodes
+        x, v = run(t)
+        if measure == "rms_displacement":
+            values = x * x
+        elif measure == "contact_share":
+            values = (np.abs(run.forces(t).stops.values[0]) > 0.0).astype(float)
+        else:
+            values = run.forces(t).forcing.values * v
+        total += 0.5 * (end - begin) * float((weights * values).sum())
+    mean = total / (edges[-1] - edges[0])
+    return float(np.sqrt(mean)) if measure == "rms_displacement" else mean
+
+
+def difference(run: pc.Trajectory, path: str, measure: str) -> float:
+    """Return the central difference of fourth order of a measure."""
+    values = run.oscillator, run.forcing, run.start
+    middle = float(pc.expression(str(get_parameter(*values, path))))
+
+    def at(step: float) -> float:
+        osc, force, start = replace_parameter(*values, path, middle + step)
+        return value_of(pc.simulate(osc, force, start=start, t_end=run.t_end), measure)
+
+    near, far = at(STEP) - at(-STEP), at(2 * STEP) - at(-2 * STEP)
+    return (8 * near - far) / (12 * STEP)
+
+
+@pytest.mark.parametrize("measure", get_args(MovedMeasure))
+@pytest.mark.parametrize("case", CASES)
+def test_measures_of_a_run(case: str, measure: MovedMeasure) -> None:
+    run = pc.simulate(*CASES[case], "-0.1", "0.5", t_end=11.3)
+    found = run.sensitivity(PATHS[case]).of(measure)
+    for p, path in enumerate(PATHS[case]):
+        wanted = difference(run, path, measure)
+        assert found[p] == pytest.approx(wanted, rel=2e-6, abs=2e-8), path
+
+
+def test_all_of_them_are_measures_of_sweeps() -> None:
+    assert set(get_args(MovedMeasure)) <= set(MEASURES)
+
+
+def test_a_measure_that_counts_has_no_derivative() -> None:
+    run = pc.simulate(*CASES["wall"], t_end=5)
+    with pytest.raises(pc.ParameterError, match="have a derivative"):
+        run.sensitivity(["forcing.omega"]).of("impacts_per_period")  # type: ignore[arg-type]
