@@ -80,11 +80,13 @@ if TYPE_CHECKING:
     from percuss.motion import Impacts as Impacts
     from percuss.motion import ImpactTimes as ImpactTimes
     from percuss.motion import Outcome as Outcome
+    from percuss.motion import Sensitivity as Sensitivity
     from percuss.motion import SubsetMotion as SubsetMotion
     from percuss.motion import Trajectory as Trajectory
     from percuss.motion import classify_impact_times as classify_impact_times
     from percuss.motion import eigenset as eigenset
     from percuss.motion import eigenset_motion as eigenset_motion
+    from percuss.motion import gradient as gradient
     from percuss.motion import growth as growth
     from percuss.motion import harmonic_critical_velocity as harmonic_critical_velocity
     from percuss.motion import line_spectrum as line_spectrum
@@ -103,6 +105,7 @@ if TYPE_CHECKING:
     from percuss.orbits import ImpactMap as ImpactMap
     from percuss.orbits import ManifoldBranch as ManifoldBranch
     from percuss.orbits import Manifolds as Manifolds
+    from percuss.orbits import OrbitSensitivity as OrbitSensitivity
     from percuss.orbits import PeriodicOrbit as PeriodicOrbit
     from percuss.orbits import Response as Response
     from percuss.orbits import SectionMap as SectionMap
@@ -158,6 +161,7 @@ __all__ = [
     "ManifoldBranch",
     "Manifolds",
     "MissingExtraError",
+    "OrbitSensitivity",
     "Oscillator",
     "Outcome",
     "OutputError",
@@ -166,6 +170,7 @@ __all__ = [
     "PeriodicOrbit",
     "Response",
     "SectionMap",
+    "Sensitivity",
     "SingularityCurve",
     "SingularitySet",
     "SoftStop",
@@ -209,6 +214,7 @@ __all__ = [
     "find_orbits",
     "follow_cascade",
     "fourier",
+    "gradient",
     "growth",
     "harmonic_critical_velocity",
     "impact_map",
@@ -317,11 +323,13 @@ _HOMES = {
         "ImpactTimes",
         "Impacts",
         "Outcome",
+        "Sensitivity",
         "SubsetMotion",
         "Trajectory",
         "classify_impact_times",
         "eigenset",
         "eigenset_motion",
+        "gradient",
         "growth",
         "harmonic_critical_velocity",
         "line_spectrum",
@@ -341,6 +349,7 @@ _HOMES = {
         "ImpactMap",
         "ManifoldBranch",
         "Manifolds",
+        "OrbitSensitivity",
         "PeriodicOrbit",
         "Response",
         "SectionMap",

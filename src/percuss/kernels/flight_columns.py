@@ -91,7 +91,7 @@ class Change(NamedTuple):
     unit: Law
 
 
-class Workspace(NamedTuple):
+class ColumnWorkspace(NamedTuple):
     """Scratch: phases at the start of a flight and at its end, and what `respond` writes."""
 
     phases: Floats
@@ -376,7 +376,7 @@ def fill_late_wave(
 
 
 @formula
-def respond(flight: Flight, s: float, change: Change, work: Workspace) -> None:
+def respond(flight: Flight, s: float, change: Change, work: ColumnWorkspace) -> None:
     """Write the responses that the columns of a flight are made of, at a time s after its start."""
     law, region, _, _, _ = flight
     shared = work.shared
@@ -472,7 +472,7 @@ def column_after(
     unit: Law,
     begin: tuple[float, float],
     force: float,
-    work: Workspace,
+    work: ColumnWorkspace,
 ) -> tuple[float, float]:
     """Return the column of (y, v) where `respond` was asked, from that at the flight's start.
 

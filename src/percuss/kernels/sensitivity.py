@@ -24,7 +24,7 @@ from percuss.kernels.contact import FORCE_ROUNDING
 from percuss.kernels.flight import Flight, constant_force, force_and_slopes, place, set_phases
 from percuss.kernels.flight_columns import (
     Change,
-    Workspace,
+    ColumnWorkspace,
     column_after,
     moved_constant_force,
     moved_drive,
@@ -83,7 +83,7 @@ SENSITIVITY_COLUMNS = 6
 BEGIN_X, BEGIN_V, BEGIN_T = range(3)
 
 
-class Study(NamedTuple):
+class VariedRecord(NamedTuple):
     """A motion whose derivatives are asked for: its record, the change and where it grazes walls.
 
     ``touches`` (n,) are the instants of grazes, in order.
@@ -123,12 +123,12 @@ def moved_place(rows: Floats, law: Law, region: int, bound: int) -> float:
 
 
 @kernel
-def carry(study: Study, begin: Floats, work: Workspace, out: Floats) -> None:
+def carry(varied: VariedRecord, begin: Floats, work: ColumnWorkspace, out: Floats) -> None:
     """Write the columns of each event into ``out`` (n_events, n_parameters, columns).
 
     ``begin`` (n_parameters, 3) are the derivatives of x, v and t of the start.
     """
-    record, _change, touches = study
+    record, _change, touches = varied
     law, events, marks = record.law, record.events, record.marks
     touched = 0
     now, then = work.phases, work.arrival
@@ -144,22 +144,22 @@ def carry(study: Study, begin: Floats, work: Workspace, out: Floats) -> None:
         drive, slope, _ = force_and_slopes(law, then)
         force = following.start[3] + drive
         if kind == CONTACT:
-            come_to_contact(study, n, then, out)
+            come_to_contact(varied, n, then, out)
         elif kind == RELEASE:
-            release(study, n, slope, then, out)
+            release(varied, n, slope, then, out)
         else:
             s = time_since_event(events, n)
-            fly(study, flight, n - 1, s, work, out)
+            fly(varied, flight, n - 1, s, work, out)
             if is_lost:
                 work.ends[:, :] = math.nan
             if kind == KNOT:
                 last = now.shape[0] - 1
                 jump = (now[last, 0] + now[last, 1] * s) - then[last, 0]
-                pass_knot(study, n, jump, force, work, out)
+                pass_knot(varied, n, jump, force, work, out)
             elif kind == CROSSING:
-                cross(study, n, force, work, out)
+                cross(varied, n, force, work, out)
             else:
-                strike(study, n, force, work, out)
+                strike(varied, n, force, work, out)
         flight = following
         now, then = then, now
 
@@ -181,9 +181,11 @@ def start_row(flight: Flight, begin: Floats, out: Floats) -> None:
 
 
 @formula
-def fly(study: Study, flight: Flight, row: int, s: float, work: Workspace, out: Floats) -> None:
+def fly(
+    varied: VariedRecord, flight: Flight, row: int, s: float, work: ColumnWorkspace, out: Floats
+) -> None:
     """Write (OFF, SPEED) of all columns a time s after an event into ``work.ends``."""
-    record, change, _ = study
+    record, change, _ = varied
     law = record.law
     x = place_of_event(record, row)
     respond(flight, s, change, work)
@@ -197,9 +199,9 @@ def fly(study: Study, flight: Flight, row: int, s: float, work: Workspace, out: 
 
 
 @formula
-def strike(study: Study, n: int, force: float, work: Workspace, out: Floats) -> None:
+def strike(varied: VariedRecord, n: int, force: float, work: ColumnWorkspace, out: Floats) -> None:
     """Write the row of an impact; ``force`` is that at the wall without damping."""
-    record, change, _ = study
+    record, change, _ = varied
     law, events, marks = record.law, record.events, record.marks
     region = int(marks[n - 1, NEXT_REGION])
     bound = int(marks[n, BOUND])
@@ -225,9 +227,9 @@ def strike(study: Study, n: int, force: float, work: Workspace, out: Floats) -> 
 
 
 @kernel
-def cross(study: Study, n: int, force: float, work: Workspace, out: Floats) -> None:
+def cross(varied: VariedRecord, n: int, force: float, work: ColumnWorkspace, out: Floats) -> None:
     """Write the row of a crossing of the edge of a soft stop."""
-    record, change, _ = study
+    record, change, _ = varied
     law, events, marks = record.law, record.events, record.marks
     before = int(marks[n - 1, NEXT_REGION])
     after = int(marks[n, NEXT_REGION])
@@ -256,10 +258,10 @@ def cross(study: Study, n: int, force: float, work: Workspace, out: Floats) -> N
 
 @kernel
 def pass_knot(
-    study: Study, n: int, jump: float, force: float, work: Workspace, out: Floats
+    varied: VariedRecord, n: int, jump: float, force: float, work: ColumnWorkspace, out: Floats
 ) -> None:
     """Write the row of a knot, over which the force falls by ``jump`` to ``force``."""
-    record, change, _ = study
+    record, change, _ = varied
     law, events, marks = record.law, record.events, record.marks
     t = events[n, EVENT_T]
     if marks[n - 1, KIND] == RELEASE:
@@ -286,9 +288,9 @@ def knot_delay(law: Law, rows: Floats, t: float) -> float:
 
 
 @kernel
-def come_to_contact(study: Study, n: int, phases: Floats, out: Floats) -> None:
+def come_to_contact(varied: VariedRecord, n: int, phases: Floats, out: Floats) -> None:
     """Write the row of a contact, after a chatter, a plastic impact, or at the start."""
-    record, change, _ = study
+    record, change, _ = varied
     law, events, marks = record.law, record.events, record.marks
     region = int(marks[n, NEXT_REGION])
     bound = int(marks[n, BOUND])
@@ -299,7 +301,7 @@ def come_to_contact(study: Study, n: int, phases: Floats, out: Floats) -> None:
         moved = moved_place(rows, law, region, bound)
         row[DT] = out[n - 1, p, DT]
         if chatters:
-            row[DT] += moved_tail(study, n - 1, p, phases, out)
+            row[DT] += moved_tail(varied, n - 1, p, phases, out)
         elif n == 1 and (out[0, p, BASE] != moved or out[0, p, DV_AFTER] != 0.0):
             # At rest on the wall: off it by dx the mass would come back after sqrt(2 dx / force).
             row[DT] = math.nan
@@ -311,12 +313,12 @@ def come_to_contact(study: Study, n: int, phases: Floats, out: Floats) -> None:
 
 
 @kernel
-def moved_tail(study: Study, n: int, p: int, phases: Floats, out: Floats) -> float:
+def moved_tail(varied: VariedRecord, n: int, p: int, phases: Floats, out: Floats) -> float:
     """Return the derivative of the time from a chatter's last listed impact to its end.
 
     That of the sum in `contact.chatter_time`; ``phases`` is scratch.
     """
-    record, change, _ = study
+    record, change, _ = varied
     law, events, marks = record.law, record.events, record.marks
     rows = change.rows[p]
     region = int(marks[n, NEXT_REGION])
@@ -355,9 +357,9 @@ def moved_tail(study: Study, n: int, p: int, phases: Floats, out: Floats) -> flo
 
 
 @kernel
-def release(study: Study, n: int, slope: float, phases: Floats, out: Floats) -> None:
+def release(varied: VariedRecord, n: int, slope: float, phases: Floats, out: Floats) -> None:
     """Write the row of a release: the force at the wall, of that slope, is zero at its instant."""
-    record, change, _ = study
+    record, change, _ = varied
     law, events, marks = record.law, record.events, record.marks
     region = int(marks[n, NEXT_REGION])
     bound = int(marks[n, BOUND])
@@ -384,10 +386,15 @@ def release(study: Study, n: int, slope: float, phases: Floats, out: Floats) -> 
 
 @kernel
 def columns_at(
-    study: Study, out: Floats, instants: Floats, after: bool, work: Workspace, motion: Floats
+    varied: VariedRecord,
+    out: Floats,
+    instants: Floats,
+    after: bool,
+    work: ColumnWorkspace,
+    motion: Floats,
 ) -> None:
     """Write the columns of x and v at each instant into ``motion`` (2, n, n_parameters)."""
-    record, _, touches = study
+    record, _, touches = varied
     events, marks = record.events, record.marks
     for i in range(instants.shape[0]):
         row = flight_at(events, instants[i], after)
@@ -399,10 +406,10 @@ def columns_at(
                 motion[0, i, p] = out[row, p, BASE]
                 motion[1, i, p] = 0.0
         elif is_tail(events, marks, row):
-            tail_columns(study, out, row, s, i, motion)
+            tail_columns(varied, out, row, s, i, motion)
         else:
             flight = flight_after(record, row, work.phases, work.scratch)
-            fly(study, flight, row, s, work, out)
+            fly(varied, flight, row, s, work, out)
             is_lost = False
             for touch in touches:
                 is_lost = is_lost or events[row, EVENT_T] < touch <= instants[i]
@@ -415,12 +422,14 @@ def columns_at(
 
 
 @kernel
-def tail_columns(study: Study, out: Floats, row: int, s: float, i: int, motion: Floats) -> None:
+def tail_columns(
+    varied: VariedRecord, out: Floats, row: int, s: float, i: int, motion: Floats
+) -> None:
     """Write the columns in the summed tail of a chatter, of the parabolas that `sample` has there.
 
     Hop n begins at e = T (1 - r^n) with the velocity w = v r^n and is bent by p = 2 v / (T (1 - r)).
     """
-    record, change, _ = study
+    record, change, _ = varied
     law, events, marks = record.law, record.events, record.marks
     region = int(marks[row, NEXT_REGION])
     bound = int(marks[row, BOUND])

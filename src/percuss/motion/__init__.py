@@ -11,10 +11,15 @@ from percuss.motion.eigenset_forms import harmonic_critical_velocity as harmonic
 from percuss.motion.eigenset_forms import subset_critical_velocity as subset_critical_velocity
 from percuss.motion.eigenset_forms import subset_forcing as subset_forcing
 from percuss.motion.extremes import Extrema as Extrema
+from percuss.motion.gradients import gradient as gradient
 from percuss.motion.growth import Growth as Growth
 from percuss.motion.growth import growth as growth
 from percuss.motion.impact_times import ImpactTimes as ImpactTimes
 from percuss.motion.impact_times import classify_impact_times as classify_impact_times
+from percuss.motion.moved_motion import MovedContacts as MovedContacts
+from percuss.motion.moved_motion import MovedCrossings as MovedCrossings
+from percuss.motion.moved_motion import MovedImpacts as MovedImpacts
+from percuss.motion.sensitivity import Sensitivity as Sensitivity
 from percuss.motion.simulate import simulate as simulate
 from percuss.motion.spectrum import line_spectrum as line_spectrum
 from percuss.motion.spectrum import spectrum as spectrum

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Literal, NamedTuple, get_args
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 
@@ -31,10 +31,8 @@ from percuss.model.exact import as_float
 from percuss.model.oscillator import SoftStop
 from percuss.model.system import touching_stops
 from percuss.motion.extremes import QuantityName
+from percuss.motion.moved_motion import MovedMotion
 from percuss.numerics import gauss_legendre
-
-if TYPE_CHECKING:
-    from percuss.motion.sensitivity import Sensitivity
 
 __all__ = ["MovedMeasure", "moved_measure"]
 
@@ -67,7 +65,7 @@ class _Limit(NamedTuple):
     held: bool
 
 
-def moved_measure(d: Sensitivity, measure: str) -> Floats:
+def moved_measure(d: MovedMotion, measure: str) -> Floats:
     """Return the derivative of a measure; see `Sensitivity.of`."""
     if measure not in get_args(MovedMeasure):
         known = ", ".join(get_args(MovedMeasure))
@@ -97,20 +95,20 @@ def moved_measure(d: Sensitivity, measure: str) -> Floats:
     return at_maximum if measure == "max_displacement" else at_minimum
 
 
-def _of_peak(d: Sensitivity, of: QuantityName, stop: int = 0) -> Floats:
+def _of_peak(d: MovedMotion, of: QuantityName, stop: int = 0) -> Floats:
     ends = d.run.extremes(of, stop)
     if ends.maximum >= -ends.minimum:
         return _of_value(d, of, stop, ends.maximum, ends.t_maximum)
     return -_of_value(d, of, stop, ends.minimum, ends.t_minimum)
 
 
-def _of_value(d: Sensitivity, of: QuantityName, stop: int, value: float, t: float) -> Floats:
+def _of_value(d: MovedMotion, of: QuantityName, stop: int, value: float, t: float) -> Floats:
     """Return the derivative of an extreme value of a quantity, which it has at t."""
     found = [_quantity(d, limit, of, stop) for limit in _limits(d, t)]
     return min(found, key=lambda pair: abs(pair[0] - value))[1]
 
 
-def _limits(d: Sensitivity, t: float) -> list[_Limit]:
+def _limits(d: MovedMotion, t: float) -> list[_Limit]:
     """Return the states at an instant: two at an event, which they move along with."""
     events, marks = d.run.record
     rows = np.flatnonzero(events[:, events_of.EVENT_T] == t)
@@ -137,7 +135,7 @@ def _limits(d: Sensitivity, t: float) -> list[_Limit]:
 
 
 def _limit(
-    d: Sensitivity,
+    d: MovedMotion,
     row: int,
     state: tuple[float, float, float],
     moved: tuple[Floats, Floats, Floats],
@@ -147,7 +145,7 @@ def _limit(
     return _Limit(*state, *moved, int(marks[row, events_of.NEXT_REGION]), is_held)
 
 
-def _quantity(d: Sensitivity, at: _Limit, of: QuantityName, stop: int) -> tuple[float, Floats]:
+def _quantity(d: MovedMotion, at: _Limit, of: QuantityName, stop: int) -> tuple[float, Floats]:
     """Return a quantity at an instant, and its derivative."""
     if of == "displacement":
         return at.x, at.dx
@@ -173,7 +171,7 @@ def _quantity(d: Sensitivity, at: _Limit, of: QuantityName, stop: int) -> tuple[
     return mass * force, mass * moved + heavier * force
 
 
-def _acceleration(d: Sensitivity, at: _Limit) -> tuple[float, Floats]:
+def _acceleration(d: MovedMotion, at: _Limit) -> tuple[float, Floats]:
     """Return the acceleration that the law gives, and its derivative."""
     law, change = d.run.system.law, d.moved.change
     phases = np.empty((int(law[0, N_HARMONICS]), 2))
@@ -188,7 +186,7 @@ def _acceleration(d: Sensitivity, at: _Limit) -> tuple[float, Floats]:
     return float(force - 2.0 * row[DAMPING] * at.v), column
 
 
-def _of_fastest_impact(d: Sensitivity) -> Floats:
+def _of_fastest_impact(d: MovedMotion) -> Floats:
     into = d.run.crossings.direction == "in"
     speeds = np.concatenate([d.run.impacts.v_before, d.run.crossings.v[into]])
     moved = np.concatenate([d.impacts.v_before, d.crossings.v[into]])
@@ -198,7 +196,7 @@ def _of_fastest_impact(d: Sensitivity) -> Floats:
     return np.asarray(np.copysign(1.0, speeds[fastest]) * moved[fastest])
 
 
-def _ends(d: Sensitivity) -> tuple[Floats, Floats]:
+def _ends(d: MovedMotion) -> tuple[Floats, Floats]:
     """Return instants of all events and of the end, and their derivatives."""
     events = d.run.record[0]
     instants, moved = events[:, events_of.EVENT_T], d.columns[..., engine.DT]
@@ -210,7 +208,7 @@ def _ends(d: Sensitivity) -> tuple[Floats, Floats]:
     return np.append(instants, d.run.t_end), moved
 
 
-def _of_contact_share(d: Sensitivity) -> Floats:
+def _of_contact_share(d: MovedMotion) -> Floats:
     marks, law = d.run.record[1], d.run.system.law
     touches = np.array(
         [
@@ -225,7 +223,7 @@ def _of_contact_share(d: Sensitivity) -> Floats:
     return np.asarray((np.diff(moved, axis=0)[touches].sum(axis=0) - share * longer) / whole)
 
 
-def _of_mean(d: Sensitivity, measure: str) -> Floats:
+def _of_mean(d: MovedMotion, measure: str) -> Floats:
     """Return the derivative of the root of the mean of x^2, or of the mean of the force times v."""
     law, events = d.run.system.law, d.run.record[0]
     of = _square if measure == "rms_displacement" else _power
@@ -257,7 +255,7 @@ def _of_mean(d: Sensitivity, measure: str) -> Floats:
     return np.asarray(law[0, MASS] * column + d.moved.change.rows[:, 0, MASS] * mean)
 
 
-def _nodes(d: Sensitivity, row: int, begin: float, end: float) -> tuple[Floats, Floats]:
+def _nodes(d: MovedMotion, row: int, begin: float, end: float) -> tuple[Floats, Floats]:
     """Return the nodes and the weights of an integral over the stretch after an event."""
     law = d.run.system.law
     n = int(law[0, N_HARMONICS])
@@ -272,7 +270,7 @@ def _nodes(d: Sensitivity, row: int, begin: float, end: float) -> tuple[Floats, 
 
 
 def _square(
-    d: Sensitivity,  # noqa: ARG001
+    d: MovedMotion,  # noqa: ARG001
     t: Floats,  # noqa: ARG001
     x: Floats,
     v: Floats,  # noqa: ARG001
@@ -283,7 +281,7 @@ def _square(
 
 
 def _power(
-    d: Sensitivity,
+    d: MovedMotion,
     t: Floats,
     x: Floats,  # noqa: ARG001
     v: Floats,

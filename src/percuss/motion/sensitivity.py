@@ -1,81 +1,32 @@
-"""The derivative of a motion, and of what is read off it, by parameters."""
+"""The derivative of a run by parameters, and of its measures."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from percuss.arrays import Floats
-from percuss.errors import ParameterError
 from percuss.kernels import record as columns
 from percuss.kernels import sensitivity as engine
-from percuss.kernels.flight_columns import MOST_TERMS, PHASE_ENTRIES, SHARED_ENTRIES, Workspace
-from percuss.kernels.law_columns import N_HARMONICS
-from percuss.kernels.record import MotionRecord
-from percuss.kernels.sensitivity import Study
-from percuss.model.exact import reals
-from percuss.model.moved_law import MovedLaw, moved_law
-from percuss.model.oscillator import Wall
+from percuss.model.moved_law import moved_law
 from percuss.motion.moved_measures import MovedMeasure, moved_measure
+from percuss.motion.moved_motion import (
+    AnyMotion,
+    MovedContacts,
+    MovedCrossings,
+    MovedImpacts,
+    MovedMotion,
+    varied_record,
+    workspace_of,
+)
 
-if TYPE_CHECKING:
-    from percuss.motion.trajectory import Limit, Trajectory
-
-__all__ = [
-    "MovedContacts", "MovedCrossings", "MovedImpacts", "Sensitivity", "sensitivity_of",
-]  # fmt: skip
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class MovedImpacts:
-    """The derivatives of the impacts of a run.
-
-    Attributes
-    ----------
-    t, v_before, v_after
-        (n_impacts, n_parameters) arrays, of the columns of `Impacts` of the same names.
-    """
-
-    t: Floats
-    v_before: Floats
-    v_after: Floats
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class MovedCrossings:
-    """The derivatives of the crossings of edges of soft stops.
-
-    Attributes
-    ----------
-    t, v
-        (n_crossings, n_parameters) arrays, of the columns of `Crossings` of the same names.
-    """
-
-    t: Floats
-    v: Floats
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class MovedContacts:
-    """The derivatives of the contacts with walls.
-
-    Attributes
-    ----------
-    start, release
-        (n_contacts, n_parameters) arrays, of the columns of `Contacts` of the same names: where a
-        chatter accumulates, and where the wall lets go. NaN where there is none.
-    """
-
-    start: Floats
-    release: Floats
+__all__ = ["Sensitivity", "sensitivity_of"]
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Sensitivity:
+class Sensitivity(MovedMotion):
     """The derivative of a motion by parameters; made by `Trajectory.sensitivity`.
 
     Called with times, it gives the derivatives of x and v there.
@@ -97,74 +48,6 @@ class Sensitivity:
     columns
         (n_events, n_parameters, 6) array, as the kernels wrote it.
     """
-
-    paths: tuple[str, ...]
-    impacts: MovedImpacts
-    crossings: MovedCrossings
-    contacts: MovedContacts
-    grazes: Floats
-    run: Trajectory
-    moved: MovedLaw
-    columns: Floats
-
-    @property
-    def differentiable(self) -> bool:
-        """Whether the whole motion has a derivative."""
-        return len(self.grazes) == 0
-
-    @property
-    def reason(self) -> str:
-        """Why not, empty if it has."""
-        if self.differentiable:
-            return ""
-        return (
-            f"the motion grazes a wall at t = {self.grazes[0]:.10g}; from there on it goes like the "
-            "square root of the parameter on the side on which there is an impact"
-        )
-
-    def __repr__(self) -> str:
-        """Return what it is the derivative by, in a line."""
-        ends = f"; {self.reason}" if self.reason else ""
-        return f"<Sensitivity: by {', '.join(self.paths)}{ends}>"
-
-    def __call__(self, t: ArrayLike, limit: Limit = "after") -> tuple[Floats, Floats]:
-        """Return the derivatives of x and v at times t, which stay.
-
-        Parameters
-        ----------
-        t
-            Times in the run, of any shape [time].
-        limit
-            Which side to take at the very instant of an event: there both jump.
-
-        Returns
-        -------
-        tuple of arrays
-            dx and dv, of t's shape + (n_parameters,); NaN from a graze on.
-
-        Raises
-        ------
-        ParameterError
-            If a time lies outside the run.
-
-        Examples
-        --------
-        >>> import percuss as pc
-        >>> run = pc.simulate(pc.Oscillator(), v0=1.0, t_end=2.0)
-        >>> dx, dv = run.sensitivity(["start.v0"])([0.5, 1.0])
-        >>> dx[:, 0].round(6)
-        array([0.479426, 0.841471])
-        """
-        if limit not in ("after", "before"):
-            raise ParameterError("limit", limit, 'neither "after" nor "before"')
-        instants = self.run.within(reals("t", t))
-        flat = np.ascontiguousarray(instants).reshape(-1)
-        n = len(self.paths)
-        motion = np.empty((2, len(flat), n))
-        study = _study(self.run, self.moved)
-        engine.columns_at(study, self.columns, flat, limit == "after", _workspace(study), motion)
-        shape = (*instants.shape, n)
-        return motion[0].reshape(shape), motion[1].reshape(shape)
 
     def of(self, measure: MovedMeasure) -> Floats:
         """Return the derivative of a measure of the run.
@@ -198,7 +81,7 @@ class Sensitivity:
 
 
 def sensitivity_of(
-    run: Trajectory, paths: Sequence[str], begin: Floats | None = None
+    run: AnyMotion, paths: Sequence[str], begin: Floats | None = None
 ) -> Sensitivity:
     """Return the derivative of a run by parameters.
 
@@ -218,10 +101,10 @@ def sensitivity_of(
         The derivative.
     """
     moved = moved_law(run.system, run.start if begin is None else None, paths)
-    study = _study(run, moved)
+    varied = varied_record(run, moved)
     events, marks = run.record
     out = np.empty((len(events), len(moved.paths), engine.SENSITIVITY_COLUMNS))
-    engine.carry(study, moved.begin if begin is None else begin, _workspace(study), out)
+    engine.carry(varied, moved.begin if begin is None else begin, workspace_of(varied), out)
     kinds = marks[:, columns.KIND]
     impacts = out[kinds == columns.IMPACT]
     crossings = out[_crossing_rows(run)]
@@ -240,36 +123,15 @@ def sensitivity_of(
         ),
         crossings=MovedCrossings(crossings[..., engine.DT], crossings[..., engine.DV_AFTER]),
         contacts=MovedContacts(started, release),
-        grazes=np.unique(np.concatenate([study.touches, landings])),
+        grazes=np.unique(np.concatenate([varied.touches, landings])),
         run=run,
         moved=moved,
         columns=out,
     )
 
 
-def _crossing_rows(run: Trajectory) -> list[int]:
+def _crossing_rows(run: AnyMotion) -> list[int]:
     """Return the row of each crossing: stops that share an edge are crossed together."""
     marks, edges = run.record[1], run.system.lines.edges
     rows = np.flatnonzero(marks[:, columns.KIND] == columns.CROSSING).tolist()
     return [row for row in rows for _ in edges[int(marks[row, columns.BOUND])]]
-
-
-def _study(run: Trajectory, moved: MovedLaw) -> Study:
-    stops = run.oscillator.stops
-    at_wall = [isinstance(stops[int(stop)], Wall) for stop in run.grazes.stop]
-    touches = run.grazes.t[np.array(at_wall, dtype=bool)]
-    return Study(MotionRecord(run.system.law, run.x0, *run.record), moved.change, touches)
-
-
-def _workspace(study: Study) -> Workspace:
-    n = int(study.record.law[0, N_HARMONICS])
-    phases, arrival, scratch = np.zeros((3, n, 2))
-    return Workspace(
-        phases,
-        arrival,
-        scratch,
-        np.zeros(SHARED_ENTRIES),
-        np.zeros((n, PHASE_ENTRIES)),
-        np.zeros(MOST_TERMS),
-        np.zeros((len(study.change.rows), 2)),
-    )

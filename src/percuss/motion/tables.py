@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import lru_cache, partial
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,8 +21,11 @@ if TYPE_CHECKING:
 
 __all__ = [
     "COLUMNS", "Contacts", "Crossings", "EventColumn", "EventTable", "Grazes", "Impacts",
-    "no_contacts", "no_crossings", "no_grazes",
+    "Limit", "no_contacts", "no_crossings", "no_grazes",
 ]  # fmt: skip
+
+# Which side to take at the very instant of an event.
+Limit = Literal["after", "before"]
 
 
 class EventColumn(NamedTuple):

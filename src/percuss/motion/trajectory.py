@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -33,6 +33,7 @@ from percuss.motion.tables import (
     Crossings,
     Grazes,
     Impacts,
+    Limit,
     no_contacts,
     no_crossings,
     no_grazes,
@@ -47,7 +48,6 @@ __all__ = [
     "times_within",
 ]  # fmt: skip
 
-Limit = Literal["after", "before"]
 _SIDES = ("after", "before")
 # A computed time may lie outside the run by this many units in the last place.
 ROUNDED = 4.0

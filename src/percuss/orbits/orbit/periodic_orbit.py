@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -21,6 +22,7 @@ from percuss.motion.tables import Impacts
 from percuss.motion.trajectory import Outcome, Trajectory
 from percuss.orbits.orbit.itinerary import Itinerary
 from percuss.orbits.orbit.knots import with_knots
+from percuss.orbits.orbit.moved_orbit import ClosedMotion, OrbitSensitivity, sensitivity_of_orbit
 from percuss.orbits.orbit.stability import Stability
 from percuss.orbits.orbit.symmetry import is_mirrored_state, is_symmetric_system
 from percuss.orbits.orbit.turning_points import Passages, TurningPoints, turns_of
@@ -216,6 +218,48 @@ class PeriodicOrbit:
         events, marks = with_knots(self.system.law, events, marks, self.x0, t_end)
         record = (self.x0, self.v0), events, marks, np.empty((0, columns.GRAZE_COLUMNS))
         return Trajectory.of_record(self.system, record, t_end, Outcome.reached_t_end)
+
+    def sensitivity(self, paths: Sequence[str]) -> OrbitSensitivity:
+        """Return the derivative of the orbit by parameters, exact to rounding.
+
+        Parameters
+        ----------
+        paths
+            Paths of parameters of the oscillator and the forcing, in long or short form, and
+            names of parameters in expressions.
+
+        Returns
+        -------
+        OrbitSensitivity
+            That of its start, period, impacts, motion, measures and multipliers.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such parameter, or moved alone it leaves the forcing without a period.
+        ConvergenceError
+            If the orbit grazes a wall, is on a fold, or is one of a family.
+
+        Examples
+        --------
+        With the wall at 0 all velocities grow as the force does, and no instant moves:
+
+        >>> import percuss as pc
+        >>> orbit = pc.find_orbit(pc.impact_oscillator(0.8), pc.cosine(2.5))
+        >>> found = orbit.sensitivity(["forcing.amplitude"])
+        >>> (found.v0 / orbit.v0).round(9), found.t0.round(9) + 0.0
+        (array([1.]), array([0.]))
+        """
+        closed = ClosedMotion(
+            self.trajectory(),
+            self.impacts,
+            self.period,
+            self.n_periods,
+            self.monodromy,
+            self.multipliers,
+            self.isolated,
+        )
+        return sensitivity_of_orbit(closed, paths)
 
     def spectrum(self, n_lines: int = 33) -> Dataset:
         """Return the Fourier coefficients of the displacement, exact to rounding.

@@ -1,0 +1,67 @@
+"""The gradient of a measure of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from percuss.arrays import Floats
+from percuss.errors import ParameterError
+from percuss.model.exact import Exact, Phase
+from percuss.model.forcing import Forcing
+from percuss.model.oscillator import Oscillator
+from percuss.model.start import Start
+from percuss.model.structure import Structure
+from percuss.motion.moved_measures import MovedMeasure
+from percuss.motion.simulate import simulate
+
+__all__ = ["gradient"]
+
+
+def gradient(
+    measure: MovedMeasure,
+    osc: Oscillator,
+    force: Forcing | None = None,
+    *,
+    wrt: Sequence[str],
+    start: Start | Sequence[Phase] | None = None,
+    t_end: Phase | None = None,
+    periods: Exact | None = None,
+    max_impacts: int | None = None,
+) -> Floats:
+    """Return the gradient of a measure of a run, exact to rounding.
+
+    Parameters
+    ----------
+    measure
+        The measure, as `Sensitivity.of` takes it.
+    osc, force
+        The oscillator and its forcing, None for free motion.
+    wrt
+        Paths of the parameters by which it is taken, those of the start among them.
+    start, t_end, periods, max_impacts
+        Start and limits of the run, as `simulate` takes them.
+
+    Returns
+    -------
+    (n_parameters,) array
+        The derivatives, in the order of ``wrt``; NaN where the run grazes a wall before.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such measure, or parameter, or the run is none that `simulate` follows; and
+        for structures.
+
+    Examples
+    --------
+    The peak of x'' + x = 0 from rest at 0 with velocity 3 is 3:
+
+    >>> import percuss as pc
+    >>> pc.gradient("max_displacement", pc.Oscillator(), wrt=["start.v0"], start=(0, 3), t_end=4)
+    array([1.])
+    """
+    if isinstance(osc, Structure):
+        reason = "gradients are those of oscillators; a structure has none yet"
+        raise ParameterError("osc", osc, reason)
+    run = simulate(osc, force, start=start, t_end=t_end, periods=periods, max_impacts=max_impacts)
+    return run.sensitivity(wrt).of(measure)

@@ -1,0 +1,320 @@
+"""The derivative of a periodic orbit by parameters, from that of one period of its motion."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple, NoReturn
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from percuss.arrays import Complexes, Floats
+from percuss.errors import ConvergenceError, ParameterError
+from percuss.kernels import record as columns
+from percuss.kernels import sensitivity as engine
+from percuss.kernels.flight import (
+    Flight,
+    constant_force,
+    force_and_slopes,
+    free_response,
+    set_phases,
+)
+from percuss.kernels.flight_columns import (
+    MOST_TERMS,
+    moved_constant_force,
+    moved_drive,
+    response_to_motion,
+)
+from percuss.kernels.law_columns import (
+    DAMPING,
+    FIRST_HARMONIC,
+    N_HARMONICS,
+    OMEGA,
+    STIFFNESS,
+)
+from percuss.kernels.record import MotionRecord, place_of_event, time_since_event
+from percuss.kernels.restitution import restitution_at, table_of
+from percuss.kernels.tangent import event_saltation, propagator
+from percuss.motion.moved_measures import MovedMeasure
+from percuss.motion.moved_motion import MovedImpacts
+from percuss.motion.sensitivity import Sensitivity, sensitivity_of
+from percuss.motion.tables import Impacts
+from percuss.motion.trajectory import Trajectory
+from percuss.numerics import matmul, solve_linear
+
+__all__ = ["ClosedMotion", "OrbitSensitivity", "sensitivity_of_orbit"]
+
+# Frequencies that a parameter moves in proportion do so to this part.
+ALIKE = 1e-12
+# A multiplier this near to 1 is there: the orbit is on a fold, or one of a family.
+ON_FOLD = 1e-9
+
+
+class ClosedMotion(NamedTuple):
+    """What the derivative of a `PeriodicOrbit` reads of it; ``run`` is one period of its motion."""
+
+    run: Trajectory
+    impacts: Impacts
+    period: float
+    n_periods: int
+    monodromy: Floats
+    multipliers: Complexes
+    isolated: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class OrbitSensitivity:
+    """The derivative of a periodic orbit by parameters; made by `PeriodicOrbit.sensitivity`.
+
+    Called with times in the period after t0, it gives the derivatives of x and v there.
+
+    Attributes
+    ----------
+    paths
+        The parameters, in their long form; the last axis of all arrays.
+    x0, v0, t0, period
+        (n_parameters,) arrays, of the orbit's fields of the same names. A forced orbit keeps its
+        number of forcing periods; the cycle of free motion keeps its t0.
+    impacts
+        Those of the orbit's impacts, `t`, `v_before` and `v_after`.
+    multipliers
+        (2, n_parameters) complex array; NaN where two are equal, and with tables of restitution.
+    motion
+        That of one period of its motion.
+    """
+
+    paths: tuple[str, ...]
+    x0: Floats
+    v0: Floats
+    t0: Floats
+    period: Floats
+    impacts: MovedImpacts
+    multipliers: Complexes
+    motion: Sensitivity
+
+    def __repr__(self) -> str:
+        """Return what it is the derivative by, in a line."""
+        return f"<OrbitSensitivity: by {', '.join(self.paths)}>"
+
+    def __call__(self, t: ArrayLike) -> tuple[Floats, Floats]:
+        """Return the derivatives of x and v at times t in the first period, which stay."""
+        return self.motion(t)
+
+    def of(self, measure: MovedMeasure) -> Floats:
+        """Return the derivative of a measure of one period; see `Sensitivity.of`."""
+        return self.motion.of(measure)
+
+
+def sensitivity_of_orbit(orbit: ClosedMotion, paths: Sequence[str]) -> OrbitSensitivity:
+    """Return the derivative of an orbit by parameters; see `PeriodicOrbit.sensitivity`.
+
+    With M the monodromy and c the column of a period from a start that stays, the column w of the
+    state at t0 obeys w = M w + c + z' dT.
+    """
+    run = orbit.run
+    events = run.record[0]
+    still = sensitivity_of(run, paths, np.zeros((len(paths), 3)))
+    if not still.differentiable:
+        _refuse(still.reason)
+    end = np.stack(still(run.t_end), axis=-1)
+    rate = _rate(orbit)
+    n = len(still.paths)
+    wall = np.zeros(n)
+    if len(events) > 1:
+        last = still.columns[-1]
+        end = np.stack([last[:, engine.BASE] + last[:, engine.OFF], last[:, engine.SPEED]], axis=-1)
+        wall = last[:, engine.BASE]
+    matrix = np.eye(2) - orbit.monodromy
+    if orbit.n_periods:
+        period = orbit.period * _slower(orbit, still)
+        columns_of_start = _solved(orbit, matrix, end + period[:, np.newaxis] * rate)
+    else:
+        known = np.stack([matrix[:, 1], -rate], axis=-1)
+        found = _solved(orbit, known, end - wall[:, np.newaxis] * matrix[:, 0])
+        columns_of_start, period = np.stack([wall, found[:, 0]], axis=-1), found[:, 1]
+    late = np.zeros(n)
+    if len(events) > 1 and orbit.run.v0 != 0.0:
+        late = (wall - columns_of_start[:, 0]) / orbit.run.v0
+    begin = np.column_stack([columns_of_start + late[:, np.newaxis] * rate, late])
+    motion = sensitivity_of(run, paths, begin)
+    return OrbitSensitivity(
+        paths=motion.paths,
+        x0=begin[:, 0],
+        v0=begin[:, 1],
+        t0=late,
+        period=period,
+        impacts=_impacts(orbit, motion),
+        multipliers=_multipliers(orbit, motion),
+        motion=motion,
+    )
+
+
+def _refuse(reason: str) -> NoReturn:
+    advice = f"{reason}; take it at another value of a parameter"
+    raise ConvergenceError("the orbit has no derivative", None, math.nan, advice)
+
+
+def _rate(orbit: ClosedMotion) -> Floats:
+    """Return the velocity and the acceleration at the orbit's start."""
+    law, (_, marks) = orbit.run.system.law, orbit.run.record
+    region = int(marks[0, columns.NEXT_REGION])
+    phases = np.empty((int(law[0, N_HARMONICS]), 2))
+    set_phases(law, orbit.run.t0, 0.0, phases)
+    force = constant_force(law, region, orbit.run.x0) + force_and_slopes(law, phases)[0]
+    return np.array([orbit.run.v0, force - 2.0 * law[region, DAMPING] * orbit.run.v0])
+
+
+def _slower(orbit: ClosedMotion, still: Sensitivity) -> Floats:
+    """Return the derivatives of the logarithm of the forcing's period."""
+    law, rows = orbit.run.system.law, still.moved.change.rows
+    n = int(law[0, N_HARMONICS])
+    parts = []
+    for j in range(FIRST_HARMONIC, FIRST_HARMONIC + n):
+        omega = float(law[j, OMEGA])
+        parts.append(-rows[:, j, OMEGA] / (omega if omega > 0.0 else 1.0))
+    if not parts:
+        return np.zeros(len(still.paths))
+    for p, path in enumerate(still.paths):
+        slower = [float(part[p]) for part in parts]
+        apart = max(slower) - min(slower) > ALIKE * max(map(abs, slower))
+        has_own = orbit.run.forcing is not None and orbit.run.forcing.given_period is not None
+        if apart or (has_own and any(slower)):
+            reason = "moved alone it leaves the forcing without a period; tie the frequencies"
+            raise ParameterError("paths", path, reason)
+    return parts[0]
+
+
+def _solved(orbit: ClosedMotion, matrix: Floats, right: Floats) -> Floats:
+    """Return the solution of two equations for each of the (n, 2) right-hand sides."""
+    near = np.abs(orbit.multipliers - 1.0) < ON_FOLD
+    if near.sum() > (0 if orbit.n_periods else 1) or not orbit.isolated:
+        _refuse("it is on a fold, or one of a family")
+    return np.stack([np.asarray(solve_linear(matrix, row)) for row in right])
+
+
+def _impacts(orbit: ClosedMotion, motion: Sensitivity) -> MovedImpacts:
+    """Return the derivatives of the orbit's impacts, the first one at its start."""
+    events, marks = motion.run.record
+    kinds = marks[:, columns.KIND]
+    met = np.flatnonzero((kinds == columns.IMPACT) | (kinds == columns.CROSSING))
+    # The last event is the first one again; a crossing out of a soft stop is no impact of the orbit.
+    instants = events[met, columns.EVENT_T]
+    speeds = events[met, columns.V_AFTER]
+    rows, at = [], []
+    for k in range(len(orbit.impacts)):
+        if k == 0:
+            rows.append(len(events) - 1)
+            at.append(0)
+            continue
+        t, v = float(orbit.impacts.t[k]), float(orbit.impacts.v_after[k])
+        nearest = int(met[np.argmin(np.abs(instants - t) + np.abs(speeds - v))])
+        rows.append(nearest)
+        at.append(nearest)
+    found = motion.columns
+    return MovedImpacts(
+        found[at, :, engine.DT], found[rows, :, engine.DV_BEFORE], found[rows, :, engine.DV_AFTER]
+    )
+
+
+def _multipliers(orbit: ClosedMotion, motion: Sensitivity) -> Complexes:
+    """Return the derivatives of the multipliers."""
+    if not orbit.monodromy.any():
+        return np.zeros((2, len(motion.paths)), dtype=np.complex128)
+    found = np.empty((2, len(motion.paths)), dtype=np.complex128)
+    for p in range(len(motion.paths)):
+        matrix, moved, relative = _moved_monodromy(motion, p)
+        determinant = complex(np.prod(orbit.multipliers))
+        trace, moved_trace = float(np.trace(matrix)), float(np.trace(moved))
+        for i, value in enumerate(orbit.multipliers):
+            if not orbit.n_periods:
+                found[i, p] = 0.0 if abs(value - 1.0) < ON_FOLD else relative * value
+                continue
+            apart = 2.0 * value - trace
+            change = value * moved_trace - relative * determinant
+            found[i, p] = change / apart if abs(apart) > ON_FOLD else np.nan
+    return found
+
+
+def _moved_monodromy(motion: Sensitivity, p: int) -> tuple[Floats, Floats, float]:
+    """Return the monodromy of a period, its derivative, and that of its determinant's logarithm."""
+    law, (events, marks) = motion.run.system.law, motion.run.record
+    phases = np.empty((int(law[0, N_HARMONICS]), 2))
+    matrix, moved, relative = np.eye(2), np.zeros((2, 2)), 0.0
+    last = len(events)
+    for n in range(1, last + (last == 1)):
+        region = int(marks[n - 1, columns.NEXT_REGION])
+        if n < last:
+            s = time_since_event(events, n)
+            longer = float(motion.columns[n, p, engine.DT] - motion.columns[n - 1, p, engine.DT])
+        else:
+            s, longer = motion.run.t_end - motion.run.t0, 0.0
+        own, change = _moved_propagator(motion, p, region, s, longer)
+        rows = motion.moved.change.rows[p]
+        relative -= 2.0 * (rows[region, DAMPING] * s + law[region, DAMPING] * longer)
+        matrix, moved = matmul(own, matrix), matmul(change, matrix) + matmul(own, moved)
+        if n == last:
+            break
+        event = (int(marks[n, columns.KIND]), int(marks[n, columns.BOUND]), region,
+                 int(marks[n, columns.NEXT_REGION]))  # fmt: skip
+        instant = float(events[n, columns.EVENT_T]), float(events[n, columns.EVENT_T_LOW])
+        v = float(events[n, columns.V_BEFORE])
+        jump = np.reshape(event_saltation(law, event, instant, v, phases), (2, 2))
+        change, of_jump = _moved_saltation(motion, p, n, phases)
+        relative += of_jump
+        matrix, moved = matmul(jump, matrix), matmul(change, matrix) + matmul(jump, moved)
+    return matrix, moved, relative
+
+
+def _moved_propagator(
+    motion: Sensitivity, p: int, region: int, s: float, longer: float
+) -> tuple[Floats, Floats]:
+    """Return the propagator of a flight and its derivative."""
+    law, rows = motion.run.system.law, motion.moved.change.rows[p]
+    damping, stiffness = law[region, DAMPING], law[region, STIFFNESS]
+    stiffer, damped = rows[region, STIFFNESS], 2.0 * rows[region, DAMPING]
+    own = np.reshape(propagator(law, region, s), (2, 2))
+    impulse = free_response(law, region, s)[0]
+    nothing = np.empty((0, 2))
+    flight = Flight(law, region, (0.0, 0.0, 1.0, 0.0), nothing, nothing)
+    twice, rate, bend = response_to_motion(flight, s, np.zeros(MOST_TERMS))
+    moved = -stiffer * twice - damped * rate
+    moved_rate = -stiffer * rate - damped * bend
+    change = np.array(
+        [
+            [moved_rate + 2.0 * damping * moved + damped * impulse, moved],
+            [-stiffer * impulse - stiffness * moved, moved_rate],
+        ]
+    )
+    equation = np.array([[0.0, 1.0], [-stiffness, -2.0 * damping]])
+    return own, change + longer * matmul(equation, own)
+
+
+def _moved_saltation(motion: Sensitivity, p: int, n: int, phases: Floats) -> tuple[Floats, float]:
+    """Return the derivative of an event's saltation matrix, and of its determinant's logarithm."""
+    law, (events, marks) = motion.run.system.law, motion.run.record
+    rows, unit = motion.moved.change
+    rows = rows[p]
+    before, after = (int(marks[i, columns.NEXT_REGION]) for i in (n - 1, n))
+    kind, bound = marks[n, columns.KIND], int(marks[n, columns.BOUND])
+    if kind == columns.CROSSING:
+        jump = 2.0 * (rows[before, DAMPING] - rows[after, DAMPING])
+        return np.array([[0.0, 0.0], [jump, 0.0]]), 0.0
+    if kind != columns.IMPACT:
+        return np.zeros((2, 2)), 0.0
+    if table_of(law, before, bound) != 0:
+        return np.full((2, 2), np.nan), np.nan
+    v, column = float(events[n, columns.V_BEFORE]), motion.columns[n, p]
+    t, t_low = float(events[n, columns.EVENT_T]), float(events[n, columns.EVENT_T_LOW])
+    set_phases(law, t, t_low, phases)
+    drive, slope, _ = force_and_slopes(law, phases)
+    record = MotionRecord(law, motion.run.x0, events, marks)
+    x = place_of_event(record, n)
+    force = constant_force(law, before, x) + drive
+    moved = moved_drive(law, rows, unit, t, t_low, phases)[0] + slope * column[engine.DT]
+    moved += moved_constant_force(law, rows, before, x, column[engine.BASE])
+    r = restitution_at(law, before, bound, abs(v))
+    lossy = engine.moved_restitution(law, rows, before, bound, abs(v))
+    across = lossy * force / v + (1.0 + r) * (moved - force * column[engine.DV_BEFORE] / v) / v
+    return np.array([[-lossy, 0.0], [across, -lossy]]), 2.0 * lossy / r if r else 0.0

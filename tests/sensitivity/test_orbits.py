@@ -1,0 +1,149 @@
+"""Sensitivities of orbits against differences of orbits."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import percuss as pc
+from percuss.model.paths import get_parameter, replace_parameter
+from percuss.orbits.orbit.solve import orbit_of_solution, solve
+
+WALL = pc.Oscillator(damping="0.05", stops=(pc.Wall(at="0.2", side="above", restitution="0.6"),))
+SOFT = pc.Oscillator(damping="0.1", stops=(pc.SoftStop("0.2", "above", 30, "0.5"),))
+TIED = pc.parameter("w", 2)
+CASES = {
+    "wall": (WALL, pc.cosine(2, phase="0.3"), ("oscillator.stops.0.restitution", "forcing.phase")),
+    "soft": (SOFT, pc.cosine(2), ("oscillator.stops.0.stiffness", "oscillator.stops.0.damping")),
+    "tied": (WALL, pc.cosine(TIED, amplitude="0.3" * TIED**2), ("w",)),
+    "two harmonics": (WALL, pc.fourier(2, cos=[1, 0.3]), ("forcing.omega", "forcing.cos.1")),
+    "square wave": (WALL, pc.square_wave(2, 1), ("forcing.record.omega",)),
+}
+ALWAYS = ("oscillator.damping", "oscillator.stiffness", "oscillator.stops.0.at")
+STEP = 2e-4
+# Of a difference of fourth order.
+CLOSE: dict[str, Any] = {"rtol": 2e-8, "atol": 2e-9}
+
+
+def moved(orbit: pc.PeriodicOrbit, path: str, step: float) -> pc.PeriodicOrbit:
+    """Return the same orbit at another value of a parameter."""
+    values = orbit.oscillator, orbit.forcing, None
+    value = float(pc.expression(str(get_parameter(*values, path)))) + step
+    osc, force, _ = replace_parameter(*values, path, value)
+    system = type(orbit.system)(osc, force)
+    return orbit_of_solution(system, solve(system, orbit.itinerary))
+
+
+def difference(orbit: pc.PeriodicOrbit, path: str) -> dict[str, Any]:
+    """Return central differences of fourth order of all that an orbit has."""
+
+    def numbers(step: float) -> dict[str, Any]:
+        other = moved(orbit, path, step)
+        run = other.trajectory()
+        return {
+            "period": np.array(other.period),
+            "t": other.impacts.t,
+            "v_before": other.impacts.v_before,
+            "v_after": other.impacts.v_after,
+            "trace": other.multipliers.sum(),
+            "determinant": other.multipliers.prod(),
+            "max": np.array(run.extremes("displacement").maximum),
+        }
+
+    parts = {k: numbers(k * STEP) for k in (-2, -1, 1, 2)}
+    return {
+        name: (8 * (parts[1][name] - parts[-1][name]) - parts[2][name] + parts[-2][name])
+        / (12 * STEP)
+        for name in parts[1]
+    }
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_forced_orbits(case: str) -> None:
+    osc, force, own = CASES[case]
+    orbit = pc.find_orbit(osc, force)
+    paths = (*ALWAYS, *own)
+    found = orbit.sensitivity(paths)
+    for p, path in enumerate(paths):
+        wanted = difference(orbit, path)
+        np.testing.assert_allclose(found.period[p], wanted["period"], **CLOSE)
+        np.testing.assert_allclose(found.impacts.t[:, p], wanted["t"], **CLOSE)
+        np.testing.assert_allclose(found.impacts.v_before[:, p], wanted["v_before"], **CLOSE)
+        np.testing.assert_allclose(found.impacts.v_after[:, p], wanted["v_after"], **CLOSE)
+        # Of the multipliers, which have a root where two meet, their sum and product have none.
+        trace = found.multipliers[:, p].sum()
+        determinant = (orbit.multipliers[::-1] * found.multipliers[:, p]).sum()
+        np.testing.assert_allclose(trace, wanted["trace"], **CLOSE)
+        np.testing.assert_allclose(determinant, wanted["determinant"], **CLOSE)
+        np.testing.assert_allclose(found.of("max_displacement")[p], wanted["max"], **CLOSE)
+
+
+def test_a_column_closes_after_a_period() -> None:
+    orbit = pc.find_orbit(WALL, pc.cosine(2))
+    found = orbit.sensitivity(["oscillator.stops.0.at", "oscillator.damping"])
+    run = found.motion.run
+    begin, end = (np.array(found(t)) for t in (run.t0, run.t_end))
+    np.testing.assert_allclose(begin, end, atol=1e-13)
+
+
+def test_the_period_of_a_limit_cycle() -> None:
+    osc = pc.Oscillator(1, "-0.05", stops=(pc.Wall(at=1, side="above", restitution="0.7"),))
+    orbit = pc.find_orbit(osc)
+    paths = ["oscillator.damping", "oscillator.stiffness", "oscillator.stops.0.at"]
+    found = orbit.sensitivity(paths)
+    # A longer wall at the same rates: all lengths grow, no time.
+    np.testing.assert_allclose(found.period[2], 0.0, atol=1e-13)
+    np.testing.assert_allclose(found.v0[2], orbit.v0, rtol=1e-12)
+    for p, path in enumerate(paths[:2]):
+        wanted = difference(orbit, path)
+        np.testing.assert_allclose(found.period[p], wanted["period"], **CLOSE)
+        np.testing.assert_allclose(found.impacts.v_after[:, p], wanted["v_after"], **CLOSE)
+        # Of the multipliers, which have a root where two meet, their sum and product have none.
+        trace = found.multipliers[:, p].sum()
+        determinant = (orbit.multipliers[::-1] * found.multipliers[:, p]).sum()
+        np.testing.assert_allclose(trace, wanted["trace"], **CLOSE)
+        np.testing.assert_allclose(determinant, wanted["determinant"], **CLOSE)
+
+
+def test_a_frequency_moved_alone_has_no_orbit() -> None:
+    waves = pc.Harmonic(1, 2), pc.Harmonic("0.2", 4)
+    orbit = pc.find_orbit(WALL, pc.Forcing(waves, period="pi"))
+    with pytest.raises(pc.ParameterError, match="without a period"):
+        orbit.sensitivity(["forcing.harmonics.1.omega"])
+
+
+def test_an_orbit_of_a_family_has_no_derivative() -> None:
+    orbit = pc.find_orbit(pc.impact_oscillator(restitution=1), None)
+    with pytest.raises(pc.ConvergenceError, match="family"):
+        orbit.sensitivity(["oscillator.stiffness"])
+
+
+def test_an_orbit_with_sticking_is_the_run_that_comes_to_it() -> None:
+    wall = pc.Wall(at="-0.4", side="below", restitution="0.3")
+    osc = pc.Oscillator(1, "0.1", stops=(wall,))
+    force = pc.cosine("0.7", phase=2, constant="-0.4")
+    orbit = pc.find_orbit(osc, force, n_impacts=math.inf)
+    assert np.isinf(orbit.n_impacts)
+    paths = ["oscillator.stops.0.at", "oscillator.damping", "forcing.amplitude"]
+    found = orbit.sensitivity(paths)
+    # The contact ends all memory of the start.
+    run = pc.simulate(osc, force, "-0.1", "0.5", t_end=orbit.t0 + 3.5 * orbit.period)
+    t = orbit.t0 + np.array([0.1, 0.6, 0.9]) * orbit.period
+    later = np.array(run.sensitivity(paths)(t + 2 * orbit.period))
+    np.testing.assert_allclose(np.array(found(t)), later, rtol=1e-9, atol=1e-9)
+    assert not found.multipliers.any()
+
+
+def test_the_response_of_a_linear_oscillator() -> None:
+    orbit = pc.find_orbit(pc.Oscillator(damping="0.1"), pc.cosine(2), n_impacts=0)
+    found = orbit.sensitivity(["forcing.amplitude", "oscillator.damping"])
+    # x + i v / w = exp(-i w t) / (K - w^2 + 2 i a w).
+    gain = 1 / (1 - 4 + 0.4j)
+    np.testing.assert_allclose([found.x0[0], found.v0[0]], [gain.real, -2 * gain.imag], rtol=1e-12)
+    slope = -4j * gain**2
+    np.testing.assert_allclose(
+        [found.x0[1], found.v0[1]], [slope.real, -2 * slope.imag], rtol=1e-12
+    )
