@@ -96,6 +96,10 @@ if TYPE_CHECKING:
     from percuss.motion import subset_critical_velocity as subset_critical_velocity
     from percuss.motion import subset_forcing as subset_forcing
     from percuss.motion.structures import StructureTrajectory as StructureTrajectory
+    from percuss.optimization import Design as Design
+    from percuss.optimization import ParetoFront as ParetoFront
+    from percuss.optimization import design as design
+    from percuss.optimization import pareto_front as pareto_front
     from percuss.orbits import Branch as Branch
     from percuss.orbits import Cascade as Cascade
     from percuss.orbits import Curve as Curve
@@ -142,6 +146,7 @@ __all__ = [
     "Crossings",
     "Curve",
     "CurvePoint",
+    "Design",
     "Expression",
     "Extrema",
     "Forcing",
@@ -166,6 +171,7 @@ __all__ = [
     "Outcome",
     "OutputError",
     "ParameterError",
+    "ParetoFront",
     "PercussError",
     "PeriodicOrbit",
     "Response",
@@ -206,6 +212,7 @@ __all__ = [
     "continue_curve",
     "continue_orbit",
     "cosine",
+    "design",
     "eigenset",
     "eigenset_motion",
     "explore",
@@ -226,6 +233,7 @@ __all__ = [
     "lyapunov_exponents",
     "manifolds",
     "parameter",
+    "pareto_front",
     "pi_times",
     "pulses",
     "record",
@@ -340,6 +348,12 @@ _HOMES = {
         "subset_forcing",
     ),
     "percuss.motion.structures": ("StructureTrajectory",),
+    "percuss.optimization": (
+        "Design",
+        "ParetoFront",
+        "design",
+        "pareto_front",
+    ),
     "percuss.orbits": (
         "Branch",
         "Cascade",
@@ -388,6 +402,7 @@ _SUBPACKAGES = (
     "io",
     "model",
     "motion",
+    "optimization",
     "orbits",
     "plotting",
     "studies",

@@ -11,7 +11,7 @@ import pytest
 import percuss as pc
 from percuss.ensembles.measures import MEASURES
 from percuss.model.paths import get_parameter, replace_parameter
-from percuss.motion.moved_measures import MovedMeasure
+from percuss.motion.moved_measures import MovedMeasure, measure_and_derivative
 from percuss.numerics import gauss_legendre
 
 WALL = pc.Oscillator(damping="0.05", stops=(pc.Wall(at="0.2", side="above", restitution="0.6"),))
@@ -85,7 +85,8 @@ def difference(run: pc.Trajectory, path: str, measure: str) -> float:
 @pytest.mark.parametrize("case", CASES)
 def test_measures_of_a_run(case: str, measure: MovedMeasure) -> None:
     run = pc.simulate(*CASES[case], "-0.1", "0.5", t_end=11.3)
-    found = run.sensitivity(PATHS[case]).of(measure)
+    value, found = measure_and_derivative(run.sensitivity(PATHS[case]), measure)
+    assert value == pytest.approx(value_of(run, measure), rel=1e-10)
     for p, path in enumerate(PATHS[case]):
         wanted = difference(run, path, measure)
         assert found[p] == pytest.approx(wanted, rel=2e-6, abs=2e-8), path

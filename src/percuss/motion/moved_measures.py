@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Literal, NamedTuple, get_args
+from typing import Literal, NamedTuple, TypeAlias, get_args
 
 import numpy as np
 
@@ -34,7 +34,7 @@ from percuss.motion.extremes import QuantityName
 from percuss.motion.moved_motion import MovedMotion
 from percuss.numerics import gauss_legendre
 
-__all__ = ["MovedMeasure", "moved_measure"]
+__all__ = ["MovedMeasure", "MovedValue", "measure_and_derivative"]
 
 MovedMeasure = Literal[
     "max_displacement",
@@ -65,8 +65,12 @@ class _Limit(NamedTuple):
     held: bool
 
 
-def moved_measure(d: MovedMotion, measure: str) -> Floats:
-    """Return the derivative of a measure; see `Sensitivity.of`."""
+# A value and its derivatives.
+MovedValue: TypeAlias = tuple[float, Floats]
+
+
+def measure_and_derivative(d: MovedMotion, measure: str) -> MovedValue:
+    """Return a measure of a run and its derivatives; see `Sensitivity.of`."""
     if measure not in get_args(MovedMeasure):
         known = ", ".join(get_args(MovedMeasure))
         raise ParameterError("measure", measure, f"none of those that have a derivative: {known}")
@@ -79,33 +83,31 @@ def moved_measure(d: MovedMotion, measure: str) -> Floats:
     if measure == "peak_acceleration":
         return _of_peak(d, "acceleration")
     if measure == "peak_stop_force":
-        peaks = [
-            d.run.extremes("stop_force", stop).peak for stop in range(len(d.run.oscillator.stops))
-        ]
+        stops = range(len(d.run.oscillator.stops))
+        peaks = [d.run.extremes("stop_force", stop).peak for stop in stops]
         if not peaks or max(peaks) == 0.0:
-            return np.zeros(len(d.paths))
+            return 0.0, np.zeros(len(d.paths))
         return _of_peak(d, "stop_force", int(np.argmax(peaks)))
-    ends = d.run.extremes("displacement")
-    at_minimum, at_maximum = (
-        _of_value(d, "displacement", 0, value, t)
-        for value, t in ((ends.minimum, ends.t_minimum), (ends.maximum, ends.t_maximum))
-    )
     if measure == "peak_displacement":
-        return at_maximum if ends.maximum >= -ends.minimum else -at_minimum
-    return at_maximum if measure == "max_displacement" else at_minimum
+        return _of_peak(d, "displacement")
+    ends = d.run.extremes("displacement")
+    if measure == "max_displacement":
+        return _of_value(d, "displacement", 0, ends.maximum, ends.t_maximum)
+    return _of_value(d, "displacement", 0, ends.minimum, ends.t_minimum)
 
 
-def _of_peak(d: MovedMotion, of: QuantityName, stop: int = 0) -> Floats:
+def _of_peak(d: MovedMotion, of: QuantityName, stop: int = 0) -> MovedValue:
     ends = d.run.extremes(of, stop)
     if ends.maximum >= -ends.minimum:
         return _of_value(d, of, stop, ends.maximum, ends.t_maximum)
-    return -_of_value(d, of, stop, ends.minimum, ends.t_minimum)
+    value, moved = _of_value(d, of, stop, ends.minimum, ends.t_minimum)
+    return -value, -moved
 
 
-def _of_value(d: MovedMotion, of: QuantityName, stop: int, value: float, t: float) -> Floats:
-    """Return the derivative of an extreme value of a quantity, which it has at t."""
+def _of_value(d: MovedMotion, of: QuantityName, stop: int, value: float, t: float) -> MovedValue:
+    """Return an extreme value of a quantity, which it has at t, and its derivatives."""
     found = [_quantity(d, limit, of, stop) for limit in _limits(d, t)]
-    return min(found, key=lambda pair: abs(pair[0] - value))[1]
+    return value, min(found, key=lambda pair: abs(pair[0] - value))[1]
 
 
 def _limits(d: MovedMotion, t: float) -> list[_Limit]:
@@ -145,7 +147,7 @@ def _limit(
     return _Limit(*state, *moved, int(marks[row, events_of.NEXT_REGION]), is_held)
 
 
-def _quantity(d: MovedMotion, at: _Limit, of: QuantityName, stop: int) -> tuple[float, Floats]:
+def _quantity(d: MovedMotion, at: _Limit, of: QuantityName, stop: int) -> MovedValue:
     """Return a quantity at an instant, and its derivative."""
     if of == "displacement":
         return at.x, at.dx
@@ -171,7 +173,7 @@ def _quantity(d: MovedMotion, at: _Limit, of: QuantityName, stop: int) -> tuple[
     return mass * force, mass * moved + heavier * force
 
 
-def _acceleration(d: MovedMotion, at: _Limit) -> tuple[float, Floats]:
+def _acceleration(d: MovedMotion, at: _Limit) -> MovedValue:
     """Return the acceleration that the law gives, and its derivative."""
     law, change = d.run.system.law, d.moved.change
     phases = np.empty((int(law[0, N_HARMONICS]), 2))
@@ -186,14 +188,15 @@ def _acceleration(d: MovedMotion, at: _Limit) -> tuple[float, Floats]:
     return float(force - 2.0 * row[DAMPING] * at.v), column
 
 
-def _of_fastest_impact(d: MovedMotion) -> Floats:
+def _of_fastest_impact(d: MovedMotion) -> MovedValue:
     into = d.run.crossings.direction == "in"
     speeds = np.concatenate([d.run.impacts.v_before, d.run.crossings.v[into]])
     moved = np.concatenate([d.impacts.v_before, d.crossings.v[into]])
     if len(speeds) == 0:
-        return np.zeros(len(d.paths))
+        return 0.0, np.zeros(len(d.paths))
     fastest = int(np.argmax(np.abs(speeds)))
-    return np.asarray(np.copysign(1.0, speeds[fastest]) * moved[fastest])
+    speed = float(speeds[fastest])
+    return abs(speed), np.asarray(math.copysign(1.0, speed) * moved[fastest])
 
 
 def _ends(d: MovedMotion) -> tuple[Floats, Floats]:
@@ -208,7 +211,7 @@ def _ends(d: MovedMotion) -> tuple[Floats, Floats]:
     return np.append(instants, d.run.t_end), moved
 
 
-def _of_contact_share(d: MovedMotion) -> Floats:
+def _of_contact_share(d: MovedMotion) -> MovedValue:
     marks, law = d.run.record[1], d.run.system.law
     touches = np.array(
         [
@@ -220,11 +223,12 @@ def _of_contact_share(d: MovedMotion) -> Floats:
     instants, moved = _ends(d)
     whole, longer = instants[-1] - instants[0], moved[-1] - moved[0]
     share = float(np.diff(instants)[touches].sum()) / whole
-    return np.asarray((np.diff(moved, axis=0)[touches].sum(axis=0) - share * longer) / whole)
+    held = np.diff(moved, axis=0)[touches].sum(axis=0)
+    return share, np.asarray((held - share * longer) / whole)
 
 
-def _of_mean(d: MovedMotion, measure: str) -> Floats:
-    """Return the derivative of the root of the mean of x^2, or of the mean of the force times v."""
+def _of_mean(d: MovedMotion, measure: str) -> MovedValue:
+    """Return the root of the mean of x^2, or the mean of the force times v, and its derivatives."""
     law, events = d.run.system.law, d.run.record[0]
     of = _square if measure == "rms_displacement" else _power
     instants, moved = _ends(d)
@@ -251,8 +255,10 @@ def _of_mean(d: MovedMotion, measure: str) -> Floats:
     mean = total / whole
     column = (column - mean * longer) / whole
     if measure == "rms_displacement":
-        return np.asarray(column / (2.0 * math.sqrt(mean)) if mean > 0.0 else column)
-    return np.asarray(law[0, MASS] * column + d.moved.change.rows[:, 0, MASS] * mean)
+        root = math.sqrt(mean)
+        return root, np.asarray(column / (2.0 * root) if root > 0.0 else column)
+    mass, heavier = float(law[0, MASS]), d.moved.change.rows[:, 0, MASS]
+    return mass * mean, np.asarray(mass * column + heavier * mean)
 
 
 def _nodes(d: MovedMotion, row: int, begin: float, end: float) -> tuple[Floats, Floats]:

@@ -11,7 +11,7 @@ from percuss.arrays import Floats
 from percuss.kernels import record as columns
 from percuss.kernels import sensitivity as engine
 from percuss.model.moved_law import moved_law
-from percuss.motion.moved_measures import MovedMeasure, moved_measure
+from percuss.motion.moved_measures import MovedMeasure, measure_and_derivative
 from percuss.motion.moved_motion import (
     AnyMotion,
     MovedContacts,
@@ -77,7 +77,7 @@ class Sensitivity(MovedMotion):
         >>> run.sensitivity(["start.v0"]).of("max_displacement")
         array([0.5])
         """
-        return moved_measure(self, measure)
+        return measure_and_derivative(self, measure)[1]
 
 
 def sensitivity_of(

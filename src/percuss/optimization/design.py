@@ -1,0 +1,340 @@
+"""The settings at which an outcome is least, largest, or as wanted."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, cast, get_args
+
+import numpy as np
+
+from percuss.arrays import Floats
+from percuss.errors import ConvergenceError, ParameterError
+from percuss.model.exact import Exact, Phase, as_float, real
+from percuss.model.forcing import Forcing
+from percuss.model.oscillator import Oscillator
+from percuss.model.paths import get_parameter, long_form
+from percuss.model.start import Start, start_of
+from percuss.model.structure import Structure
+from percuss.model.system import System
+from percuss.motion.simulate import simulate
+from percuss.motion.trajectory import Trajectory
+from percuss.optimization.outcomes import AnySensitivity, OutcomeName, check_outcome
+from percuss.optimization.search import (
+    MET,
+    MOST_MOTIONS,
+    DesignSearch,
+    Found,
+    Goal,
+    OutcomeLimits,
+    Trials,
+    Wanted,
+)
+from percuss.optimization.trials import OnOrbit, OnRun
+from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+from percuss.progress import Progress, Report
+
+__all__ = ["Attempt", "Design", "design"]
+
+
+@dataclass(frozen=True, slots=True)
+class Attempt:
+    """One search of a design.
+
+    Attributes
+    ----------
+    values, value
+        The parameters where it ended, and the outcome there.
+    reason
+        Why that is no optimum; empty if it is one.
+    """
+
+    values: dict[str, float]
+    value: float
+    reason: str
+
+
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
+class Design:
+    """The best setting that was found; made by `design`.
+
+    Attributes
+    ----------
+    outcome, goal
+        What was asked for.
+    value
+        The outcome there.
+    values
+        The free parameters, by their long paths.
+    bounds
+        Their ranges.
+    outcomes
+        The outcomes with limits.
+    active
+        The paths and the outcomes that are at an end of their ranges.
+    gradient
+        (n_parameters,) array, the derivatives of the outcome.
+    oscillator, forcing, start
+        What moves there; the start of a run.
+    orbit, run
+        The orbit, None for a run; and the run, of an orbit one period.
+    derivative
+        The derivative of the orbit or the run by the free parameters.
+    converged, reason
+        Whether it is an optimum that keeps all limits, and why not.
+    attempts
+        All searches, the best first.
+    n_motions
+        How many motions were computed.
+    """
+
+    outcome: OutcomeName
+    goal: Goal
+    value: float
+    values: dict[str, float]
+    bounds: dict[str, tuple[float, float]]
+    outcomes: dict[str, float]
+    active: tuple[str, ...]
+    gradient: Floats
+    oscillator: Oscillator
+    forcing: Forcing | None
+    start: Start | None
+    orbit: PeriodicOrbit | None
+    run: Trajectory
+    derivative: AnySensitivity
+    converged: bool
+    reason: str
+    attempts: tuple[Attempt, ...]
+    n_motions: int
+
+    def __repr__(self) -> str:
+        """Return setting and outcome in a line."""
+        where = ", ".join(f"{path} = {value:.6g}" for path, value in self.values.items())
+        ends = f"; {self.reason}" if self.reason else ""
+        return f"<Design: {self.outcome} {self.value:.6g} at {where}{ends}>"
+
+
+def design(
+    outcome: OutcomeName,
+    osc: Oscillator,
+    force: Forcing | None = None,
+    *,
+    free: Mapping[str, tuple[Exact, Exact]],
+    goal: Literal["least", "largest"] | Exact = "least",
+    subject_to: Mapping[OutcomeName, tuple[Exact | None, Exact | None]] | None = None,
+    on: Literal["orbit", "run"] | PeriodicOrbit = "orbit",
+    start: Start | Sequence[Phase] | None = None,
+    t_end: Phase | None = None,
+    periods: Exact | None = None,
+    max_impacts: int | None = None,
+    restarts: int = 4,
+    seed: int = 0,
+    progress: Report = None,
+) -> Design:
+    """Find the setting of free parameters at which an outcome is least, largest, or as wanted.
+
+    SciPy's SLSQP searches with derivatives exact to rounding, from the given setting and from
+    others in the box, and on each attractor that is found there. At a setting where the attractor
+    ends, the next one is taken.
+
+    Parameters
+    ----------
+    outcome
+        A measure as `Sensitivity.of` takes it; of orbits "period" [time], "multiplier" (the
+        largest modulus) and "grazing_margin" [length] too.
+    osc, force
+        The oscillator and its forcing, which give all other parameters, and the first setting.
+    free
+        The free parameters and their ranges; paths of the start too where it is of a run, and
+        names of parameters in expressions.
+    goal
+        "least", "largest", or a value: then the setting next to the given one that has it, in
+        units of the ranges.
+    subject_to
+        Least and largest values of other outcomes, None for no limit.
+    on
+        "orbit": one period of an attracting orbit; an orbit: that with the same events, stable
+        or not; "run": a motion from a start.
+    start, t_end, periods, max_impacts
+        Start and limits of the run, as `simulate` takes them.
+    restarts
+        Settings from which searches begin beside the given one, and motions at each of them that
+        settle on attractors, >= 0.
+    seed
+        Of the restarts.
+    progress
+        True shows a line on the error stream after two seconds; a function ``(done, total) ->
+        bool`` is called after each motion, and ends the search by returning False.
+
+    Returns
+    -------
+    Design
+        The best one that keeps all limits; if there is none the nearest, with the reason.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such outcome or parameter, a range is none, or the run is none that
+        `simulate` follows; and for structures.
+    ConvergenceError
+        If no motion is found from which to begin.
+    MissingExtraError
+        If SciPy is missing.
+
+    Examples
+    --------
+    The place of a wall at which an orbit meets it fastest:
+
+    >>> import percuss as pc
+    >>> osc = pc.impact_oscillator("0.8", wall="0.2", side="above", damping="0.05")
+    >>> best = pc.design(
+    ...     "peak_impact_velocity", osc, pc.cosine(2), goal="largest", restarts=0,
+    ...     free={"oscillator.stops.0.at": (-0.3, 0.3)},
+    ... )
+    >>> best
+    <Design: peak_impact_velocity 3.90248 at oscillator.stops.0.at = -0.00686677>
+    """
+    if isinstance(osc, Structure):
+        raise ParameterError(
+            "osc", osc, "designs are those of oscillators; a structure has none yet"
+        )
+    system = System.of(osc, force)
+    on_orbit = on != "run"
+    if not isinstance(on, PeriodicOrbit) and on not in ("orbit", "run"):
+        raise ParameterError("on", on, 'neither "orbit" nor "run", nor an orbit')
+    if on_orbit:
+        _refuse_limits(start, t_end, periods, max_impacts)
+        trials: Trials = OnOrbit(system, None if on == "orbit" else on)
+        begin = None
+    else:
+        begin = start_of(start)
+        limits = {"t_end": t_end, "periods": periods, "max_impacts": max_impacts}
+        simulate(osc, force, start=begin, **limits)
+        trials = OnRun(system, begin, limits)
+    wanted = _wanted(outcome, goal, subject_to or {}, of_orbit=on_orbit)
+    box = _box(system, begin, free)
+    if restarts < 0:
+        raise ParameterError("restarts", restarts, "less than none")
+    given = {path: as_float(get_parameter(osc, force, begin, path)) for path in box}
+    line = Progress(progress, MOST_MOTIONS * (restarts + 1), "motions", is_bound=True)
+    try:
+        return _best(DesignSearch(trials, wanted, box, given, line), restarts, seed)
+    finally:
+        line.close()
+
+
+def _refuse_limits(*given: object) -> None:
+    for name, value in zip(("start", "t_end", "periods", "max_impacts"), given, strict=True):
+        if value is not None:
+            raise ParameterError(name, value, 'that of a run, which on="run" asks for')
+
+
+def _wanted(
+    outcome: str, goal: Any, subject_to: Mapping[str, tuple[Any, Any]], *, of_orbit: bool
+) -> Wanted:
+    """Return what is wanted, checked."""
+    check_outcome(outcome, of_orbit=of_orbit)
+    if isinstance(goal, str) and goal in get_args(Literal["least", "largest"]):
+        aim: Goal = goal
+    else:
+        aim = real("goal", goal)
+    limits: dict[str, OutcomeLimits] = {}
+    for name, ends in subject_to.items():
+        check_outcome(name, of_orbit=of_orbit)
+        if not _is_pair(ends) or ends[0] is None is ends[1]:
+            raise ParameterError(
+                f"subject_to.{name}", ends, "not (least, largest), one may be None"
+            )
+        low, high = (None if end is None else real(f"subject_to.{name}", end) for end in ends)
+        if low is not None and high is not None and low > high:
+            raise ParameterError(f"subject_to.{name}", ends, "the least is above the largest")
+        limits[name] = low, high
+    return Wanted(outcome, aim, limits)
+
+
+def _box(
+    system: System, start: Start | None, free: Mapping[str, tuple[Any, Any]]
+) -> dict[str, tuple[float, float]]:
+    """Return the ranges of the parameters by their long paths."""
+    if not free:
+        raise ParameterError("free", free, 'no parameter; give one as {"forcing.omega": (1, 2)}')
+    box: dict[str, tuple[float, float]] = {}
+    for path, ends in free.items():
+        name = long_form(path, *system, start)
+        if name in box:
+            raise ParameterError("free", path, "the same parameter, named twice")
+        if not _is_pair(ends):
+            raise ParameterError(f"free.{path}", ends, "not a range (least, largest)")
+        low, high = (real(f"free.{path}", end) for end in ends)
+        if not low < high:
+            raise ParameterError(f"free.{path}", ends, "the least is not below the largest")
+        box[name] = low, high
+    return box
+
+
+def _is_pair(given: object) -> bool:
+    return isinstance(given, Sequence) and not isinstance(given, str) and len(given) == 2
+
+
+def _settings(search: DesignSearch, restarts: int, seed: int) -> list[dict[str, float]]:
+    """Return the given setting, and others of which each side of the box has one in each part."""
+    random = np.random.default_rng(seed)
+    n = len(search.paths)
+    columns = [random.permutation(restarts) + random.random(restarts) for _ in range(n)]
+    places = [search.given, *(np.array(row) / restarts for row in zip(*columns, strict=True))]
+    return [search.values(place) for place in places]
+
+
+def _best(search: DesignSearch, restarts: int, seed: int) -> Design:
+    """DesignSearch from several settings, and return the best end."""
+    found: list[Found] = []
+    for values in _settings(search, restarts, seed):
+        for first in search.trials.first(values, restarts + 1, seed):
+            if search.progress.is_stopped and found:
+                break
+            if search.is_usable(first):
+                found.append(search.run(first))
+    if not found:
+        advice = (
+            "widen the ranges of the free parameters, or give the orbit or start of another one"
+        )
+        raise ConvergenceError("no motion to begin a design from", None, math.nan, advice)
+    best = found[0]
+    for one in found[1:]:
+        if search.is_better(one, best):
+            best = one
+    return _design(search, best, found)
+
+
+def _design(search: DesignSearch, best: Found, found: list[Found]) -> Design:
+    trial, wanted = best.trial, search.wanted
+    value, gradient = trial.outcome(wanted.outcome)
+    place = search.place(trial.values)
+    ends = np.minimum(place, 1.0 - place) < MET
+    at_end = [path for path, is_at_end in zip(search.paths, ends, strict=True) if is_at_end]
+    limited = [row.name for row in wanted.kept(trial) if abs(row.value) < MET]
+    others = sorted((one for one in found if one is not best), key=lambda one: bool(one.reason))
+    return Design(
+        outcome=cast("OutcomeName", wanted.outcome),
+        goal=wanted.goal,
+        value=value,
+        values=trial.values,
+        bounds=search.box,
+        outcomes={name: trial.outcome(name)[0] for name in wanted.limits},
+        active=tuple(at_end + limited),
+        gradient=gradient,
+        oscillator=trial.system.oscillator,
+        forcing=trial.system.forcing,
+        start=trial.start,
+        orbit=trial.orbit,
+        run=trial.run,
+        derivative=trial.derivative,
+        converged=not best.reason,
+        reason=best.reason,
+        attempts=tuple(
+            Attempt(one.trial.values, one.trial.outcome(wanted.outcome)[0], one.reason)
+            for one in [best, *others]
+        ),
+        n_motions=search.n_trials,
+    )

@@ -1,0 +1,162 @@
+"""The settings at which neither of two outcomes can be better without the other being worse."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from percuss.arrays import Floats
+from percuss.errors import ParameterError
+from percuss.model.exact import Exact
+from percuss.model.forcing import Forcing
+from percuss.model.oscillator import Oscillator
+from percuss.optimization.design import Design, design
+from percuss.optimization.outcomes import OutcomeName, outcome_of
+
+__all__ = ["ParetoFront", "pareto_front"]
+
+# Two outcomes are the same to this part.
+SAME = 1e-6
+
+
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
+class ParetoFront:
+    """The designs between two outcomes; made by `pareto_front`.
+
+    Attributes
+    ----------
+    outcomes, goals
+        The two outcomes, and whether each shall be least or largest.
+    designs
+        From the best of the first outcome to the best of the second.
+    values
+        (n, 2) array, the two outcomes of each.
+    """
+
+    outcomes: tuple[OutcomeName, OutcomeName]
+    goals: tuple[str, str]
+    designs: tuple[Design, ...]
+    values: Floats
+
+    def __len__(self) -> int:
+        """Return the number of designs."""
+        return len(self.designs)
+
+    def __repr__(self) -> str:
+        """Return the ends in a line."""
+        (a, b), (c, d) = self.values[0], self.values[-1]
+        one, other = self.outcomes
+        return (
+            f"<ParetoFront: {len(self)} designs from {one} {a:.6g}, {other} {b:.6g} "
+            f"to {one} {c:.6g}, {other} {d:.6g}>"
+        )
+
+
+def pareto_front(
+    outcomes: tuple[OutcomeName, OutcomeName],
+    osc: Oscillator,
+    force: Forcing | None = None,
+    *,
+    free: Mapping[str, tuple[Exact, Exact]],
+    goals: tuple[Literal["least", "largest"], Literal["least", "largest"]] = ("least", "least"),
+    n: int = 9,
+    **settings: Any,
+) -> ParetoFront:
+    """Return the best settings between two outcomes, of which each is bought with the other.
+
+    Of the designs between the two best ones the second outcome is limited, at equal distances,
+    and the first is as good as it can be. Each search begins at the design before it too.
+
+    Parameters
+    ----------
+    outcomes
+        The two, as `design` takes them.
+    osc, force, free
+        As `design` takes them.
+    goals
+        Whether each shall be least or largest.
+    n
+        How many designs, >= 2; those that another one betters are left out.
+    **settings
+        All else that `design` takes: `subject_to`, `on`, `start`, `restarts`, ...
+
+    Returns
+    -------
+    ParetoFront
+        The designs, from the best of the first outcome to that of the second.
+
+    Raises
+    ------
+    ParameterError
+        As `design`, and if n is below 2 or a goal is a value.
+    ConvergenceError
+        If no motion is found from which to begin.
+    MissingExtraError
+        If SciPy is missing.
+
+    Examples
+    --------
+    A softer stop takes less force and gives way more:
+
+    >>> import percuss as pc
+    >>> stop = pc.SoftStop(at="0.2", side="above", stiffness=30)
+    >>> front = pc.pareto_front(
+    ...     ("peak_stop_force", "max_displacement"),
+    ...     pc.Oscillator(damping="0.1", stops=[stop]), pc.cosine(2), n=3, restarts=0,
+    ...     free={"oscillator.stops.0.stiffness": (5, 100)},
+    ... )
+    >>> front.values.round(4)
+    array([[0.5584, 0.3117],
+           [1.8717, 0.2964],
+           [8.1074, 0.2811]])
+    """
+    if len(outcomes) != 2 or outcomes[0] == outcomes[1]:
+        raise ParameterError("outcomes", outcomes, "not two different outcomes")
+    if not set(goals) <= {"least", "largest"} or len(goals) != 2:
+        raise ParameterError("goals", goals, 'not two of "least" and "largest"')
+    if n < 2:
+        raise ParameterError("n", n, "less than two")
+    one, other = outcomes
+    limits = dict(settings.pop("subject_to", None) or {})
+    own = limits.pop(other, (None, None))
+
+    def best(
+        of: OutcomeName, goal: Any, near: Design | None, ends: tuple[Any, Any] = own
+    ) -> Design:
+        system = (osc, force) if near is None else (near.oscillator, near.forcing)
+        again = {} if near is None or near.start is None else {"start": near.start}
+        kept = limits if ends == (None, None) else {**limits, other: ends}
+        return design(of, *system, free=free, goal=goal, subject_to=kept, **(settings | again))
+
+    first, last = best(one, goals[0], None), best(other, goals[1], None)
+    begin, end = _of(first, other), _of(last, other)
+    designs = [first]
+    for share in np.linspace(0.0, 1.0, n)[1:-1].tolist():
+        limit = (1.0 - share) * begin + share * end
+        ends = (own[0], limit) if goals[1] == "least" else (limit, own[1])
+        designs.append(best(one, goals[0], designs[-1], ends))
+    designs.append(last)
+    values = np.array([[_of(it, one), _of(it, other)] for it in designs])
+    kept = _undominated(values * np.where(np.array(goals) == "least", 1.0, -1.0))
+    return ParetoFront(outcomes, goals, tuple(designs[i] for i in kept), values[kept])
+
+
+def _of(it: Design, name: str) -> float:
+    """Return an outcome of a design."""
+    return outcome_of(it.orbit, it.derivative, name)[0]
+
+
+def _undominated(costs: Floats) -> list[int]:
+    """Return the rows that no other row betters in both columns, each pair of equal rows once."""
+    scale = np.abs(costs).max(axis=0) * SAME
+    kept: list[int] = []
+    for i, row in enumerate(costs):
+        others = np.delete(costs, i, axis=0)
+        better = (others <= row + scale).all(axis=1) & (others < row - scale).any(axis=1)
+        again = any((np.abs(costs[j] - row) <= scale).all() for j in kept)
+        if not better.any() and not again:
+            kept.append(i)
+    return kept

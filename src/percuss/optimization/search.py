@@ -1,0 +1,298 @@
+"""The search for the best setting from one start: SciPy's SLSQP with exact gradients."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Literal, NamedTuple, Protocol, TypeAlias
+
+import numpy as np
+
+from percuss.arrays import Floats
+from percuss.errors import ConvergenceError, MissingExtraError
+from percuss.optimization.trials import Trial
+from percuss.progress import Progress
+
+__all__ = [
+    "MET",
+    "MOST_MOTIONS",
+    "DesignSearch",
+    "Found",
+    "Goal",
+    "OutcomeLimits",
+    "Trials",
+    "Wanted",
+]
+
+Goal: TypeAlias = Literal["least", "largest"] | float
+OutcomeLimits: TypeAlias = tuple[float | None, float | None]
+
+# SLSQP ends when a step changes the scaled outcome by less; the most motions of a search, and how
+# often it begins again, without what it knows of curvatures, where its line search fails.
+CLOSE, MOST_MOTIONS, RENEWALS = 1e-13, 200, 3
+# OutcomeLimits are met to this part of their scale, and active this near.
+MET = 1e-7
+# What a setting without a motion costs, in scaled outcomes: the line search shortens its step.
+WITHOUT_MOTION = 10.0
+# How SLSQP ends where its line search fails.
+NO_DESCENT = 8
+
+
+class Trials(Protocol):
+    """What makes the motions of a search."""
+
+    def first(self, values: Mapping[str, float], n: int, seed: int) -> list[Trial]:
+        """Return the motions at a setting from which searches begin."""
+
+    def at(self, values: Mapping[str, float], near: Trial) -> Trial | None:
+        """Return the motion at a setting, None if there is none."""
+
+
+class Kept(NamedTuple):
+    """A limit as a scaled number that must not be negative, and its derivatives."""
+
+    name: str
+    value: float
+    slope: Floats
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What is wanted of a motion.
+
+    Attributes
+    ----------
+    outcome, goal
+        The outcome, and whether it shall be least, largest or have a value.
+    limits
+        The least and the largest values of outcomes, None for no limit.
+    """
+
+    outcome: str
+    goal: Goal
+    limits: Mapping[str, OutcomeLimits]
+
+    def kept(self, trial: Trial) -> list[Kept]:
+        """Return the limits at a motion."""
+        rows = []
+        for name, ends in self.limits.items():
+            value, slope = trial.outcome(name)
+            for end, sign in zip(ends, (1.0, -1.0), strict=True):
+                if end is not None:
+                    part = sign / _scale(end)
+                    rows.append(Kept(name, part * (value - end), part * slope))
+        return rows
+
+    def missed(self, trial: Trial) -> Kept | None:
+        """Return the limit, or the wanted value, that a motion misses most; None if none."""
+        rows = self.kept(trial)
+        if not isinstance(self.goal, str):
+            value, slope = trial.outcome(self.outcome)
+            rows.append(Kept(self.outcome, -abs(value - self.goal) / _scale(self.goal), slope))
+        worst = min(rows, key=lambda row: row.value, default=None)
+        return worst if worst is not None and worst.value < -MET else None
+
+
+class Found(NamedTuple):
+    """Where a search ended: the motion there, and why not at an optimum."""
+
+    trial: Trial
+    reason: str
+
+
+class DesignSearch:
+    """Searches in a box of parameters, whose sides are the units of its steps.
+
+    Parameters
+    ----------
+    trials
+        Makes the motions.
+    wanted
+        What is wanted of them.
+    box
+        Least and largest value of each parameter.
+    given
+        The setting next to which a wanted value is looked for.
+    progress
+        Counts the motions.
+    """
+
+    def __init__(
+        self,
+        trials: Trials,
+        wanted: Wanted,
+        box: Mapping[str, tuple[float, float]],
+        given: Mapping[str, float],
+        progress: Progress,
+    ) -> None:
+        self.trials, self.wanted, self.progress = trials, wanted, progress
+        self.box, self.paths = dict(box), tuple(box)
+        self.low, high = np.array(list(box.values())).T
+        self.width = high - self.low
+        self.given = np.clip(self.place(given), 0.0, 1.0)
+        self.n_trials = 0
+
+    def values(self, place: Floats) -> dict[str, float]:
+        """Return the parameters at a place in the box, each side from 0 to 1."""
+        inside = self.low + np.clip(place, 0.0, 1.0) * self.width
+        return dict(zip(self.paths, inside.tolist(), strict=True))
+
+    def place(self, values: Mapping[str, float]) -> Floats:
+        """Return where in the box a setting is."""
+        return np.asarray((np.array(list(values.values())) - self.low) / self.width)
+
+    def distance(self, trial: Trial) -> float:
+        """Return how far a setting is from the given one, in sides of the box."""
+        return float(np.sqrt(np.square(self.place(trial.values) - self.given).sum()))
+
+    def is_better(self, one: Found, other: Found) -> bool:
+        """Return whether a search ended at the better setting."""
+        kept, also_kept = (self.wanted.missed(found.trial) is None for found in (one, other))
+        if kept != also_kept:
+            return kept
+        if not isinstance(self.wanted.goal, str):
+            return self.distance(one.trial) < self.distance(other.trial)
+        sign = -1.0 if self.wanted.goal == "largest" else 1.0
+        mine, its = (found.trial.outcome(self.wanted.outcome)[0] for found in (one, other))
+        return sign * mine < sign * its
+
+    def is_usable(self, trial: Trial) -> bool:
+        """Return whether all that is wanted of a motion has a derivative."""
+        try:
+            found = [trial.outcome(name) for name in (self.wanted.outcome, *self.wanted.limits)]
+        except ConvergenceError:
+            return False
+        return all(np.isfinite([value, *slope]).all() for value, slope in found)
+
+    def run(self, first: Trial) -> Found:
+        """Go from a motion to the next optimum."""
+        try:
+            from scipy.optimize import minimize
+        except ImportError:
+            raise MissingExtraError("a design needs SciPy", "design") from None
+
+        path = _Path(self, first)
+        try:
+            place, ending = self._descended(path, minimize)
+        except _StopSearchError as stop:
+            return Found(path.last, str(stop))
+        trial = path.near(place)
+        return Found(trial, self._reason(trial, ending))
+
+    def _descended(self, path: _Path, minimize: Callable[..., Any]) -> tuple[Floats, int]:
+        """Return where SLSQP ended, and how."""
+        place = self.place(path.last.values)
+        for _ in range(1 + RENEWALS):
+            result = minimize(
+                path.cost,
+                place,
+                jac=path.slope,
+                method="SLSQP",
+                bounds=[(0.0, 1.0)] * len(place),
+                constraints=path.constraints(),
+                options={"ftol": CLOSE, "maxiter": MOST_MOTIONS},
+            )
+            again = int(result.status) == NO_DESCENT and not np.array_equal(result.x, place)
+            place = result.x
+            if not again:
+                break
+        return place, int(result.status)
+
+    def _reason(self, trial: Trial, ending: int) -> str:
+        missed = self.wanted.missed(trial)
+        if missed is not None:
+            value = trial.outcome(missed.name)[0]
+            return f"no setting was found that keeps to what is wanted of {missed.name}: it is {value:.6g}"
+        if ending == NO_DESCENT:
+            return (
+                "no step makes it better, though its derivatives are not zero: it has a kink there"
+            )
+        return ""
+
+
+class _StopSearchError(Exception):
+    """A search ends before its optimum, for the reason given."""
+
+
+class _Path:
+    """The functions of one search, as SLSQP calls them."""
+
+    def __init__(self, search: DesignSearch, first: Trial) -> None:
+        self.search, self.wanted = search, search.wanted
+        self.scale = _scale(first.outcome(self.wanted.outcome)[0])
+        self.known: dict[bytes, Trial | None] = {search.place(first.values).tobytes(): first}
+        self.last = first
+
+    def near(self, place: Floats) -> Trial:
+        """Return the motion at a place, or where there is none the last one there was."""
+        return self._trial(place) or self.last
+
+    def _trial(self, place: Floats) -> Trial | None:
+        key = place.tobytes()
+        if key not in self.known:
+            self.known[key] = self._made(place)
+        trial = self.known[key]
+        if trial is not None:
+            self.last = trial
+        return trial
+
+    def _made(self, place: Floats) -> Trial | None:
+        self.search.n_trials += 1
+        if len(self.known) > MOST_MOTIONS:
+            raise _StopSearchError(f"{MOST_MOTIONS} motions were not enough")
+        if not self.search.progress.advance():
+            raise _StopSearchError("the search was stopped")
+        trial = self.search.trials.at(self.search.values(place), self.last)
+        return trial if trial is not None and self.search.is_usable(trial) else None
+
+    def cost(self, place: Floats) -> float:
+        """Return what is made least."""
+        trial = self._trial(place)
+        if trial is None:
+            return self.cost(self.search.place(self.last.values)) + WITHOUT_MOTION
+        if not isinstance(self.wanted.goal, str):
+            return float(0.5 * np.square(place - self.search.given).sum())
+        value = trial.outcome(self.wanted.outcome)[0] / self.scale
+        return -value if self.wanted.goal == "largest" else value
+
+    def slope(self, place: Floats) -> Floats:
+        """Return its derivatives."""
+        if not isinstance(self.wanted.goal, str):
+            return place - self.search.given
+        slope = self.near(place).outcome(self.wanted.outcome)[1] * self.search.width / self.scale
+        return -slope if self.wanted.goal == "largest" else slope
+
+    def constraints(self) -> list[dict[str, Any]]:
+        """Return what has to be kept, as SciPy takes it."""
+        rows: list[dict[str, Any]] = []
+        if self.wanted.kept(self.last):
+            rows.append(_constraint("ineq", self._kept, self._moved_kept))
+        if not isinstance(self.wanted.goal, str):
+            rows.append(_constraint("eq", self._missed, self._moved_missed))
+        return rows
+
+    def _kept(self, place: Floats) -> Floats:
+        return np.array([row.value for row in self.wanted.kept(self.near(place))])
+
+    def _moved_kept(self, place: Floats) -> Floats:
+        rows = self.wanted.kept(self.near(place))
+        return np.array([row.slope * self.search.width for row in rows])
+
+    def _missed(self, place: Floats) -> float:
+        value, _ = self.near(place).outcome(self.wanted.outcome)
+        return (value - float(self.wanted.goal)) / _scale(float(self.wanted.goal))
+
+    def _moved_missed(self, place: Floats) -> Floats:
+        slope = self.near(place).outcome(self.wanted.outcome)[1]
+        return np.asarray(slope * self.search.width / _scale(float(self.wanted.goal)))
+
+
+def _constraint(
+    kind: str, function: Callable[[Floats], Any], slope: Callable[[Floats], Floats]
+) -> dict[str, Any]:
+    return {"type": kind, "fun": function, "jac": slope}
+
+
+def _scale(number: float) -> float:
+    """Return the scale of an outcome, from a number near it."""
+    return abs(number) or 1.0

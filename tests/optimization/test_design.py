@@ -1,0 +1,200 @@
+"""Designs against closed forms, and the sentences of their faults."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import percuss as pc
+from percuss.optimization.outcomes import outcome_of
+
+WALL = pc.impact_oscillator("0.8", wall="0.2", side="above", damping="0.05")
+SOFT = pc.Oscillator(damping="0.1", stops=[pc.SoftStop(at="0.2", side="above", stiffness=30)])
+PLACE = "oscillator.stops.0.at"
+
+
+def test_the_height_from_which_a_ball_lands_with_a_speed() -> None:
+    ball = pc.Oscillator(0, stops=[pc.Wall(at=0, side="below", restitution="0.9")])
+    weight = pc.Forcing(constant="-9.81")
+    best = pc.design(
+        "peak_impact_velocity", ball, weight, free={"start.x0": (0.5, 3)}, goal=5, on="run",
+        start=(1, 0), t_end=2,
+    )  # fmt: skip
+    assert best.converged
+    assert best.values["start.x0"] == pytest.approx(25 / (2 * 9.81), rel=1e-10)
+    assert best.start is not None
+    assert best.value == pytest.approx(5, rel=1e-10)
+
+
+def test_the_resonance_of_a_linear_oscillator() -> None:
+    osc = pc.Oscillator(damping="0.2")
+    best = pc.design(
+        "max_displacement", osc, pc.cosine("0.8"), goal="largest", free={"forcing.omega": (0.5, 2)}
+    )
+    # The amplitude 1/abs(1 - w^2 + 2 i a w) is largest at w^2 = 1 - 2 a^2.
+    assert best.values["forcing.harmonics.0.omega"] == pytest.approx(math.sqrt(0.92), rel=1e-6)
+    assert best.value == pytest.approx(1 / (0.4 * math.sqrt(0.96)), rel=1e-12)
+    assert best.gradient[0] == pytest.approx(0, abs=1e-5)
+
+
+def test_a_wanted_value_is_that_next_to_the_given_setting() -> None:
+    osc = pc.Oscillator(damping="0.2")
+    above, below = (
+        pc.design(
+            "max_displacement", osc, pc.cosine(w), goal=1.5, free={"forcing.omega": (0.3, 2)}
+        ).values["forcing.harmonics.0.omega"]
+        for w in ("1.3", "0.5")
+    )
+    # Both roots of (1 - w^2)^2 + 0.16 w^2 = 1/1.5^2.
+    middle, half = 0.92, math.sqrt(0.92**2 - 1 + 1 / 1.5**2)
+    assert [above**2, below**2] == pytest.approx([middle + half, middle - half], rel=1e-8)
+
+
+def test_a_limit_that_binds() -> None:
+    free = {"oscillator.stops.0.stiffness": (5, 100)}
+    best = pc.design(
+        "peak_stop_force", SOFT, pc.cosine(2), free=free, restarts=1,
+        subject_to={"max_displacement": (None, 0.29)},
+    )  # fmt: skip
+    assert best.converged
+    assert best.active == ("max_displacement",)
+    assert best.outcomes["max_displacement"] == pytest.approx(0.29, rel=1e-7)
+    loose = pc.design("peak_stop_force", SOFT, pc.cosine(2), free=free, restarts=1)
+    assert loose.active == ("oscillator.stops.0.stiffness",)
+    assert loose.value < best.value
+
+
+def test_a_limit_that_no_setting_keeps_is_told() -> None:
+    best = pc.design(
+        "peak_stop_force", SOFT, pc.cosine(2), restarts=0,
+        free={"oscillator.stops.0.stiffness": (5, 100)}, subject_to={"max_displacement": (None, 0.1)},
+    )  # fmt: skip
+    assert not best.converged
+    assert "max_displacement" in best.reason
+    assert best.reason in repr(best)
+
+
+def test_the_multiplier_of_an_orbit() -> None:
+    best = pc.design(
+        "multiplier", WALL, pc.cosine(2), free={"forcing.omega": (1.8, 2.6)}, goal=0.9, restarts=0
+    )
+    assert best.orbit is not None
+    assert abs(best.orbit.multipliers).max() == pytest.approx(0.9, rel=1e-9)
+    assert best.orbit.is_stable
+
+
+def test_an_orbit_that_is_given_is_followed_where_it_is_unstable() -> None:
+    orbit = pc.find_orbit(WALL, pc.cosine(2))
+    free = {"forcing.omega": (1.8, 2.6)}
+    best = pc.design("multiplier", WALL, pc.cosine(2), free=free, goal=1.2, on=orbit)
+    assert best.orbit is not None
+    assert abs(best.orbit.multipliers).max() == pytest.approx(1.2, rel=1e-8)
+    assert not best.orbit.is_stable
+
+
+def test_the_period_of_a_limit_cycle() -> None:
+    osc = pc.Oscillator(1, "-0.05", stops=[pc.Wall(at=1, side="above", restitution="0.7")])
+    free = {"oscillator.stops.0.restitution": (0.3, 0.85)}
+    best = pc.design("period", osc, free=free, goal=4.0, restarts=0)
+    again = pc.find_orbit(best.oscillator)
+    assert again.period == pytest.approx(4.0, rel=1e-9)
+
+
+@pytest.mark.parametrize(("wall", "omega", "n_impacts"), [(0.2, 2, 1), (0.2, 0.3, 1), (9, 2, 0)])
+def test_the_margin_to_a_graze(wall: float, omega: float, n_impacts: int) -> None:
+    def orbit(place: float) -> pc.PeriodicOrbit:
+        osc = pc.impact_oscillator("0.5", wall=place, side="above", damping="0.2")
+        return pc.find_orbit(osc, pc.cosine(omega), n_impacts, formal=True)
+
+    step = 1e-4
+    near = [orbit(wall + k * step).grazing_margin for k in (-2, -1, 1, 2)]
+    wanted = (near[0] - 8 * near[1] + 8 * near[2] - near[3]) / (12 * step)
+    middle = orbit(wall)
+    value, slope = outcome_of(middle, middle.sensitivity([PLACE]), "grazing_margin")
+    assert value == middle.grazing_margin
+    assert slope[0] == pytest.approx(wanted, rel=1e-9, abs=1e-9)
+
+
+def test_the_largest_margin_to_a_graze() -> None:
+    osc = pc.impact_oscillator("0.5", wall="0.2", side="above", damping="0.2")
+    best = pc.design(
+        "grazing_margin", osc, pc.cosine("1.1"), goal="largest", free={PLACE: (-1, 1)}, restarts=2
+    )
+    assert best.orbit is not None
+    assert best.value == best.orbit.grazing_margin
+    assert best.value > pc.find_orbit(osc, pc.cosine("1.1")).grazing_margin
+
+
+def test_a_start_beyond_the_wall_is_a_bound() -> None:
+    best = pc.design(
+        "peak_displacement", WALL, pc.cosine(2), free={PLACE: (-1, 1)}, on="run", start=("0.1", 0),
+        t_end=20, restarts=3,
+    )  # fmt: skip
+    assert best.values[PLACE] >= 0.1
+    assert all(attempt.values[PLACE] >= 0.1 for attempt in best.attempts)
+
+
+def test_a_front_falls() -> None:
+    front = pc.pareto_front(
+        ("peak_stop_force", "max_displacement"), SOFT, pc.cosine(2), n=4, restarts=0,
+        free={"oscillator.stops.0.stiffness": (5, 100)},
+    )  # fmt: skip
+    assert len(front) == 4
+    assert (np.diff(front.values[:, 0]) > 0).all()
+    assert (np.diff(front.values[:, 1]) < 0).all()
+    # At equal distances of the second outcome.
+    np.testing.assert_allclose(np.diff(front.values[:, 1], 2), 0.0, atol=1e-6)
+
+
+def test_it_stops_when_it_is_asked_to() -> None:
+    calls: list[float] = []
+
+    def report(done: float, total: float) -> bool:  # noqa: ARG001
+        calls.append(done)
+        return False
+
+    best = pc.design(
+        "peak_stop_force", SOFT, pc.cosine(2), free={"oscillator.stops.0.stiffness": (5, 100)},
+        progress=report,
+    )  # fmt: skip
+    assert not best.converged
+    assert "stopped" in best.reason
+    assert best.n_motions == len(calls) == 1
+
+
+FREE: dict[str, Any] = {PLACE: (-0.3, 0.3)}
+FAULTS: dict[str, tuple[dict[str, Any], str]] = {
+    "outcome": ({"outcome": "peak_force"}, "none of the outcomes of an orbit"),
+    "outcome of a run": (
+        {"outcome": "period", "on": "run", "t_end": 5},
+        "none of the outcomes of a run",
+    ),
+    "no parameter": ({"free": {}}, "no parameter"),
+    "unknown": ({"free": {"oscillator.stops.0.as": (0, 1)}}, "did you mean|no such|nearest"),
+    "range": ({"free": {PLACE: (0.3, -0.3)}}, "not below the largest"),
+    "no range": ({"free": {PLACE: 0.3}}, "not a range"),
+    "goal": ({"goal": "best"}, "goal"),
+    "limits": ({"subject_to": {"max_displacement": 1.2}}, "least, largest"),
+    "limits crossed": ({"subject_to": {"max_displacement": (2, 1)}}, "above the largest"),
+    "limit of a run": ({"t_end": 5}, 'on="run"'),
+    "restarts": ({"restarts": -1}, "less than none"),
+    "where": ({"on": "motion"}, "neither"),
+}
+
+
+@pytest.mark.parametrize("case", FAULTS)
+def test_a_fault_is_one_sentence(case: str) -> None:
+    changed, sentence = FAULTS[case]
+    arguments = {"outcome": "peak_impact_velocity", "free": FREE} | changed
+    with pytest.raises(pc.ParameterError, match=sentence) as caught:
+        pc.design(arguments.pop("outcome"), WALL, pc.cosine(2), **arguments)
+    assert "\n" not in str(caught.value)
+
+
+def test_structures_have_none_yet() -> None:
+    structure = pc.chain([1, 1], [1, 1, 1])
+    with pytest.raises(pc.ParameterError, match="structure"):
+        pc.design("peak_displacement", structure, free={PLACE: (0, 1)})  # type: ignore[arg-type]
