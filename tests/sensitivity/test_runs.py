@@ -152,17 +152,23 @@ def test_fifty_impacts_by_the_other_parameters() -> None:
     impacts_of_a_long_run(["oscillator.damping", "forcing.omega", "oscillator.stops.0.restitution"])
 
 
-def chattering() -> pc.Trajectory:
+def chattering(t_end: float = 12.0) -> pc.Trajectory:
     """Return a run with two chatters on a wall, and releases."""
     osc = pc.Oscillator(1, "0.1", stops=(pc.Wall(at="-0.4", side="below", restitution="0.4"),))
-    return pc.simulate(osc, pc.cosine("0.7", phase=2, constant="-0.4"), "-0.1", "0.5", t_end=12)
+    return pc.simulate(osc, pc.cosine("0.7", phase=2, constant="-0.4"), "-0.1", "0.5", t_end=t_end)
 
 
-def test_a_chatter_and_a_release() -> None:
-    run = chattering()
-    assert len(run.contacts) >= 2
+@pytest.mark.parametrize(
+    ("paths", "t_end"),
+    [
+        (("oscillator.stops.0.restitution",), 4.6),
+        pytest.param((*ALL, "oscillator.stops.0.at"), 12.0, marks=pytest.mark.nightly),
+    ],
+)
+def test_a_chatter_and_a_release(paths: tuple[str, ...], t_end: float) -> None:
+    run = chattering(t_end)
+    assert len(run.contacts) == (2 if t_end > 10 else 1)
     assert np.isfinite(run.contacts.release[0])
-    paths = (*ALL, "oscillator.stops.0.at", "oscillator.stops.0.restitution")
     found = run.sensitivity(paths)
     rest = float(run.contacts.start[0] + 0.01)
     later = float(run.contacts.release[0] + 0.5)
@@ -185,7 +191,7 @@ def test_what_was_before_a_contact_does_not_matter_after_it() -> None:
 
 
 def test_the_tail_of_a_chatter() -> None:
-    run = chattering()
+    run = chattering(2.6)
     n = int(run.contacts.n_impacts[0])
     last, end = run.impacts.t[n - 1], run.contacts.start[0]
     times = last + (end - last) * np.array([0.1, 0.3, 0.65, 0.8, 0.9])
