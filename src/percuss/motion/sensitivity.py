@@ -193,7 +193,9 @@ def _carried(
     out = np.empty((len(events), len(moved.paths), engine.SENSITIVITY_COLUMNS))
     engine.carry(varied, begin, workspace_of(varied), out)
     kinds = marks[:, columns.KIND]
-    impacts = out[kinds == columns.IMPACT]
+    is_impact = kinds == columns.IMPACT
+    # Mostly all events but the start are impacts: those need no copy.
+    impacts = out[1:] if is_impact[1:].all() and not is_impact[0] else out[is_impact]
     crossings = out[_crossing_rows(run)]
     started, released = (
         out[kinds == kind, :, engine.DT] for kind in (columns.CONTACT, columns.RELEASE)
