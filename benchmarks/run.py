@@ -22,6 +22,7 @@ NAMES = {
     "w4": "basin",
     "harmonics": "three_harmonics",
     "records": "records",
+    "sensitivities": "sensitivities",
     "structures": "structures",
     "long": "long_runs",
     "adversarial": "grazes",

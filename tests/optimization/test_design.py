@@ -12,12 +12,12 @@ import percuss as pc
 from percuss.optimization.outcomes import outcome_of
 
 WALL = pc.impact_oscillator("0.8", wall="0.2", side="above", damping="0.05")
-SOFT = pc.Oscillator(damping="0.1", stops=[pc.SoftStop(at="0.2", side="above", stiffness=30)])
+SOFT = pc.Oscillator(damping="0.1", stops=(pc.SoftStop(at="0.2", side="above", stiffness=30),))
 PLACE = "oscillator.stops.0.at"
 
 
 def test_the_height_from_which_a_ball_lands_with_a_speed() -> None:
-    ball = pc.Oscillator(0, stops=[pc.Wall(at=0, side="below", restitution="0.9")])
+    ball = pc.Oscillator(0, stops=(pc.Wall(at=0, side="below", restitution="0.9"),))
     weight = pc.Forcing(constant="-9.81")
     best = pc.design(
         "peak_impact_velocity", ball, weight, free={"start.x0": (0.5, 3)}, goal=5, on="run",
@@ -96,7 +96,7 @@ def test_an_orbit_that_is_given_is_followed_where_it_is_unstable() -> None:
 
 
 def test_the_period_of_a_limit_cycle() -> None:
-    osc = pc.Oscillator(1, "-0.05", stops=[pc.Wall(at=1, side="above", restitution="0.7")])
+    osc = pc.Oscillator(1, "-0.05", stops=(pc.Wall(at=1, side="above", restitution="0.7"),))
     free = {"oscillator.stops.0.restitution": (0.3, 0.85)}
     best = pc.design("period", osc, free=free, goal=4.0, restarts=0)
     again = pc.find_orbit(best.oscillator)

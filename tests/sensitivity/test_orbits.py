@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.sensitivity.differences import orbit_differences
 
 import percuss as pc
 from percuss.model.paths import get_parameter, replace_parameter
@@ -81,6 +82,40 @@ def test_forced_orbits(case: str) -> None:
         np.testing.assert_allclose(found.of("max_displacement")[p], wanted["max"], **CLOSE)
 
 
+CYCLE = pc.Oscillator(1, "-0.05", stops=(pc.Wall(at=1, side="above", restitution="0.7"),))
+STOP = "oscillator.stops.0"
+
+
+@pytest.mark.parametrize(
+    ("case", "path"),
+    [
+        ("wall", f"{STOP}.at"),
+        pytest.param("wall", f"{STOP}.restitution", marks=pytest.mark.nightly),
+        pytest.param("wall", "oscillator.damping", marks=pytest.mark.nightly),
+        pytest.param("wall", "oscillator.stiffness", marks=pytest.mark.nightly),
+        pytest.param("wall", "forcing.omega", marks=pytest.mark.nightly),
+        ("tied", "w"),
+        pytest.param("cycle", "oscillator.damping", marks=pytest.mark.nightly),
+        ("cycle", "oscillator.stiffness"),
+    ],
+)
+def test_orbits_against_the_oracle(case: str, path: str) -> None:
+    osc, force = (CYCLE, None) if case == "cycle" else CASES[case][:2]
+    orbit = pc.find_orbit(osc, force)
+    assert orbit.n_impacts == 1
+    found = orbit.sensitivity([path])
+    wanted = orbit_differences(orbit, path)
+    close: dict[str, Any] = {"rel": 1e-10, "abs": 1e-13}
+    assert found.t0[0] == pytest.approx(wanted.t0, **close)
+    assert found.impacts.v_after[0, 0] == pytest.approx(wanted.v0, **close)
+    assert found.period[0] == pytest.approx(wanted.period, **close)
+    trace = found.multipliers[:, 0].sum()
+    determinant = (orbit.multipliers[::-1] * found.multipliers[:, 0]).sum()
+    # Of free motion the map of (t, v) has the multiplier 1 of the instants too.
+    assert trace == pytest.approx(wanted.trace, **close)
+    assert determinant == pytest.approx(wanted.determinant, **close)
+
+
 def test_a_column_closes_after_a_period() -> None:
     orbit = pc.find_orbit(WALL, pc.cosine(2))
     found = orbit.sensitivity(["oscillator.stops.0.at", "oscillator.damping"])
@@ -90,8 +125,7 @@ def test_a_column_closes_after_a_period() -> None:
 
 
 def test_the_period_of_a_limit_cycle() -> None:
-    osc = pc.Oscillator(1, "-0.05", stops=(pc.Wall(at=1, side="above", restitution="0.7"),))
-    orbit = pc.find_orbit(osc)
+    orbit = pc.find_orbit(CYCLE)
     paths = ["oscillator.damping", "oscillator.stiffness", "oscillator.stops.0.at"]
     found = orbit.sensitivity(paths)
     # A longer wall at the same rates: all lengths grow, no time.

@@ -9,7 +9,9 @@ equation (`flight_columns`); at an event the neighbours arrive at another instan
 with the wall's displacement dd, the restitution's change dr and k the derivative of r(u) u. After
 an event x is kept as what it is more than the place of the event: in a chatter the hops are far
 smaller than the place. A contact ends all memory; its start and its release have derivatives of
-their own (docs/theory/sensitivities.md). After a graze of a wall the motion has none: NaN.
+their own (docs/theory/sensitivities.md). A graze of a wall adds a jump to the velocity: NaN, since
+the motion has no derivative there, 0 on the side without an impact, and on the other one the
+coefficient of the square root.
 """
 
 from __future__ import annotations
@@ -73,6 +75,7 @@ from percuss.kernels.restitution import (
     table_of,
 )
 from percuss.kernels.sample import flight_at, hop_of_tail, is_tail
+from percuss.kernels.tangent import propagator
 
 # Columns of a row of `out`: the derivatives of the event's instant and of the velocities before and
 # after it; the place of the event, and what x after it is more than that, and v, at a time that
@@ -86,12 +89,15 @@ BEGIN_X, BEGIN_V, BEGIN_T = range(3)
 class VariedRecord(NamedTuple):
     """A motion whose derivatives are asked for: its record, the change and where it grazes walls.
 
-    ``touches`` (n,) are the instants of grazes, in order.
+    ``touches`` (n,) are the instants of grazes, in order, and ``jumps`` (n, n_parameters) what each
+    adds to the velocity of each column: NaN where the motion has no derivative, 0 on the side on
+    which it passes the wall without an impact.
     """
 
     record: MotionRecord
     change: Change
     touches: Floats
+    jumps: Floats
 
 
 @kernel
@@ -128,16 +134,15 @@ def carry(varied: VariedRecord, begin: Floats, work: ColumnWorkspace, out: Float
 
     ``begin`` (n_parameters, 3) are the derivatives of x, v and t of the start.
     """
-    record, _change, touches = varied
+    record, touches = varied.record, varied.touches
     law, events, marks = record.law, record.events, record.marks
     touched = 0
     now, then = work.phases, work.arrival
     flight = flight_after(record, 0, now, work.scratch)
     start_row(flight, begin, out)
     for n in range(1, events.shape[0]):
-        is_lost = False
+        first = touched
         while touched < touches.shape[0] and touches[touched] <= events[n, EVENT_T]:
-            is_lost = True
             touched += 1
         kind = marks[n, KIND]
         following = flight_after(record, n, then, work.scratch)
@@ -150,8 +155,8 @@ def carry(varied: VariedRecord, begin: Floats, work: ColumnWorkspace, out: Float
         else:
             s = time_since_event(events, n)
             fly(varied, flight, n - 1, s, work, out)
-            if is_lost:
-                work.ends[:, :] = math.nan
+            for k in range(first, touched):
+                add_jump(varied, flight.region, n - 1, k, s, work)
             if kind == KNOT:
                 last = now.shape[0] - 1
                 jump = (now[last, 0] + now[last, 1] * s) - then[last, 0]
@@ -185,7 +190,7 @@ def fly(
     varied: VariedRecord, flight: Flight, row: int, s: float, work: ColumnWorkspace, out: Floats
 ) -> None:
     """Write (OFF, SPEED) of all columns a time s after an event into ``work.ends``."""
-    record, change, _ = varied
+    record, change = varied.record, varied.change
     law = record.law
     x = place_of_event(record, row)
     respond(flight, s, change, work)
@@ -198,10 +203,23 @@ def fly(
         work.ends[p, 1] = speed
 
 
+@kernel
+def add_jump(
+    varied: VariedRecord, region: int, row: int, k: int, s: float, work: ColumnWorkspace
+) -> None:
+    """Add to ``work.ends`` what the jump at a touch is at a time s after the event before it."""
+    events = varied.record.events
+    before = (varied.touches[k] - events[row, EVENT_T]) - events[row, EVENT_T_LOW]
+    _, to_x, _, to_v = propagator(varied.record.law, region, s - before)
+    for p in range(work.ends.shape[0]):
+        work.ends[p, 0] += to_x * varied.jumps[k, p]
+        work.ends[p, 1] += to_v * varied.jumps[k, p]
+
+
 @formula
 def strike(varied: VariedRecord, n: int, force: float, work: ColumnWorkspace, out: Floats) -> None:
     """Write the row of an impact; ``force`` is that at the wall without damping."""
-    record, change, _ = varied
+    record, change = varied.record, varied.change
     law, events, marks = record.law, record.events, record.marks
     region = int(marks[n - 1, NEXT_REGION])
     bound = int(marks[n, BOUND])
@@ -229,7 +247,7 @@ def strike(varied: VariedRecord, n: int, force: float, work: ColumnWorkspace, ou
 @kernel
 def cross(varied: VariedRecord, n: int, force: float, work: ColumnWorkspace, out: Floats) -> None:
     """Write the row of a crossing of the edge of a soft stop."""
-    record, change, _ = varied
+    record, change = varied.record, varied.change
     law, events, marks = record.law, record.events, record.marks
     before = int(marks[n - 1, NEXT_REGION])
     after = int(marks[n, NEXT_REGION])
@@ -261,7 +279,7 @@ def pass_knot(
     varied: VariedRecord, n: int, jump: float, force: float, work: ColumnWorkspace, out: Floats
 ) -> None:
     """Write the row of a knot, over which the force falls by ``jump`` to ``force``."""
-    record, change, _ = varied
+    record, change = varied.record, varied.change
     law, events, marks = record.law, record.events, record.marks
     t = events[n, EVENT_T]
     if marks[n - 1, KIND] == RELEASE:
@@ -290,7 +308,7 @@ def knot_delay(law: Law, rows: Floats, t: float) -> float:
 @kernel
 def come_to_contact(varied: VariedRecord, n: int, phases: Floats, out: Floats) -> None:
     """Write the row of a contact, after a chatter, a plastic impact, or at the start."""
-    record, change, _ = varied
+    record, change = varied.record, varied.change
     law, events, marks = record.law, record.events, record.marks
     region = int(marks[n, NEXT_REGION])
     bound = int(marks[n, BOUND])
@@ -318,7 +336,7 @@ def moved_tail(varied: VariedRecord, n: int, p: int, phases: Floats, out: Floats
 
     That of the sum in `contact.chatter_time`; ``phases`` is scratch.
     """
-    record, change, _ = varied
+    record, change = varied.record, varied.change
     law, events, marks = record.law, record.events, record.marks
     rows = change.rows[p]
     region = int(marks[n, NEXT_REGION])
@@ -359,7 +377,7 @@ def moved_tail(varied: VariedRecord, n: int, p: int, phases: Floats, out: Floats
 @kernel
 def release(varied: VariedRecord, n: int, slope: float, phases: Floats, out: Floats) -> None:
     """Write the row of a release: the force at the wall, of that slope, is zero at its instant."""
-    record, change, _ = varied
+    record, change = varied.record, varied.change
     law, events, marks = record.law, record.events, record.marks
     region = int(marks[n, NEXT_REGION])
     bound = int(marks[n, BOUND])
@@ -394,7 +412,7 @@ def columns_at(
     motion: Floats,
 ) -> None:
     """Write the columns of x and v at each instant into ``motion`` (2, n, n_parameters)."""
-    record, _, touches = varied
+    record, touches = varied.record, varied.touches
     events, marks = record.events, record.marks
     for i in range(instants.shape[0]):
         row = flight_at(events, instants[i], after)
@@ -410,15 +428,12 @@ def columns_at(
         else:
             flight = flight_after(record, row, work.phases, work.scratch)
             fly(varied, flight, row, s, work, out)
-            is_lost = False
-            for touch in touches:
-                is_lost = is_lost or events[row, EVENT_T] < touch <= instants[i]
+            for k in range(touches.shape[0]):
+                if events[row, EVENT_T] < touches[k] <= instants[i]:
+                    add_jump(varied, flight.region, row, k, s, work)
             for p in range(out.shape[1]):
                 motion[0, i, p] = out[row, p, BASE] + work.ends[p, 0]
                 motion[1, i, p] = work.ends[p, 1]
-                if is_lost:
-                    motion[0, i, p] = math.nan
-                    motion[1, i, p] = math.nan
 
 
 @kernel
@@ -429,7 +444,7 @@ def tail_columns(
 
     Hop n begins at e = T (1 - r^n) with the velocity w = v r^n and is bent by p = 2 v / (T (1 - r)).
     """
-    record, change, _ = varied
+    record, change = varied.record, varied.change
     law, events, marks = record.law, record.events, record.marks
     region = int(marks[row, NEXT_REGION])
     bound = int(marks[row, BOUND])

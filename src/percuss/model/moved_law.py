@@ -15,7 +15,7 @@ from percuss.kernels.law_columns import Law
 from percuss.model.exact import as_float
 from percuss.model.forcing import Forcing, FourierTerm, Harmonic
 from percuss.model.oscillator import SoftStop, Wall
-from percuss.model.paths import long_form, moved_fields, moved_in_law
+from percuss.model.paths import long_forms, moved_fields, moved_in_law
 from percuss.model.restitution import RestitutionTable
 from percuss.model.start import Start
 from percuss.model.system import System, region_rows, touching_stops
@@ -84,8 +84,7 @@ def moved_law(system: System, start: Start | None, paths: Sequence[str]) -> Move
     if isinstance(paths, str) or not len(paths):
         raise ParameterError("paths", paths, 'no list of paths; give one such as ["start.v0"]')
     names: list[str] = []
-    for path in paths:
-        name = long_form(path, osc, force, start)
+    for path, name in zip(paths, long_forms(paths, osc, force, start), strict=True):
         if name in names:
             raise ParameterError("paths", path, "the same parameter, named twice")
         names.append(name)
@@ -143,7 +142,7 @@ def _unit_law(system: System) -> Law:
 
 def _fill_harmonics(rows: Floats, system: System, fields: Mapping[str, float]) -> None:
     force = system.of_unit_mass.forcing
-    if force is None:
+    if force is None or not any(path.startswith("forcing.") for path in fields):
         return
     row = at.FIRST_HARMONIC
     for i, part in enumerate(force.harmonics):
@@ -181,6 +180,9 @@ def _moved_harmonic(
     """Return the derivatives of the cosine, the sine and the frequency of A cos(w t + phase)."""
     amplitude, phase = as_float(part.amplitude), as_float(part.phase)
     louder, later = fields.get(f"{path}amplitude", 0.0), fields.get(f"{path}phase", 0.0)
+    faster = fields.get(f"{path}omega", 0.0)
+    if louder == later == 0.0:
+        return 0.0, 0.0, faster
     if amplitude != 0.0:
         # From the law's own coefficients: at whole quarters of a turn one is exactly zero.
         own = Forcing((part,)).components()[0]
@@ -190,7 +192,7 @@ def _moved_harmonic(
     return (
         louder * in_cos + later * amplitude * in_sin,
         louder * in_sin - later * amplitude * in_cos,
-        fields.get(f"{path}omega", 0.0),
+        faster,
     )
 
 

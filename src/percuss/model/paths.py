@@ -23,7 +23,8 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from functools import cache
 from typing import Any, NamedTuple, TypeAlias, TypeVar, cast
 
 from percuss.errors import ParameterError
@@ -42,6 +43,7 @@ __all__ = [
     "MovedFields",
     "get_parameter",
     "long_form",
+    "long_forms",
     "moved_fields",
     "moved_in_law",
     "parameter_paths",
@@ -265,7 +267,18 @@ def long_form(
     >>> long_form("forcing.omega", impact_oscillator(), sine(3.0))
     'forcing.harmonics.0.omega'
     """
-    return _long_form(path, _fields_of(osc, force, start), force, osc)
+    return long_forms([path], osc, force, start)[0]
+
+
+def long_forms(
+    paths: Iterable[str],
+    osc: Oscillator | Structure,
+    force: AnyForce = None,
+    start: AnyStart = None,
+) -> list[str]:
+    """Return the long form of each path, as `long_form` does, which looks the fields up each time."""
+    fields = _fields_of(osc, force, start)
+    return [_long_form(path, fields, force, osc) for path in paths]
 
 
 def _long_form(
@@ -715,7 +728,13 @@ def _table_fields(table: RestitutionTable) -> dict[str, Phase]:
 
 
 def _fields(value: Any) -> dict[str, Any]:
-    return {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
+    kind: Any = type(value)
+    return {name: getattr(value, name) for name in _names_of(kind)}
+
+
+@cache
+def _names_of(kind: Any) -> tuple[str, ...]:
+    return tuple(field.name for field in dataclasses.fields(kind))
 
 
 # The beginnings of the paths.

@@ -18,6 +18,7 @@ from percuss.motion.impact_times import ImpactTimes as ImpactTimes
 from percuss.motion.impact_times import classify_impact_times as classify_impact_times
 from percuss.motion.moved_motion import MovedContacts as MovedContacts
 from percuss.motion.moved_motion import MovedCrossings as MovedCrossings
+from percuss.motion.moved_motion import MovedGrazes as MovedGrazes
 from percuss.motion.moved_motion import MovedImpacts as MovedImpacts
 from percuss.motion.sensitivity import Sensitivity as Sensitivity
 from percuss.motion.simulate import simulate as simulate

@@ -18,18 +18,17 @@ from percuss.kernels.flight_columns import (
     ColumnWorkspace,
 )
 from percuss.kernels.law_columns import N_HARMONICS
-from percuss.kernels.record import MotionRecord
 from percuss.kernels.sensitivity import VariedRecord
 from percuss.model.exact import reals
 from percuss.model.moved_law import MovedLaw
-from percuss.model.oscillator import Oscillator, Wall
+from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start
 from percuss.model.system import System
 from percuss.motion.extremes import Extrema, QuantityName
 from percuss.motion.tables import Contacts, Crossings, Grazes, Impacts, Limit
 
 __all__ = [
-    "AnyMotion", "MovedContacts", "MovedCrossings", "MovedImpacts", "MovedMotion", "varied_record",
+    "AnyMotion", "MovedContacts", "MovedCrossings", "MovedGrazes", "MovedImpacts", "MovedMotion",
     "workspace_of",
 ]  # fmt: skip
 
@@ -149,6 +148,46 @@ class MovedContacts:
     release: Floats
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class MovedGrazes:
+    """How a motion depends on parameters where it grazes walls, which goes like a square root.
+
+    A parameter that grows by h takes the turning point further by ``reach`` h. Where that is
+    positive there is an impact, with the speed ``speed`` sqrt(abs(h)); else there is none.
+
+    Attributes
+    ----------
+    t
+        (n_grazes,) array, the instants [time].
+    stop
+        (n_grazes,) array, index into the oscillator's `stops`.
+    reach
+        (n_grazes, n_parameters) array, derivatives of the distance by which the turning point would
+        lie beyond the wall. NaN where the mass comes to rest on the wall by the graze.
+    speed
+        (n_grazes, n_parameters) array, sqrt(2 abs(a) abs(reach)) with the acceleration a there.
+    """
+
+    t: Floats
+    stop: Integers
+    reach: Floats
+    speed: Floats
+
+    def __len__(self) -> int:
+        """Return how many they are."""
+        return len(self.t)
+
+    @property
+    def sides(self) -> Integers:
+        """(n_parameters,): the sign of changes of each parameter without an impact, or 0.
+
+        It is 0 where on either side there is one, and where the parameter moves no turning point.
+        """
+        sides = np.where(np.isnan(self.reach), 0.0, -np.sign(self.reach)).astype(np.int64)
+        agree = (sides == sides[:1]).all(axis=0)
+        return np.where(agree, sides[0], 0) if len(sides) else np.zeros(sides.shape[1], np.int64)
+
+
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class MovedMotion:
     """The derivative of a motion by parameters.
@@ -162,13 +201,15 @@ class MovedMotion:
     impacts, crossings, contacts
         Derivatives of the events.
     grazes
-        (n,) array, the instants from which on the motion is not differentiable: at a graze of a
-        wall it goes like the square root of the parameter, on the side on which there is an impact
-        [time]. A contact with a wall ends that.
+        Where the motion is not differentiable, and how it goes from there on until a contact with a
+        wall ends that.
     run
         The run.
     moved
         How the parameters move its law.
+    varied, begin
+        What the kernels took: the record with its change and grazes, and the (n_parameters, 3)
+        derivatives of x, v and t of the start.
     columns
         (n_events, n_parameters, 6) array, as the kernels wrote it.
     """
@@ -177,9 +218,11 @@ class MovedMotion:
     impacts: MovedImpacts
     crossings: MovedCrossings
     contacts: MovedContacts
-    grazes: Floats
+    grazes: MovedGrazes
     run: AnyMotion
     moved: MovedLaw
+    varied: VariedRecord
+    begin: Floats
     columns: Floats
 
     @property
@@ -192,9 +235,13 @@ class MovedMotion:
         """Why not, empty if it has."""
         if self.differentiable:
             return ""
+        sides = zip(self.paths, self.grazes.sides.tolist(), strict=True)
+        free = [f"{path} {'grows' if side > 0 else 'falls'}" for path, side in sides if side]
         return (
-            f"the motion grazes a wall at t = {self.grazes[0]:.10g}; from there on it goes like the "
-            "square root of the parameter on the side on which there is an impact"
+            f"the motion grazes stop {self.grazes.stop[0]} at t = {self.grazes.t[0]:.10g}; from "
+            "there on it goes like the square root of the change of a parameter that leads to an "
+            "impact, and has a one-sided derivative where it leads to none"
+            + (f": where {', '.join(free)}" if free else "")
         )
 
     def __repr__(self) -> str:
@@ -236,20 +283,10 @@ class MovedMotion:
         flat = np.ascontiguousarray(instants).reshape(-1)
         n = len(self.paths)
         motion = np.empty((2, len(flat), n))
-        varied = varied_record(self.run, self.moved)
-        engine.columns_at(
-            varied, self.columns, flat, limit == "after", workspace_of(varied), motion
-        )
+        work = workspace_of(self.varied)
+        engine.columns_at(self.varied, self.columns, flat, limit == "after", work, motion)
         shape = (*instants.shape, n)
         return motion[0].reshape(shape), motion[1].reshape(shape)
-
-
-def varied_record(run: AnyMotion, moved: MovedLaw) -> VariedRecord:
-    """Return what the kernels take: the record, the change of the law and the grazes of walls."""
-    stops = run.oscillator.stops
-    at_wall = [isinstance(stops[int(stop)], Wall) for stop in run.grazes.stop]
-    touches = run.grazes.t[np.array(at_wall, dtype=bool)]
-    return VariedRecord(MotionRecord(run.system.law, run.x0, *run.record), moved.change, touches)
 
 
 def workspace_of(varied: VariedRecord) -> ColumnWorkspace:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -10,19 +11,29 @@ import numpy as np
 from percuss.arrays import Floats
 from percuss.kernels import record as columns
 from percuss.kernels import sensitivity as engine
-from percuss.model.moved_law import moved_law
+from percuss.kernels.flight import constant_force, force_and_slopes, place, set_phases
+from percuss.kernels.law_columns import N_HARMONICS, NUMBER
+from percuss.kernels.record import MotionRecord
+from percuss.kernels.restitution import restitution_at
+from percuss.kernels.sample import flight_at
+from percuss.kernels.sensitivity import VariedRecord
+from percuss.model.moved_law import MovedLaw, moved_law
+from percuss.model.oscillator import Wall
 from percuss.motion.moved_measures import MovedMeasure, measure_and_derivative
 from percuss.motion.moved_motion import (
     AnyMotion,
     MovedContacts,
     MovedCrossings,
+    MovedGrazes,
     MovedImpacts,
     MovedMotion,
-    varied_record,
     workspace_of,
 )
 
 __all__ = ["Sensitivity", "sensitivity_of"]
+
+# A difference below this part of its terms is rounding.
+ROUNDED = 1e-14
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -38,13 +49,15 @@ class Sensitivity(MovedMotion):
     impacts, crossings, contacts
         Derivatives of the events.
     grazes
-        (n,) array, the instants from which on the motion is not differentiable: at a graze of a
-        wall it goes like the square root of the parameter, on the side on which there is an impact
-        [time]. A contact with a wall ends that.
+        Where the motion is not differentiable, and how it goes from there on until a contact with a
+        wall ends that.
     run
         The run.
     moved
         How the parameters move its law.
+    varied, begin
+        What the kernels took: the record with its change and grazes, and the (n_parameters, 3)
+        derivatives of x, v and t of the start.
     columns
         (n_events, n_parameters, 6) array, as the kernels wrote it.
     """
@@ -79,6 +92,59 @@ class Sensitivity(MovedMotion):
         """
         return measure_and_derivative(self, measure)[1]
 
+    def one_sided(self) -> Sensitivity:
+        """Return the derivative on the side on which no graze of a wall becomes an impact.
+
+        Returns
+        -------
+        Sensitivity
+            That for changes of each parameter with the sign in ``grazes.sides``; NaN from the first
+            graze on where that is 0.
+
+        Examples
+        --------
+        A start that is slower does not come to the wall:
+
+        >>> import percuss as pc
+        >>> osc = pc.Oscillator(stops=(pc.Wall(at=1, side="above", restitution=0.8),))
+        >>> d = pc.simulate(osc, v0=1, t_end=4).sensitivity(["start.v0"])
+        >>> d.grazes.sides, d(3.0)[0], d.one_sided()(3.0)[0].round(6)
+        (array([-1]), array([nan]), array([0.14112]))
+        """
+        jumps = np.where(self.grazes.sides == 0, np.nan, 0.0)
+        jumps = np.broadcast_to(jumps, self.varied.jumps.shape).copy()
+        varied = self.varied._replace(jumps=jumps)
+        return _carried(self.run, self.moved, varied, self.begin, self.grazes)
+
+    def square_root(self) -> Sensitivity:
+        """Return the coefficients of the square root on the side on which there is an impact.
+
+        Returns
+        -------
+        Sensitivity
+            What is added per square root of the change of a parameter, to first order: 0 before the
+            first graze, NaN from the second one on.
+
+        Examples
+        --------
+        A start that is faster by h meets the wall with sqrt(2 h), and leaves it as much slower:
+
+        >>> import percuss as pc
+        >>> osc = pc.Oscillator(stops=(pc.Wall(at=1, side="above", restitution=0.8),))
+        >>> d = pc.simulate(osc, v0=1, t_end=4).sensitivity(["start.v0"])
+        >>> d.square_root()(3.0)[0].round(6)
+        array([-2.520109])
+        """
+        change = self.moved.change._replace(rows=np.zeros_like(self.moved.change.rows))
+        stops = np.zeros_like(self.moved.stops)
+        begin = np.zeros_like(self.begin)
+        moved = MovedLaw(self.moved.paths, change, begin, stops)
+        jumps = np.full_like(self.varied.jumps, np.nan)
+        if len(jumps):
+            jumps[0] = -_rebound(self.run, self.grazes, 0) * self.grazes.speed[0]
+        varied = self.varied._replace(change=change, jumps=jumps)
+        return _carried(self.run, moved, varied, begin, self.grazes)
+
 
 def sensitivity_of(
     run: AnyMotion, paths: Sequence[str], begin: Floats | None = None
@@ -101,19 +167,41 @@ def sensitivity_of(
         The derivative.
     """
     moved = moved_law(run.system, run.start if begin is None else None, paths)
-    varied = varied_record(run, moved)
+    stops = run.oscillator.stops
+    at_wall = [isinstance(stops[int(stop)], Wall) for stop in run.grazes.stop]
+    touches = run.grazes.t[np.array(at_wall, dtype=bool)]
+    record = MotionRecord(run.system.law, run.x0, *run.record)
+    n = len(moved.paths)
+    jumps = np.full((len(touches), n), np.nan)
+    varied = VariedRecord(record, moved.change, touches, jumps)
+    none = MovedGrazes(touches, np.zeros(len(touches), np.int64), jumps, jumps)
+    begin = moved.begin if begin is None else begin
+    found = _carried(run, moved, varied, begin, none)
+    marks = run.record[1]
+    if len(touches) or (marks[:, columns.KIND] == columns.SLOW_LANDING).any():
+        passing = varied._replace(jumps=np.zeros_like(jumps))
+        grazes = _grazes(_carried(run, moved, passing, begin, none))
+        return dataclasses.replace(found, grazes=grazes)
+    return found
+
+
+def _carried(
+    run: AnyMotion, moved: MovedLaw, varied: VariedRecord, begin: Floats, grazes: MovedGrazes
+) -> Sensitivity:
+    """Return the derivative with its columns, as the kernel carries them over the record."""
     events, marks = run.record
     out = np.empty((len(events), len(moved.paths), engine.SENSITIVITY_COLUMNS))
-    engine.carry(varied, moved.begin if begin is None else begin, workspace_of(varied), out)
+    engine.carry(varied, begin, workspace_of(varied), out)
     kinds = marks[:, columns.KIND]
-    impacts = out[kinds == columns.IMPACT]
+    is_impact = kinds == columns.IMPACT
+    # Mostly all events but the start are impacts: those need no copy.
+    impacts = out[1:] if is_impact[1:].all() and not is_impact[0] else out[is_impact]
     crossings = out[_crossing_rows(run)]
     started, released = (
         out[kinds == kind, :, engine.DT] for kind in (columns.CONTACT, columns.RELEASE)
     )
     release = np.full_like(started, np.nan)
     release[: len(released)] = released
-    landings = events[kinds == columns.SLOW_LANDING, columns.EVENT_T]
     return Sensitivity(
         paths=moved.paths,
         impacts=MovedImpacts(
@@ -123,11 +211,59 @@ def sensitivity_of(
         ),
         crossings=MovedCrossings(crossings[..., engine.DT], crossings[..., engine.DV_AFTER]),
         contacts=MovedContacts(started, release),
-        grazes=np.unique(np.concatenate([varied.touches, landings])),
+        grazes=grazes,
         run=run,
         moved=moved,
+        varied=varied,
+        begin=begin,
         columns=out,
     )
+
+
+def _grazes(passing: Sensitivity) -> MovedGrazes:
+    """Return how the grazes of walls depend on the parameters, from columns that pass them."""
+    run, moved = passing.run, passing.moved
+    events, marks = run.record
+    landed = marks[:, columns.KIND] == columns.SLOW_LANDING
+    instants = np.concatenate([passing.varied.touches, events[landed, columns.EVENT_T]])
+    order = np.argsort(instants, kind="stable")
+    n = len(passing.varied.touches)
+    walls = run.system.lines.wall
+    of_touches = run.grazes.stop[np.isin(run.grazes.t, passing.varied.touches)][:n]
+    of_landings = [walls[bound] for bound in marks[landed, columns.BOUND].tolist()]
+    stop = np.concatenate([of_touches, np.array(of_landings, dtype=np.int64)]).astype(np.int64)
+    reach = np.full((len(instants), len(passing.paths)), np.nan)
+    speed = reach.copy()
+    for k in range(n):
+        t = float(instants[k])
+        into, push, _ = _at_graze(run, t, int(stop[k]))
+        dx, dv = passing(t)
+        away = moved.stops[:, stop[k], 0]
+        reach[k] = into * (dx - away)
+        # What rounding, of the instant too, leaves of a parameter that moves wall and motion alike.
+        terms = np.abs(dx) + np.abs(away) + max(abs(t), t - run.t0) * np.abs(dv)
+        reach[k, np.abs(reach[k]) <= ROUNDED * terms] = 0.0
+        speed[k] = np.sqrt(2.0 * np.maximum(-push, 0.0) * np.abs(reach[k]))
+    return MovedGrazes(instants[order], stop[order], reach[order], speed[order])
+
+
+def _at_graze(run: AnyMotion, t: float, stop: int) -> tuple[float, float, float]:
+    """Return the direction of a wall, the acceleration towards it, and its restitution."""
+    law, (events, marks) = run.system.law, run.record
+    region = int(marks[flight_at(events, t, True), columns.NEXT_REGION])
+    bound = run.system.lines.wall.index(stop)
+    into = -1.0 if bound == int(law[region, NUMBER]) else 1.0
+    phases = np.empty((int(law[0, N_HARMONICS]), 2))
+    set_phases(law, t, 0.0, phases)
+    force = constant_force(law, region, place(law, region, bound))
+    force += force_and_slopes(law, phases)[0]
+    return into, into * force, restitution_at(law, region, bound, 0.0)
+
+
+def _rebound(run: AnyMotion, grazes: MovedGrazes, k: int) -> float:
+    """Return how much an impact at a graze changes the velocity, per speed."""
+    into, _, restitution = _at_graze(run, float(grazes.t[k]), int(grazes.stop[k]))
+    return into * (1.0 + restitution)
 
 
 def _crossing_rows(run: AnyMotion) -> list[int]:

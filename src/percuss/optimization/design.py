@@ -205,11 +205,11 @@ def design(
         raise ParameterError("on", on, 'neither "orbit" nor "run", nor an orbit')
     if on_orbit:
         _refuse_limits(start, t_end, periods, max_impacts)
-        trials: Trials = OnOrbit(system, None if on == "orbit" else on)
+        trials: Trials = OnOrbit(system, on if isinstance(on, PeriodicOrbit) else None)
         begin = None
     else:
         begin = start_of(start)
-        limits = {"t_end": t_end, "periods": periods, "max_impacts": max_impacts}
+        limits: dict[str, Any] = {"t_end": t_end, "periods": periods, "max_impacts": max_impacts}
         simulate(osc, force, start=begin, **limits)
         trials = OnRun(system, begin, limits)
     wanted = _wanted(outcome, goal, subject_to or {}, of_orbit=on_orbit)
@@ -231,12 +231,12 @@ def _refuse_limits(*given: object) -> None:
 
 
 def _wanted(
-    outcome: str, goal: Any, subject_to: Mapping[str, tuple[Any, Any]], *, of_orbit: bool
+    outcome: str, goal: Any, subject_to: Mapping[Any, tuple[Any, Any]], *, of_orbit: bool
 ) -> Wanted:
     """Return what is wanted, checked."""
     check_outcome(outcome, of_orbit=of_orbit)
     if isinstance(goal, str) and goal in get_args(Literal["least", "largest"]):
-        aim: Goal = goal
+        aim = cast("Goal", goal)
     else:
         aim = real("goal", goal)
     limits: dict[str, OutcomeLimits] = {}

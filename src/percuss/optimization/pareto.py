@@ -113,9 +113,9 @@ def pareto_front(
            [1.8717, 0.2964],
            [8.1074, 0.2811]])
     """
-    if len(outcomes) != 2 or outcomes[0] == outcomes[1]:
+    if len(set(outcomes)) != 2:
         raise ParameterError("outcomes", outcomes, "not two different outcomes")
-    if not set(goals) <= {"least", "largest"} or len(goals) != 2:
+    if not set(goals) <= {"least", "largest"}:
         raise ParameterError("goals", goals, 'not two of "least" and "largest"')
     if n < 2:
         raise ParameterError("n", n, "less than two")

@@ -260,7 +260,7 @@ class _Path:
         if not isinstance(self.wanted.goal, str):
             return place - self.search.given
         slope = self.near(place).outcome(self.wanted.outcome)[1] * self.search.width / self.scale
-        return -slope if self.wanted.goal == "largest" else slope
+        return np.asarray(-slope if self.wanted.goal == "largest" else slope)
 
     def constraints(self) -> list[dict[str, Any]]:
         """Return what has to be kept, as SciPy takes it."""
