@@ -185,7 +185,7 @@ def follow_members(
     wishes: Wishes,
     stop: Integers,
 ) -> None:
-    """Follow each member to its limits, or until it waits for a set or its patience is spent.
+    """Follow each member to its limits, or until it waits for a set or for more rows, or its patience ends.
 
     ``run`` is used by the members in turn; ``viewer`` has the same record, and arrays of its own
     for what is seen. The call returns once another thread sets ``stop``.
@@ -194,7 +194,7 @@ def follow_members(
         if stop[0] != 0:
             return
         status = members.status[i]
-        if status in (NEW, NEW_SET, SPENT):
+        if status in (NEW, NEW_SET, SPENT, FULL):
             load(members, i, run)
             status = follow_member(members, i, run, viewer, views, space, wishes, stop)
             members.status[i] = status
@@ -271,7 +271,10 @@ def follow_member(
     wishes: Wishes,
     stop: Integers,
 ) -> int:
-    """Go on as `march` does, and observe each record; return why the motion came to an end."""
+    """Go on as `march` does, and observe each record; return why the motion came to an end.
+
+    FULL: the record is too small for all events of one instant.
+    """
     until = members.plans[i, UNTIL]
     patience = wishes.patience
     status = MOVING
@@ -284,7 +287,8 @@ def follow_member(
             if wishes.section == TANGENTS:
                 carry_tangents(members, i, viewer, space, row)
             observe_event(members, i, viewer, wishes, row + 1)
-        if status == FULL:
+        is_empty = last <= 0 and run.counters[N_GRAZES] < run.grazes.shape[0]
+        if status == FULL and not is_empty:
             begin_record(run, run.marks[last, KIND])
             status = MOVING
         elif status == REACHED_END:

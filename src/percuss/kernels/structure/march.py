@@ -265,14 +265,14 @@ def march(run: StructureRun, t_end: float, max_impacts: int, patience: int) -> i
     """Go on from event to event; return why this came to an end."""
     state, counters = run.state, run.counters
     if counters[N_EVENTS] == 0:
+        if is_full(run):
+            return FULL
         status = begin(run)
         if status != MOVING:
             return status
     flight = set_off_again(run)
     for _ in range(patience):
-        if counters[N_EVENTS] + 4 > run.events.shape[0]:
-            return FULL
-        if counters[N_GRAZES] + 1 > run.grazes.shape[0]:
+        if is_full(run):
             return FULL
         if counters[N_IMPACTS] >= max_impacts:
             return REACHED_LIMIT
@@ -300,13 +300,24 @@ def march(run: StructureRun, t_end: float, max_impacts: int, patience: int) -> i
         if not abs(event[3]) < HUGE:
             return OVERFLOW
         status = carry_out(run, flight, event)
-        if status == NEW_SET:
-            # The search is repeated as it was: no bit depends on which sets are known.
+        if status != MOVING:
+            # The search is repeated as it was: no bit depends on which sets are known, or on how
+            # many rows there are.
             for i in range(run.free.shape[0]):
                 run.free[i] = run.scratch[7, i, SEARCHED]
-            return NEW_SET
+            return status
         flight = flight_of(run)
     return SPENT
+
+
+@formula
+def is_full(run: StructureRun) -> bool:
+    """Return whether the record may lack room for the next event, or for a graze.
+
+    An event takes a row, a contact of each wall at most, and one more where a chatter ends.
+    """
+    rows = run.counters[N_EVENTS] + run.order.shape[0] + 2
+    return rows > run.events.shape[0] or run.counters[N_GRAZES] + 1 > run.grazes.shape[0]
 
 
 @kernel
@@ -369,7 +380,11 @@ def begin(run: StructureRun) -> int:
 def carry_out(
     run: StructureRun, flight: ModalFlight, event: tuple[int, float, int, float, float]
 ) -> int:
-    """Carry out a HIT: MOVING, or NEW_SET where a set is needed that is not known yet."""
+    """Carry out a HIT: MOVING; or NEW_SET or FULL, where nothing has changed.
+
+    NEW_SET: a set is needed that is not known yet; FULL: the record has no room for all events of
+    the instant.
+    """
     state, counters, sets = run.state, run.counters, run.sets
     _, s, i, speed, s_low = event
     bit = 1 << i
@@ -422,8 +437,8 @@ def carry_out(
         slow = math.sqrt(2.0 * uncertainty(flight, i, s) * abs(second))
     step_to(run, flight, s, s_low)
     status = strike(run, b, i, speed, slow)
-    if status == NEW_SET:
-        # Taken up again from the flight before, once the set is known.
+    if status != MOVING:
+        # Taken up again from the flight before, once the set is known or there is room.
         state[T], state[T_LOW], state[FASTEST] = before
         counters[SET] = old_set
         counters[N_IMPACTS] = impacts
@@ -477,6 +492,8 @@ def strike(run: StructureRun, b: int, first: int, speed: float, slow: float) -> 
     else:
         v = speed
         for _ in range(MOST_AT_ONCE):
+            if is_full(run):
+                return FULL
             state[FASTEST] = max(state[FASTEST], -v)
             rebound = -restitution(sets, i, -v) * v
             if rebound <= NO_SPEED * state[FASTEST]:
@@ -487,8 +504,6 @@ def strike(run: StructureRun, b: int, first: int, speed: float, slow: float) -> 
             counters[N_IMPACTS] += 1
             run.order[i] = 1.0 if rebound > 0.0 else 2.0
             note(run, IMPACT, i, v, rebound)
-            if counters[N_EVENTS] + 4 > run.events.shape[0]:
-                break
             v = 0.0
             # The next wall that is approached: only those that are touched can be.
             for k in range(run.order.shape[0]):
