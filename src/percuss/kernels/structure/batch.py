@@ -1,7 +1,7 @@
 """Many motions of one structure in one call, and what is kept of each in place of its events.
 
-StructureMembers go one after another from event to event as `march` does, through a small record whose rows
-are observed and dropped. A member waits, NEW_SET, where it first meets a set of acting stops; once
+The members of a batch go one after another from event to event as `march` does, through a small
+record whose rows are observed and dropped. A member waits, NEW_SET, where it first meets a set of acting stops; once
 the set is made, it goes on. The results are the same whatever motions are batched together.
 """
 
@@ -67,6 +67,7 @@ from percuss.kernels.structure.basis import (
     Basis,
     Sets,
     basis_of,
+    basis_with,
     find,
 )
 from percuss.kernels.structure.flight import (
@@ -84,6 +85,7 @@ from percuss.kernels.structure.march import (
     StructureRun,
     decompose,
     displace,
+    flight_with,
     march,
     value_of,
 )
@@ -407,7 +409,8 @@ def observe_views(
     left, right = span
     if viewer.sets.keys[b] != 0:
         values[IN_TOUCH] += max(0.0, right - left)
-    flight = seen_flight(flight_after(viewer, row), views, b)
+    flight_after(viewer, row)
+    flight = seen_flight(viewer, views, b)
     n_views = views.levels.shape[1]
     seen = viewer.scratch[2, :n_views]
     seen1 = viewer.scratch[3, :n_views]
@@ -434,34 +437,12 @@ def observe_views(
 
 
 @kernel
-def seen_flight(flight: ModalFlight, views: Views, b: int) -> ModalFlight:
-    """Return a flight whose watches are the views."""
-    own = flight.basis
-    basis = Basis(
-        own.law,
-        own.modes,
-        own.drive,
-        own.record_drive,
-        views.watch[b],
-        views.levels[b],
-        views.feed[b],
-        views.record_feed[b],
-        own.steps,
-        own.turns,
-        own.of_set,
+def seen_flight(viewer: StructureRun, views: Views, b: int) -> ModalFlight:
+    """Return the flight of the viewer whose watches are the views."""
+    basis = basis_with(
+        viewer.sets, b, views.watch[b], views.levels[b], views.feed[b], views.record_feed[b]
     )
-    return ModalFlight(
-        basis,
-        flight.begin,
-        flight.pull,
-        flight.phases,
-        flight.records,
-        flight.values,
-        flight.order,
-        flight.later,
-        flight.arrival,
-        flight.at,
-    )
+    return flight_with(viewer, basis, viewer.values, viewer.order)
 
 
 @kernel

@@ -53,7 +53,7 @@ from percuss.kernels.structure.basis import (
 # Columns of a flight's input into a mode: into w' and u', constant and slope.
 PULL, SLOPE, DRIFT, DRIFT_SLOPE = range(4)
 PULL_COLUMNS = 4
-# Columns of a mode's state: u and w; and in `ModalFlight.begin` nothing else.
+# Columns of a mode's state.
 U, W = range(2)
 # Columns of what is seen of a watch: value, slope, second derivative, bound of the fourth without the growth
 # over the stretch, and the sums of the magnitudes of the terms of value and slope.
@@ -362,10 +362,9 @@ def see(flight: ModalFlight, modes: Floats, phases: Floats, s: float, seen: Floa
 def derivatives(
     flight: ModalFlight, i: int, s: float, is_begin: bool
 ) -> tuple[float, float, float, float, float, float]:
-    """Return a watch with its first four derivatives, and the part of the fifth's bound that it moves by.
+    """Return a watch with its first four derivatives, and what `fourth_bound` takes for its bend.
 
-    ``later`` and ``arrival`` are those at s, or those of the start are taken. The last number is
-    what bounds the fourth derivative over a stretch, without the growth over it (`bound`).
+    ``later`` and ``arrival`` are those at s, or those of the start are taken.
     """
     return derivatives_here(flight, i, s, is_begin)
 

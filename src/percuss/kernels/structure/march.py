@@ -17,7 +17,6 @@ from percuss.kernels.compile import formula, kernel
 from percuss.kernels.contact import CHATTER_LIMIT, SLOW
 from percuss.kernels.event_location import GRAZE, NONE
 from percuss.kernels.flight import set_phases
-from percuss.kernels.law_columns import FIRST_HARMONIC, LOWER_KIND, N_HARMONICS, NUMBER, WALL
 from percuss.kernels.next_event import PAUSE
 from percuss.kernels.pieces import next_knot, record_at
 from percuss.kernels.record import (
@@ -67,6 +66,7 @@ from percuss.kernels.structure.basis import (
     Sets,
     basis_of,
     find,
+    wall_of,
 )
 from percuss.kernels.structure.flight import (
     ModalFlight,
@@ -157,18 +157,33 @@ def new_run(sets: Sets, capacity: int, grazes: int = 16) -> StructureRun:
 @formula
 def flight_of(run: StructureRun) -> ModalFlight:
     """Return the flight from the last event."""
+    return flight_with(run, basis_of(run.sets, run.counters[SET]), run.values, run.order)
+
+
+@formula
+def flight_with(run: StructureRun, basis: Basis, values: Floats, order: Floats) -> ModalFlight:
+    """Return a flight of the run's modes and loads, whose watches have these values and orders."""
     return ModalFlight(
-        basis_of(run.sets, run.counters[SET]),
+        basis,
         run.begin,
         run.pull,
         run.phases,
         run.records,
-        run.values,
-        run.order,
+        values,
+        order,
         run.later,
         run.arrival,
         run.at,
     )
+
+
+@formula
+def begin_flight(run: StructureRun, basis: Basis, values: Floats, order: Floats) -> ModalFlight:
+    """Return such a flight with its inputs filled in, of which nothing has been evaluated yet."""
+    flight = flight_with(run, basis, values, order)
+    flight.at[0] = -1.0
+    set_pull(flight)
+    return flight
 
 
 @formula
@@ -183,12 +198,18 @@ def load_at(sets: Sets, instant: tuple[float, float], phases: Floats, records: F
 @formula
 def set_off(run: StructureRun) -> ModalFlight:
     """Begin a flight at the instant and with the modes of the state, all else from these."""
-    load_at(run.sets, (run.state[T], run.state[T_LOW]), run.phases, run.records)
-    flight = flight_of(run)
-    set_pull(flight)
-    flight.at[0] = -1.0
-    for i in range(run.values.shape[0]):
+    for i in range(run.free.shape[0]):
         run.free[i] = 0.0
+    return prepare(run)
+
+
+@formula
+def prepare(run: StructureRun) -> ModalFlight:
+    """Return the flight of the state, whose watches are searched as far as they are."""
+    load_at(run.sets, (run.state[T], run.state[T_LOW]), run.phases, run.records)
+    basis = basis_of(run.sets, run.counters[SET])
+    flight = begin_flight(run, basis, run.values, run.order)
+    for i in range(run.values.shape[0]):
         run.values[i] = 0.0
         if run.order[i] == 0.0:
             run.values[i] = value_of(flight, i)
@@ -270,7 +291,7 @@ def march(run: StructureRun, t_end: float, max_impacts: int, patience: int) -> i
         status = begin(run)
         if status != MOVING:
             return status
-    flight = set_off_again(run)
+    flight = prepare(run)
     for _ in range(patience):
         if is_full(run):
             return FULL
@@ -318,18 +339,6 @@ def is_full(run: StructureRun) -> bool:
     """
     rows = run.counters[N_EVENTS] + run.order.shape[0] + 2
     return rows > run.events.shape[0] or run.counters[N_GRAZES] + 1 > run.grazes.shape[0]
-
-
-@kernel
-def set_off_again(run: StructureRun) -> ModalFlight:
-    """Return the flight of the state, with its search as far as it was."""
-    scratch = run.scratch[7]
-    for i in range(run.free.shape[0]):
-        scratch[i, 0] = run.free[i]
-    flight = set_off(run)
-    for i in range(run.free.shape[0]):
-        run.free[i] = scratch[i, 0]
-    return flight
 
 
 @formula
@@ -561,11 +570,8 @@ def kick(run: StructureRun, b: int, i: int, change: float) -> None:
 @formula
 def restitution(sets: Sets, i: int, speed: float) -> float:
     """Return the coefficient of restitution of a wall at a speed."""
-    law = sets.walls[i]
-    region = FIRST_HARMONIC + int(law[0, N_HARMONICS])
-    number = int(law[region, NUMBER])
-    bound = number if law[region, LOWER_KIND] == WALL else number + 1
-    return restitution_at(law, region, bound, speed)
+    region, bound = wall_of(sets, i)
+    return restitution_at(sets.walls[i], region, bound, speed)
 
 
 @kernel

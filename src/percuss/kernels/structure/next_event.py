@@ -152,7 +152,8 @@ def next_event(flight: ModalFlight, scratch: Floats, free: Floats, longest: floa
     """Return the first passage of a watch through zero before ``longest``.
 
     ``free`` (stops,) are the times up to which each watch is known to be positive, and come back
-    so. ``scratch`` (6, k, 5) holds modes, phases and what is seen along the walk.
+    so. ``scratch`` (8, k, 6), of which the first six arrays are used here, holds modes, phases and
+    what is seen along the walk; k is the largest number of modes, harmonics and stops.
     """
     basis = flight.basis
     n = basis.modes.shape[0]
