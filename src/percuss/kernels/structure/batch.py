@@ -415,10 +415,11 @@ def observe_views(
     seen = viewer.scratch[2, :n_views]
     seen1 = viewer.scratch[3, :n_views]
     modes = viewer.scratch[0, : viewer.begin.shape[0]]
+    rates = viewer.scratch[6, : viewer.begin.shape[0]]
     for k in range(n_views):
         flight.values[k] = value_of(flight, k)
     arrive(flight, left, modes)
-    see(flight, modes, flight.arrival, left, seen)
+    see(flight, modes, flight.arrival, left, rates, seen)
     note_views(flight.basis, seen, values)
     count = NODES_OF_A_CUBIC
     if flight.basis.of_set[QUICKEST] > 0.0:
@@ -428,7 +429,7 @@ def observe_views(
     for node in range(count):
         s = left + node * step
         arrive(flight, s + step, modes)
-        see(flight, modes, flight.arrival, s + step, seen1)
+        see(flight, modes, flight.arrival, s + step, rates, seen1)
         note_views(flight.basis, seen1, values)
         for k in range(n_views):
             if flight.basis.levels[k, IS_ON] == 1.0 and seen[k, SPEED] * seen1[k, SPEED] < 0.0:
