@@ -11,6 +11,7 @@ from tests.oracle.random_problems import random_motion
 
 import percuss as pc
 from percuss.model.exact import as_fraction
+from percuss.motion import structures
 
 FLOOR = pc.Wall(at=0, side="below", restitution="0.5", on=0)
 
@@ -337,3 +338,42 @@ def test_damping_that_does_not_commute_can_be_defective_too() -> None:
     second = (1 + 2 * t) * np.exp(-2 * t)
     first = (5 - 3 * t) * np.exp(-t) - (5 + 2 * t) * np.exp(-2 * t)
     np.testing.assert_allclose(run(t)[0], np.stack([first, second], axis=1), rtol=0, atol=2e-14)
+
+
+def stack() -> tuple[pc.Structure, dict[int, pc.Forcing], dict[str, Any]]:
+    """Return two masses at rest on each other and the floor, and a third that drops on them.
+
+    A blow goes to and fro between the two until it is spent: many impacts of one instant.
+    """
+    walls = [
+        pc.Wall(at=0, side="below", restitution="0.5", on=on)
+        for on in ((1, 0, 0), (-1, 1, 0), (0, -1, 1))
+    ]
+    weight = pc.Forcing(constant=-1)
+    loads = {0: weight + pc.cosine(1, amplitude="0.1"), 1: weight, 2: weight}
+    return pc.Structure([1, 1, 1], [0, 0, 1], stops=walls), loads, {"x0": [0, 0, "0.5"]}
+
+
+@pytest.mark.parametrize("capacity", [1, 5, 10, 13, 14, 15, 16, 20, 40, 60])
+def test_impacts_of_one_instant_are_all_listed_however_long_the_record_is(
+    capacity: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    structure, loads, start = stack()
+    run = pc.simulate(structure, loads, t_end=4, **start)
+    monkeypatch.setattr(structures, "FIRST_CAPACITY", capacity)
+    short = pc.simulate(structure, loads, t_end=4, **start)
+
+    assert (np.diff(run.impacts.t) == 0.0).sum() > 100
+    for name in ("events", "marks", "states"):
+        assert getattr(short.record, name).tobytes() == getattr(run.record, name).tobytes(), name
+
+
+def test_all_walls_that_hold_at_the_start_are_listed_before_the_limit_of_impacts() -> None:
+    """Twelve masses at rest on twelve walls: more contacts than rows for the impacts allowed."""
+    walls = [pc.Wall(at=0, side="below", on=i) for i in range(12)]
+    structure = pc.Structure([1] * 12, [1] * 12, stops=walls)
+    loads = {i: pc.Forcing(constant=-1) for i in range(12)}
+    run = pc.simulate(structure, loads, t_end=2, max_impacts=1)
+
+    assert run.contacts.stop.tolist() == list(range(12))
+    assert run.outcome.value == "the run reached t_end"

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import percuss as pc
+from percuss.ensembles import structure_batch
 
 OMEGA = "loads.0.omega"
 ABSORBER = pc.vibro_impact_absorber(
@@ -205,6 +206,31 @@ def test_processes_give_the_bits_of_threads() -> None:
     ]
 
     assert found[0].identical(found[1])
+
+
+@pytest.mark.parametrize("rows", [1, 7, 33])
+def test_measures_do_not_depend_on_how_many_events_are_kept_at_once(
+    rows: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A stack of three masses: nine impacts of one instant, while a wall holds the lowest."""
+    walls = [
+        pc.Wall(at=0, side="below", restitution="0.5", on=on)
+        for on in ((1, 0, 0), (-1, 1, 0), (0, -1, 1))
+    ]
+    stack = pc.Structure([1, 1, 1], [0, 0, 1], stops=walls)
+    weight = pc.Forcing(constant=-1)
+    loads = pc.Loads({0: weight + pc.cosine(1, amplitude="0.1"), 1: weight, 2: weight})
+    measures = ["max_displacement", "peak_impact_velocity", "impacts_per_period"]
+
+    def measured() -> Any:
+        heights = {"start.x0.2": [0.5, 0.6]}
+        return pc.sweep(measures, stack, loads, over=heights, on=0, transient=0, periods=2)
+
+    known = measured()
+    monkeypatch.setattr(structure_batch, "BUFFER", rows)
+
+    assert known.impacts_per_period.values.min() > 100
+    assert measured().identical(known)
 
 
 def test_many_starts_of_one_structure_meet_new_sets_and_go_on() -> None:

@@ -227,3 +227,21 @@ def test_units_label_what_a_run_gives() -> None:
     assert run.section(0.5, on=0)["v"].attrs["units"] == "mm/s"
     assert run.impacts.to_xarray()["v_before"].attrs["units"] == "mm/s"
     assert "v_before" in run.impacts._repr_html_()
+
+
+def test_periods_are_those_of_the_oscillator_to_the_bit_and_have_its_faults() -> None:
+    """Ten periods of 2 pi / 3: ten times that float is an ulp off."""
+    free = pc.Structure([1], [1])
+    run = pc.simulate(free, {0: pc.cosine(3)}, periods=10)
+    known = pc.simulate(pc.Oscillator(), pc.cosine(3), periods=10)
+
+    assert run.t_end == known.t_end
+    two = pc.Loads({0: pc.cosine(1) + pc.cosine("1.4")})
+    for loads, periods, reason in (
+        (two, 3, "the loads have no common period; give loads.period, or t_end instead"),
+        (None, 3, "without harmonics there is no period; give t_end"),
+        ({0: pc.cosine(1)}, 0, "not positive"),
+        ({0: pc.cosine(1)}, "three", "three"),
+    ):
+        with pytest.raises(pc.ParameterError, match=reason):
+            pc.simulate(free, loads, periods=periods)

@@ -25,7 +25,7 @@ from percuss.numerics import matmul
 
 __all__ = ["follow_structures", "views_of"]
 
-# Rows of the buffers of events and of grazes, which are only counted; and searches of a motion
+# Rows of the buffers of events, at first, and of grazes, which are only counted; and searches of a motion
 # before control returns.
 BUFFER, GRAZES, PATIENCE = 128, 4, 20_000
 
@@ -104,6 +104,7 @@ def _follow(
     members.keys[:] = system.keys_at(members.starts[:, :n], members.starts[:, n : 2 * n])
     wanted = set(members.keys.tolist())
     searches = 0
+    rows = BUFFER
     while True:
         for key in sorted(wanted):
             try:
@@ -114,7 +115,7 @@ def _follow(
                 members.status[lost & (waits | (members.status == batch.NEW))] = NO_MODES
         if (members.status == NO_MODES).all():
             return
-        run = new_run(system.sets, BUFFER, GRAZES)
+        run = new_run(system.sets, rows, GRAZES)
         # What is seen has arrays of its own, and more rows than there are clearances.
         viewer = new_run(system.sets, 0, 0)._replace(
             events=run.events, marks=run.marks, states=run.states,
@@ -132,7 +133,10 @@ def _follow(
         wanted = set(members.counters[waits, engine.WANTED].tolist())
         spent = members.status == columns.SPENT
         searches += int(spent.any())
-        if not (wanted or spent.any()) or searches > MOST_SEARCHES:
+        # The events of one instant did not fit.
+        is_short = bool((members.status == columns.FULL).any())
+        rows = 2 * rows if is_short else rows
+        if not (wanted or is_short or spent.any()) or searches > MOST_SEARCHES:
             return
 
 

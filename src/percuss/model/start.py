@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from fractions import Fraction
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from percuss.errors import ParameterError
 from percuss.model.exact import (
@@ -29,6 +28,10 @@ from percuss.model.faults import (
 )
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator, Wall
+
+if TYPE_CHECKING:
+    # It imports structures, which have a start.
+    from percuss.model.loads import Loads
 
 __all__ = [
     "Start",
@@ -193,14 +196,18 @@ def wall_faults(osc: Oscillator, name: str, x0: Exact) -> list[Fault]:
 
 
 def periods_faults(
-    force: Forcing | None, periods: object, t_end: object = None, *, run: str | None = None
+    force: Forcing | Loads | None,
+    periods: object,
+    t_end: object = None,
+    *,
+    run: str | None = None,
 ) -> list[Fault]:
     """Return the fault of a number of forcing periods that is to end a run.
 
     Parameters
     ----------
     force
-        The forcing, without faults of its own; None for free motion.
+        The forcing or the loads, without faults of their own; None for free motion.
     periods
         Number of periods, > 0.
     t_end
@@ -230,17 +237,19 @@ def periods_faults(
         return [Fault(name, periods, "without harmonics there is no period; give t_end")]
     if force.period is None:
         reason = "the forcing has no period; give forcing.period, or t_end instead"
+        if not isinstance(force, Forcing):
+            reason = "the loads have no common period; give loads.period, or t_end instead"
         return [Fault(name, periods, reason)]
     return []
 
 
-def end_after_periods(force: Forcing, t0: Phase, periods: Exact) -> PiTimes:
+def end_after_periods(force: Forcing | Loads, t0: Phase, periods: Exact) -> PiTimes:
     """Return the time so many forcing periods after t0, exactly.
 
     Parameters
     ----------
     force
-        A forcing that has a period.
+        A forcing, or loads, with a period.
     t0
         Time of the start [time].
     periods
@@ -257,10 +266,7 @@ def end_after_periods(force: Forcing, t0: Phase, periods: Exact) -> PiTimes:
     >>> end_after_periods(sine(3), 0.0, 10)
     pi_times(20, 3)
     """
-    if force.frequency is not None:
-        times, plus = 2 / force.frequency, Fraction(0)
-    else:
-        times, plus = angle(cast("PiTimes", force.exact_period))
+    times, plus = angle(cast("PiTimes", force.exact_period))
     n = as_fraction(periods)
     return PiTimes(n * times, n * plus) + t0
 

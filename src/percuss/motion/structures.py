@@ -19,10 +19,10 @@ from percuss.kernels.structure.march import StructureRun, new_run
 from percuss.kernels.structure.sample import evaluate
 from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import Exact, Phase, as_float, reals, whole
-from percuss.model.faults import Fault, raise_first
+from percuss.model.faults import raise_first
 from percuss.model.loads import Loads
 from percuss.model.oscillator import On, Oscillator, SoftStop
-from percuss.model.start import limit_faults
+from percuss.model.start import end_after_periods, limit_faults, periods_faults
 from percuss.model.structure import Structure, StructureStart
 from percuss.model.system import System
 from percuss.motion.energetics import force_at
@@ -37,6 +37,7 @@ from percuss.motion.tables import Contacts, Crossings, EventColumn, Grazes, Impa
 from percuss.motion.trajectory import (
     Outcome,
     beyond_record_of,
+    happened,
     labelled,
     span_within,
     strobes,
@@ -74,14 +75,8 @@ def follow_structure(
     system = StructureSystem.of(structure, loads)
     begin = as_float(start.t0)
     if periods is not None:
-        if t_end is not None:
-            raise_first([Fault("periods", periods, "given together with t_end; give one")])
-        if system.period is None:
-            reason = "the loads have no common period; give t_end, or Loads(..., period=...)"
-            raise_first([Fault("periods", periods, reason)])
-        if not as_float(periods) > 0.0:
-            raise_first([Fault("periods", periods, "not positive")])
-        t_end = begin + as_float(periods) * (system.period or 0.0)
+        raise_first(periods_faults(system.loads, periods, t_end))
+        t_end = end_after_periods(system.loads, start.t0, periods)
     raise_first(limit_faults(start.t0, t_end, max_impacts))
     if t_end is None:
         reason = "needed for a structure, whose motion may meet no stop for ever"
@@ -225,20 +220,7 @@ class StructureTrajectory:
 
     def __repr__(self) -> str:
         """Return what happened in a line."""
-        parts = [
-            f"{len(events)} {name}"
-            for name, events in (
-                ("impacts", self.impacts),
-                ("crossings", self.crossings),
-                ("contacts", self.contacts),
-                ("grazes", self.grazes),
-            )
-            if len(events) > 0 or name == "impacts"
-        ]
-        span = f"t = {self.t0:.6g} ... {self.t_end:.6g}"
-        masses = f"{self.structure.n} coordinates"
-        ends = "; ".join([self.outcome.value, *filter(None, [self.beyond_record])])
-        return f"<StructureTrajectory: {masses}, {span}, {', '.join(parts)}; {ends}>"
+        return f"<StructureTrajectory: {self.structure.n} coordinates, {happened(self)}>"
 
     @property
     def beyond_record(self) -> str:

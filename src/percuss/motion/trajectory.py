@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
 __all__ = [
-    "Outcome", "Trajectory", "beyond_record_of", "labelled", "span_within", "strobes",
+    "Outcome", "Trajectory", "beyond_record_of", "happened", "labelled", "span_within", "strobes",
     "times_within",
 ]  # fmt: skip
 
@@ -68,6 +68,46 @@ class Outcome(Enum):
     no_more_impacts = "the motion provably meets no stop again, and there is no t_end to run to"
     overflow = "the motion grew beyond 1e150; the run holds what was before"
     interrupted = "the run was interrupted; it holds what was done"
+
+
+class Happened(Protocol):
+    """What `happened` reads of a run."""
+
+    @property
+    def t0(self) -> float: ...
+    @property
+    def t_end(self) -> float: ...
+    @property
+    def impacts(self) -> Impacts: ...
+    @property
+    def crossings(self) -> Crossings: ...
+    @property
+    def contacts(self) -> Contacts: ...
+    @property
+    def grazes(self) -> Grazes: ...
+    @property
+    def outcome(self) -> Outcome: ...
+    @property
+    def beyond_record(self) -> str: ...
+
+
+def happened(run: Happened) -> str:
+    """Return span, numbers of events and end of a run in words; events that are none are left out.
+
+    Impacts are always counted.
+    """
+    counts = [
+        f"{len(events)} {name}"
+        for name, events in (
+            ("impacts", run.impacts),
+            ("crossings", run.crossings),
+            ("contacts", run.contacts),
+            ("grazes", run.grazes),
+        )
+        if len(events) > 0 or name == "impacts"
+    ]
+    ends = "; ".join([run.outcome.value, *filter(None, [run.beyond_record])])
+    return f"t = {run.t0:.6g} ... {run.t_end:.6g}, {', '.join(counts)}; {ends}"
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
@@ -157,20 +197,7 @@ class Trajectory:
 
     def __repr__(self) -> str:
         """Return what happened in a line."""
-        parts = [
-            f"{len(events)} {name}"
-            for name, events in (
-                ("impacts", self.impacts),
-                ("crossings", self.crossings),
-                ("contacts", self.contacts),
-                ("grazes", self.grazes),
-            )
-            if len(events) > 0 or name == "impacts"
-        ]
-        span = f"t = {self.t0:.6g} ... {self.t_end:.6g}"
-        beyond = self.beyond_record
-        ends = [self.outcome.value, beyond] if beyond else [self.outcome.value]
-        return f"<Trajectory: {span}, {', '.join(parts)}; {'; '.join(ends)}>"
+        return f"<Trajectory: {happened(self)}>"
 
     @property
     def beyond_record(self) -> str:

@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 from percuss.arrays import Floats, Integers
 from percuss.kernels.compile import formula
-from percuss.kernels.law_columns import FIRST_HARMONIC
+from percuss.kernels.law_columns import FIRST_HARMONIC, LOWER_KIND, N_HARMONICS, NUMBER, WALL
 
 # Columns of a mode: k, 2 a, the factor of u in the norm that bounds its motion, constant parts of
 # the input into w' and into u', and the norm of the second derivative of the harmonics' input.
@@ -110,15 +110,23 @@ class Basis(NamedTuple):
 @formula
 def basis_of(sets: Sets, b: int) -> Basis:
     """Return one of the sets."""
+    return basis_with(sets, b, sets.watch[b], sets.levels[b], sets.feed[b], sets.record_feed[b])
+
+
+@formula
+def basis_with(
+    sets: Sets, b: int, watch: Floats, levels: Floats, feed: Floats, record_feed: Floats
+) -> Basis:
+    """Return one of the sets with other watches."""
     return Basis(
         sets.law[b],
         sets.modes[b],
         sets.drive[b],
         sets.record_drive[b],
-        sets.watch[b],
-        sets.levels[b],
-        sets.feed[b],
-        sets.record_feed[b],
+        watch,
+        levels,
+        feed,
+        record_feed,
         sets.steps[b],
         sets.turns[b],
         sets.of_set[b],
@@ -139,3 +147,12 @@ def row_of(basis: Basis, j: int) -> int:
     """Return the row of a mode in its law."""
     m = basis.turns.shape[1]
     return FIRST_HARMONIC + m + j * (1 + m)
+
+
+@formula
+def wall_of(sets: Sets, i: int) -> tuple[int, int]:
+    """Return the region and the number of the one wall in the law of a stop."""
+    law = sets.walls[i]
+    region = FIRST_HARMONIC + int(law[0, N_HARMONICS])
+    number = int(law[region, NUMBER])
+    return region, number if law[region, LOWER_KIND] == WALL else number + 1

@@ -1,7 +1,7 @@
 """Many motions of one structure in one call, and what is kept of each in place of its events.
 
-StructureMembers go one after another from event to event as `march` does, through a small record whose rows
-are observed and dropped. A member waits, NEW_SET, where it first meets a set of acting stops; once
+The members of a batch go one after another from event to event as `march` does, through a small
+record whose rows are observed and dropped. A member waits, NEW_SET, where it first meets a set of acting stops; once
 the set is made, it goes on. The results are the same whatever motions are batched together.
 """
 
@@ -67,6 +67,7 @@ from percuss.kernels.structure.basis import (
     Basis,
     Sets,
     basis_of,
+    basis_with,
     find,
 )
 from percuss.kernels.structure.flight import (
@@ -84,6 +85,7 @@ from percuss.kernels.structure.march import (
     StructureRun,
     decompose,
     displace,
+    flight_with,
     march,
     value_of,
 )
@@ -185,7 +187,7 @@ def follow_members(
     wishes: Wishes,
     stop: Integers,
 ) -> None:
-    """Follow each member to its limits, or until it waits for a set or its patience is spent.
+    """Follow each member to its limits, or until it waits for a set or for more rows, or its patience ends.
 
     ``run`` is used by the members in turn; ``viewer`` has the same record, and arrays of its own
     for what is seen. The call returns once another thread sets ``stop``.
@@ -194,7 +196,7 @@ def follow_members(
         if stop[0] != 0:
             return
         status = members.status[i]
-        if status in (NEW, NEW_SET, SPENT):
+        if status in (NEW, NEW_SET, SPENT, FULL):
             load(members, i, run)
             status = follow_member(members, i, run, viewer, views, space, wishes, stop)
             members.status[i] = status
@@ -271,7 +273,10 @@ def follow_member(
     wishes: Wishes,
     stop: Integers,
 ) -> int:
-    """Go on as `march` does, and observe each record; return why the motion came to an end."""
+    """Go on as `march` does, and observe each record; return why the motion came to an end.
+
+    FULL: the record is too small for all events of one instant.
+    """
     until = members.plans[i, UNTIL]
     patience = wishes.patience
     status = MOVING
@@ -284,7 +289,8 @@ def follow_member(
             if wishes.section == TANGENTS:
                 carry_tangents(members, i, viewer, space, row)
             observe_event(members, i, viewer, wishes, row + 1)
-        if status == FULL:
+        is_empty = last <= 0 and run.counters[N_GRAZES] < run.grazes.shape[0]
+        if status == FULL and not is_empty:
             begin_record(run, run.marks[last, KIND])
             status = MOVING
         elif status == REACHED_END:
@@ -403,15 +409,17 @@ def observe_views(
     left, right = span
     if viewer.sets.keys[b] != 0:
         values[IN_TOUCH] += max(0.0, right - left)
-    flight = seen_flight(flight_after(viewer, row), views, b)
+    flight_after(viewer, row)
+    flight = seen_flight(viewer, views, b)
     n_views = views.levels.shape[1]
     seen = viewer.scratch[2, :n_views]
     seen1 = viewer.scratch[3, :n_views]
     modes = viewer.scratch[0, : viewer.begin.shape[0]]
+    rates = viewer.scratch[6, : viewer.begin.shape[0]]
     for k in range(n_views):
         flight.values[k] = value_of(flight, k)
     arrive(flight, left, modes)
-    see(flight, modes, flight.arrival, left, seen)
+    see(flight, modes, flight.arrival, left, rates, seen)
     note_views(flight.basis, seen, values)
     count = NODES_OF_A_CUBIC
     if flight.basis.of_set[QUICKEST] > 0.0:
@@ -421,7 +429,7 @@ def observe_views(
     for node in range(count):
         s = left + node * step
         arrive(flight, s + step, modes)
-        see(flight, modes, flight.arrival, s + step, seen1)
+        see(flight, modes, flight.arrival, s + step, rates, seen1)
         note_views(flight.basis, seen1, values)
         for k in range(n_views):
             if flight.basis.levels[k, IS_ON] == 1.0 and seen[k, SPEED] * seen1[k, SPEED] < 0.0:
@@ -430,34 +438,12 @@ def observe_views(
 
 
 @kernel
-def seen_flight(flight: ModalFlight, views: Views, b: int) -> ModalFlight:
-    """Return a flight whose watches are the views."""
-    own = flight.basis
-    basis = Basis(
-        own.law,
-        own.modes,
-        own.drive,
-        own.record_drive,
-        views.watch[b],
-        views.levels[b],
-        views.feed[b],
-        views.record_feed[b],
-        own.steps,
-        own.turns,
-        own.of_set,
+def seen_flight(viewer: StructureRun, views: Views, b: int) -> ModalFlight:
+    """Return the flight of the viewer whose watches are the views."""
+    basis = basis_with(
+        viewer.sets, b, views.watch[b], views.levels[b], views.feed[b], views.record_feed[b]
     )
-    return ModalFlight(
-        basis,
-        flight.begin,
-        flight.pull,
-        flight.phases,
-        flight.records,
-        flight.values,
-        flight.order,
-        flight.later,
-        flight.arrival,
-        flight.at,
-    )
+    return flight_with(viewer, basis, viewer.values, viewer.order)
 
 
 @kernel

@@ -53,7 +53,7 @@ from percuss.kernels.structure.basis import (
 # Columns of a flight's input into a mode: into w' and u', constant and slope.
 PULL, SLOPE, DRIFT, DRIFT_SLOPE = range(4)
 PULL_COLUMNS = 4
-# Columns of a mode's state: u and w; and in `ModalFlight.begin` nothing else.
+# Columns of a mode's state.
 U, W = range(2)
 # Columns of what is seen of a watch: value, slope, second derivative, bound of the fourth without the growth
 # over the stretch, and the sums of the magnitudes of the terms of value and slope.
@@ -320,52 +320,69 @@ def fed(basis: Basis, i: int, phases: Floats, records: Floats, s: float, order: 
 
 
 @formula
-def see(flight: ModalFlight, modes: Floats, phases: Floats, s: float, seen: Floats) -> None:
-    """Write into ``seen`` (stops, 5) what the watches see of the ``modes`` at a time s."""
+def see(
+    flight: ModalFlight, modes: Floats, phases: Floats, s: float, rates: Floats, seen: Floats
+) -> None:
+    """Write into ``seen`` (stops, 6) what the watches see of the ``modes`` at a time s.
+
+    ``rates`` (n, 5) is scratch: first and second derivatives of the modes, and the norm of these.
+    """
     basis = flight.basis
-    n_watches = seen.shape[0]
-    for i in range(n_watches):
-        seen[i, VALUE] = basis.levels[i, CONSTANT]
-        seen[i, SPEED] = 0.0
-        seen[i, SECOND] = 0.0
-        seen[i, SIZE] = abs(seen[i, VALUE])
-        if basis.levels[i, IS_FED] == 1.0:
-            seen[i, VALUE] += fed(basis, i, phases, flight.records, s, 0)
-            seen[i, SPEED] += fed(basis, i, phases, flight.records, s, 1)
-            seen[i, SECOND] += fed(basis, i, phases, flight.records, s, 2)
-            seen[i, SIZE] += abs(seen[i, VALUE])
-        seen[i, BEND] = 0.0
-        seen[i, RATE_SIZE] = 0.0
-    for j in range(modes.shape[0]):
+    n = modes.shape[0]
+    for j in range(n):
         force, slope, _, rate, rate_slope, _ = inputs(basis, j, phases, flight.pull, s)
         spring = basis.modes[j, SPRING]
         drag = basis.modes[j, DRAG]
-        u = modes[j, U]
-        w = modes[j, W]
-        u1 = w + rate
-        w1 = force - spring * u - drag * w
+        u1 = modes[j, W] + rate
+        w1 = force - spring * modes[j, U] - drag * modes[j, W]
         u2 = w1 + rate_slope
         w2 = slope - spring * u1 - drag * w1
-        norm = basis.modes[j, ROOT] * abs(u2) + abs(w2)
-        for i in range(n_watches):
+        rates[j, 0] = u1
+        rates[j, 1] = w1
+        rates[j, 2] = u2
+        rates[j, 3] = w2
+        rates[j, 4] = basis.modes[j, ROOT] * abs(u2) + abs(w2)
+    for i in range(seen.shape[0]):
+        value = basis.levels[i, CONSTANT]
+        speed = 0.0
+        second = 0.0
+        bend = 0.0
+        size = abs(value)
+        rate_size = 0.0
+        if basis.levels[i, IS_FED] == 1.0:
+            value += fed(basis, i, phases, flight.records, s, 0)
+            speed += fed(basis, i, phases, flight.records, s, 1)
+            second += fed(basis, i, phases, flight.records, s, 2)
+            size += abs(value)
+        # Summed in registers: sums in an array would wait for their stores, mode by mode.
+        for j in range(n):
             p = basis.watch[i, j, OF_U]
             q = basis.watch[i, j, OF_W]
-            seen[i, VALUE] += p * u + q * w
-            seen[i, SPEED] += p * u1 + q * w1
-            seen[i, SECOND] += p * u2 + q * w2
-            seen[i, BEND] += basis.watch[i, j, OF_NORM] * norm
-            seen[i, SIZE] += abs(p * u) + abs(q * w)
-            seen[i, RATE_SIZE] += abs(p * u1) + abs(q * w1)
+            of_u = p * modes[j, U]
+            of_w = q * modes[j, W]
+            value += of_u + of_w
+            size += abs(of_u) + abs(of_w)
+            of_u = p * rates[j, 0]
+            of_w = q * rates[j, 1]
+            speed += of_u + of_w
+            rate_size += abs(of_u) + abs(of_w)
+            second += p * rates[j, 2] + q * rates[j, 3]
+            bend += basis.watch[i, j, OF_NORM] * rates[j, 4]
+        seen[i, VALUE] = value
+        seen[i, SPEED] = speed
+        seen[i, SECOND] = second
+        seen[i, BEND] = bend
+        seen[i, SIZE] = size
+        seen[i, RATE_SIZE] = rate_size
 
 
 @kernel
 def derivatives(
     flight: ModalFlight, i: int, s: float, is_begin: bool
 ) -> tuple[float, float, float, float, float, float]:
-    """Return a watch with its first four derivatives, and the part of the fifth's bound that it moves by.
+    """Return a watch with its first four derivatives, and what `fourth_bound` takes for its bend.
 
-    ``later`` and ``arrival`` are those at s, or those of the start are taken. The last number is
-    what bounds the fourth derivative over a stretch, without the growth over it (`bound`).
+    ``later`` and ``arrival`` are those at s, or those of the start are taken.
     """
     return derivatives_here(flight, i, s, is_begin)
 

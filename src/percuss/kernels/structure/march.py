@@ -17,7 +17,6 @@ from percuss.kernels.compile import formula, kernel
 from percuss.kernels.contact import CHATTER_LIMIT, SLOW
 from percuss.kernels.event_location import GRAZE, NONE
 from percuss.kernels.flight import set_phases
-from percuss.kernels.law_columns import FIRST_HARMONIC, LOWER_KIND, N_HARMONICS, NUMBER, WALL
 from percuss.kernels.next_event import PAUSE
 from percuss.kernels.pieces import next_knot, record_at
 from percuss.kernels.record import (
@@ -67,6 +66,7 @@ from percuss.kernels.structure.basis import (
     Sets,
     basis_of,
     find,
+    wall_of,
 )
 from percuss.kernels.structure.flight import (
     ModalFlight,
@@ -157,18 +157,33 @@ def new_run(sets: Sets, capacity: int, grazes: int = 16) -> StructureRun:
 @formula
 def flight_of(run: StructureRun) -> ModalFlight:
     """Return the flight from the last event."""
+    return flight_with(run, basis_of(run.sets, run.counters[SET]), run.values, run.order)
+
+
+@formula
+def flight_with(run: StructureRun, basis: Basis, values: Floats, order: Floats) -> ModalFlight:
+    """Return a flight of the run's modes and loads, whose watches have these values and orders."""
     return ModalFlight(
-        basis_of(run.sets, run.counters[SET]),
+        basis,
         run.begin,
         run.pull,
         run.phases,
         run.records,
-        run.values,
-        run.order,
+        values,
+        order,
         run.later,
         run.arrival,
         run.at,
     )
+
+
+@formula
+def begin_flight(run: StructureRun, basis: Basis, values: Floats, order: Floats) -> ModalFlight:
+    """Return such a flight with its inputs filled in, of which nothing has been evaluated yet."""
+    flight = flight_with(run, basis, values, order)
+    flight.at[0] = -1.0
+    set_pull(flight)
+    return flight
 
 
 @formula
@@ -183,12 +198,18 @@ def load_at(sets: Sets, instant: tuple[float, float], phases: Floats, records: F
 @formula
 def set_off(run: StructureRun) -> ModalFlight:
     """Begin a flight at the instant and with the modes of the state, all else from these."""
-    load_at(run.sets, (run.state[T], run.state[T_LOW]), run.phases, run.records)
-    flight = flight_of(run)
-    set_pull(flight)
-    flight.at[0] = -1.0
-    for i in range(run.values.shape[0]):
+    for i in range(run.free.shape[0]):
         run.free[i] = 0.0
+    return prepare(run)
+
+
+@formula
+def prepare(run: StructureRun) -> ModalFlight:
+    """Return the flight of the state, whose watches are searched as far as they are."""
+    load_at(run.sets, (run.state[T], run.state[T_LOW]), run.phases, run.records)
+    basis = basis_of(run.sets, run.counters[SET])
+    flight = begin_flight(run, basis, run.values, run.order)
+    for i in range(run.values.shape[0]):
         run.values[i] = 0.0
         if run.order[i] == 0.0:
             run.values[i] = value_of(flight, i)
@@ -265,14 +286,14 @@ def march(run: StructureRun, t_end: float, max_impacts: int, patience: int) -> i
     """Go on from event to event; return why this came to an end."""
     state, counters = run.state, run.counters
     if counters[N_EVENTS] == 0:
+        if is_full(run):
+            return FULL
         status = begin(run)
         if status != MOVING:
             return status
-    flight = set_off_again(run)
+    flight = prepare(run)
     for _ in range(patience):
-        if counters[N_EVENTS] + 4 > run.events.shape[0]:
-            return FULL
-        if counters[N_GRAZES] + 1 > run.grazes.shape[0]:
+        if is_full(run):
             return FULL
         if counters[N_IMPACTS] >= max_impacts:
             return REACHED_LIMIT
@@ -300,25 +321,24 @@ def march(run: StructureRun, t_end: float, max_impacts: int, patience: int) -> i
         if not abs(event[3]) < HUGE:
             return OVERFLOW
         status = carry_out(run, flight, event)
-        if status == NEW_SET:
-            # The search is repeated as it was: no bit depends on which sets are known.
+        if status != MOVING:
+            # The search is repeated as it was: no bit depends on which sets are known, or on how
+            # many rows there are.
             for i in range(run.free.shape[0]):
                 run.free[i] = run.scratch[7, i, SEARCHED]
-            return NEW_SET
+            return status
         flight = flight_of(run)
     return SPENT
 
 
-@kernel
-def set_off_again(run: StructureRun) -> ModalFlight:
-    """Return the flight of the state, with its search as far as it was."""
-    scratch = run.scratch[7]
-    for i in range(run.free.shape[0]):
-        scratch[i, 0] = run.free[i]
-    flight = set_off(run)
-    for i in range(run.free.shape[0]):
-        run.free[i] = scratch[i, 0]
-    return flight
+@formula
+def is_full(run: StructureRun) -> bool:
+    """Return whether the record may lack room for the next event, or for a graze.
+
+    An event takes a row, a contact of each wall at most, and one more where a chatter ends.
+    """
+    rows = run.counters[N_EVENTS] + run.order.shape[0] + 2
+    return rows > run.events.shape[0] or run.counters[N_GRAZES] + 1 > run.grazes.shape[0]
 
 
 @formula
@@ -369,7 +389,11 @@ def begin(run: StructureRun) -> int:
 def carry_out(
     run: StructureRun, flight: ModalFlight, event: tuple[int, float, int, float, float]
 ) -> int:
-    """Carry out a HIT: MOVING, or NEW_SET where a set is needed that is not known yet."""
+    """Carry out a HIT: MOVING; or NEW_SET or FULL, where nothing has changed.
+
+    NEW_SET: a set is needed that is not known yet; FULL: the record has no room for all events of
+    the instant.
+    """
     state, counters, sets = run.state, run.counters, run.sets
     _, s, i, speed, s_low = event
     bit = 1 << i
@@ -422,8 +446,8 @@ def carry_out(
         slow = math.sqrt(2.0 * uncertainty(flight, i, s) * abs(second))
     step_to(run, flight, s, s_low)
     status = strike(run, b, i, speed, slow)
-    if status == NEW_SET:
-        # Taken up again from the flight before, once the set is known.
+    if status != MOVING:
+        # Taken up again from the flight before, once the set is known or there is room.
         state[T], state[T_LOW], state[FASTEST] = before
         counters[SET] = old_set
         counters[N_IMPACTS] = impacts
@@ -477,6 +501,8 @@ def strike(run: StructureRun, b: int, first: int, speed: float, slow: float) -> 
     else:
         v = speed
         for _ in range(MOST_AT_ONCE):
+            if is_full(run):
+                return FULL
             state[FASTEST] = max(state[FASTEST], -v)
             rebound = -restitution(sets, i, -v) * v
             if rebound <= NO_SPEED * state[FASTEST]:
@@ -487,8 +513,6 @@ def strike(run: StructureRun, b: int, first: int, speed: float, slow: float) -> 
             counters[N_IMPACTS] += 1
             run.order[i] = 1.0 if rebound > 0.0 else 2.0
             note(run, IMPACT, i, v, rebound)
-            if counters[N_EVENTS] + 4 > run.events.shape[0]:
-                break
             v = 0.0
             # The next wall that is approached: only those that are touched can be.
             for k in range(run.order.shape[0]):
@@ -546,11 +570,8 @@ def kick(run: StructureRun, b: int, i: int, change: float) -> None:
 @formula
 def restitution(sets: Sets, i: int, speed: float) -> float:
     """Return the coefficient of restitution of a wall at a speed."""
-    law = sets.walls[i]
-    region = FIRST_HARMONIC + int(law[0, N_HARMONICS])
-    number = int(law[region, NUMBER])
-    bound = number if law[region, LOWER_KIND] == WALL else number + 1
-    return restitution_at(law, region, bound, speed)
+    region, bound = wall_of(sets, i)
+    return restitution_at(sets.walls[i], region, bound, speed)
 
 
 @kernel

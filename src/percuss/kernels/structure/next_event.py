@@ -152,7 +152,8 @@ def next_event(flight: ModalFlight, scratch: Floats, free: Floats, longest: floa
     """Return the first passage of a watch through zero before ``longest``.
 
     ``free`` (stops,) are the times up to which each watch is known to be positive, and come back
-    so. ``scratch`` (6, k, 5) holds modes, phases and what is seen along the walk.
+    so. ``scratch`` (8, k, 6), of which the last array is the caller's, holds modes, phases and what
+    is seen along the walk; k is the largest number of modes, harmonics and stops.
     """
     basis = flight.basis
     n = basis.modes.shape[0]
@@ -163,6 +164,7 @@ def next_event(flight: ModalFlight, scratch: Floats, free: Floats, longest: floa
     seen1 = scratch[3, :n_watches]
     phases = scratch[4, : flight.phases.shape[0]]
     turned = scratch[5, : flight.phases.shape[0]]
+    rates = scratch[6, :n]
     s = longest
     for i in range(n_watches):
         if basis.levels[i, IS_ON] == 1.0:
@@ -180,14 +182,14 @@ def next_event(flight: ModalFlight, scratch: Floats, free: Floats, longest: floa
         else:
             copy(flight.begin, modes)
             copy(flight.phases, phases)
-        see(flight, modes, phases, s, seen)
+        see(flight, modes, phases, s, rates, seen)
         steps = 0
         while steps < steps_a_walk:
             if s >= longest:
                 return NONE, longest, -1, 0.0, 0.0
             width = basis.of_set[STEP_LENGTH] * (1 << level)
             step_on(flight, level, s, modes, phases, after, turned)
-            see(flight, after, turned, s + width, seen1)
+            see(flight, after, turned, s + width, rates, seen1)
             unclear = -1
             count = 0
             for i in range(n_watches):

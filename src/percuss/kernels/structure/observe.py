@@ -16,17 +16,17 @@ from percuss.kernels.event_location import GRAZE, HIT
 from percuss.kernels.next_event import PAUSE
 from percuss.kernels.record import BOUND, EVENT_T, EVENT_T_LOW, HUGE, NEXT_REGION
 from percuss.kernels.sample import flight_at
-from percuss.kernels.structure.basis import CONSTANT, IS_ON, Basis
+from percuss.kernels.structure.basis import CONSTANT, IS_ON, basis_with
 from percuss.kernels.structure.flight import (
     ModalFlight,
     arrive,
     derivatives,
     move,
-    set_pull,
     uncertainty,
 )
 from percuss.kernels.structure.march import (
     StructureRun,
+    begin_flight,
     load_at,
     restitution,
     speed_of,
@@ -80,35 +80,10 @@ def gauge_flight(run: StructureRun, gauge: Gauge, b: int) -> ModalFlight:
             gauge.present[i, k] = gauge.levels[b, i, k]
         for k in range(run.records.shape[0]):
             gauge.present[i, CONSTANT] += gauge.slope_feed[b, i, k] * run.records[k, 1]
-    sets = run.sets
-    basis = Basis(
-        sets.law[b],
-        sets.modes[b],
-        sets.drive[b],
-        sets.record_drive[b],
-        gauge.watch[b],
-        gauge.present,
-        gauge.feed[b],
-        gauge.record_feed[b],
-        sets.steps[b],
-        sets.turns[b],
-        sets.of_set[b],
+    basis = basis_with(
+        run.sets, b, gauge.watch[b], gauge.present, gauge.feed[b], gauge.record_feed[b]
     )
-    flight = ModalFlight(
-        basis,
-        run.begin,
-        run.pull,
-        run.phases,
-        run.records,
-        gauge.values,
-        gauge.order,
-        run.later,
-        run.arrival,
-        run.at,
-    )
-    flight.at[0] = -1.0
-    set_pull(flight)
-    return flight
+    return begin_flight(run, basis, gauge.values, gauge.order)
 
 
 @kernel

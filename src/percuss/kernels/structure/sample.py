@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from percuss.arrays import Floats, Integers
+from percuss.arrays import Floats
 from percuss.kernels.compile import kernel
 from percuss.kernels.record import BOUND, CONTACT, EVENT_T, EVENT_T_LOW, KIND, NEXT_REGION
 from percuss.kernels.sample import flight_at, tail_hop
 from percuss.kernels.structure.basis import DRAG, SPRING, basis_of
-from percuss.kernels.structure.flight import ModalFlight, U, W, arrive, set_pull
+from percuss.kernels.structure.flight import ModalFlight, U, W, arrive
 from percuss.kernels.structure.march import (
     StructureRun,
+    begin_flight,
     decompose,
     displace,
     load_at,
@@ -32,21 +33,7 @@ def flight_after(run: StructureRun, row: int) -> ModalFlight:
 @kernel
 def flight_in(run: StructureRun, b: int) -> ModalFlight:
     """Return the flight of the run's modes and loads in a set."""
-    flight = ModalFlight(
-        basis_of(run.sets, b),
-        run.begin,
-        run.pull,
-        run.phases,
-        run.records,
-        run.values,
-        run.order,
-        run.later,
-        run.arrival,
-        run.at,
-    )
-    flight.at[0] = -1.0
-    set_pull(flight)
-    return flight
+    return begin_flight(run, basis_of(run.sets, b), run.values, run.order)
 
 
 @kernel
@@ -114,12 +101,3 @@ def hop_along(run: StructureRun, b: int, stop: int, y: float, v: float, place: F
             along += sets.shape[b, i, j, 0] * w - sets.shape[b, i, j, 1] * bent
         place[i, 0] += along * y
         place[i, 1] += along * v
-
-
-@kernel
-def evaluate_modes(run: StructureRun, times: Floats, rows: Integers, modes: Floats) -> None:
-    """Write the modes (n_times, n, 2) at instants, each in the flight that its row begins."""
-    for k in range(times.shape[0]):
-        flight = flight_after(run, rows[k])
-        s = (times[k] - run.events[rows[k], EVENT_T]) - run.events[rows[k], EVENT_T_LOW]
-        arrive(flight, s, modes[k])

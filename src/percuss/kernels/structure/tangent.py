@@ -10,13 +10,6 @@ from __future__ import annotations
 from percuss.arrays import Floats
 from percuss.kernels.compile import kernel
 from percuss.kernels.flight import free_response
-from percuss.kernels.law_columns import (
-    FIRST_HARMONIC,
-    LOWER_KIND,
-    N_HARMONICS,
-    NUMBER,
-    WALL,
-)
 from percuss.kernels.record import (
     BOUND,
     CONTACT,
@@ -40,6 +33,7 @@ from percuss.kernels.structure.basis import (
     Sets,
     basis_of,
     row_of,
+    wall_of,
 )
 from percuss.kernels.structure.flight import ModalFlight, U, W, arrive, inputs
 from percuss.kernels.structure.march import StructureRun
@@ -210,15 +204,6 @@ def kept_of_volume(sets: Sets, i: int, speed: float) -> float:
     """Return the square root of the factor of a volume between neighbours over an impact."""
     region, bound = wall_of(sets, i)
     return kept_of_area(sets.walls[i], region, bound, speed)
-
-
-@kernel
-def wall_of(sets: Sets, i: int) -> tuple[int, int]:
-    """Return the region and the number of the one wall in its own law."""
-    law = sets.walls[i]
-    region = FIRST_HARMONIC + int(law[0, N_HARMONICS])
-    number = int(law[region, NUMBER])
-    return region, number if law[region, LOWER_KIND] == WALL else number + 1
 
 
 @kernel

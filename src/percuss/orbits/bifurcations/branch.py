@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,38 +24,81 @@ if TYPE_CHECKING:
     from pandas import DataFrame
     from xarray import Dataset
 
-__all__ = ["Branch", "OrbitRows", "branch_of", "counted_kinds"]
+__all__ = ["Branch", "BranchRows", "CurveRows", "OrbitRows", "branch_of"]
 
 
-class OrbitRows:
+# A periodic orbit of an oscillator, or of a structure.
+O = TypeVar("O")
+
+
+class OrbitRows(Generic[O]):
     """The common part of branches and curves: rows of orbits."""
 
     __slots__ = ()
 
     values: Floats
-    orbits: tuple[PeriodicOrbit, ...]
+    orbits: tuple[O, ...]
+    special_points: tuple[Any, ...]
+    end_reason: str
 
     def __len__(self) -> int:
         """Return the number of rows."""
         return len(self.values)
 
-    def __iter__(self) -> Iterator[PeriodicOrbit]:
+    def __iter__(self) -> Iterator[O]:
         """Iterate over the orbits."""
         return iter(self.orbits)
 
-    def __getitem__(self, row: int) -> PeriodicOrbit:
+    def __getitem__(self, row: int) -> O:
         """Return the orbit of a row."""
         return self.orbits[row]
 
+    def _line(self, name: str, ends: str) -> str:
+        """Return the table in a line, from its name and the ends of its values."""
+        counts = Counter(point.kind for point in self.special_points)
+        special = ", ".join(f"{n} {kind}" for kind, n in counts.items()) or "none"
+        return f"<{name}: {len(self)} orbits, {ends}; special points: {special}; {self.end_reason}>"
 
-def counted_kinds(points: Iterable[Any]) -> str:
-    """Return the numbers of special points of each kind in words."""
-    counts = Counter(point.kind for point in points)
-    return ", ".join(f"{n} {kind}" for kind, n in counts.items()) or "none"
+
+class BranchRows(OrbitRows[O]):
+    """The common part of branches: orbits along one parameter."""
+
+    __slots__ = ()
+
+    path: str
+
+    def __repr__(self) -> str:
+        """Return the branch in a line."""
+        ends = f"{self.path} from {self.values.min():.6g} to {self.values.max():.6g}"
+        return self._line(type(self).__name__, ends)
+
+    def _repr_html_(self) -> str:
+        points = self.special_points
+        columns = {
+            "special point": np.array([point.kind for point in points], dtype=object),
+            self.path: np.array([point.value for point in points]),
+            "status": np.array([point.status for point in points], dtype=object),
+        }
+        return html_table(repr(self)[1:-1], columns)
+
+
+class CurveRows(OrbitRows[O]):
+    """The common part of curves: special points in two parameters."""
+
+    __slots__ = ()
+
+    kind: Any
+    paths: tuple[str, str]
+
+    def __repr__(self) -> str:
+        """Return the curve in a line."""
+        first, last = (f"({row[0]:.6g}, {row[1]:.6g})" for row in self.values[[0, -1]])
+        ends = f"({', '.join(self.paths)}) from {first} to {last}"
+        return self._line(f"{type(self).__name__} of {self.kind}", ends)
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
-class Branch(OrbitRows):
+class Branch(BranchRows[PeriodicOrbit]):
     """Periodic orbits along one parameter, made by `continue_orbit`; one row an orbit.
 
     Attributes
@@ -108,24 +151,6 @@ class Branch(OrbitRows):
     def period(self) -> Floats:
         """Period of each orbit [time], (n,) array: of limit cycles an unknown of their own."""
         return np.array([orbit.period for orbit in self.orbits])
-
-    def __repr__(self) -> str:
-        """Return the branch in a line."""
-        special = counted_kinds(self.special_points)
-        low, high = self.values.min(), self.values.max()
-        return (
-            f"<Branch: {len(self)} orbits, {self.path} from {low:.6g} to {high:.6g}; "
-            f"special points: {special}; {self.end_reason}>"
-        )
-
-    def _repr_html_(self) -> str:
-        points = self.special_points
-        columns = {
-            "special point": np.array([point.kind for point in points], dtype=object),
-            self.path: np.array([point.value for point in points]),
-            "status": np.array([point.status for point in points], dtype=object),
-        }
-        return html_table(repr(self)[1:-1], columns)
 
     def to_pandas(self) -> DataFrame:
         """Return `to_xarray` as a pandas.DataFrame."""

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from percuss.arrays import Complexes, Flags, Floats
 from percuss.model.oscillator import SoftStop
 from percuss.numerics import norm
-from percuss.orbits.bifurcations.branch import OrbitRows, counted_kinds
+from percuss.orbits.bifurcations.branch import CurveRows
 from percuss.orbits.bifurcations.curve_equations import CurveEquations
 from percuss.orbits.continuation.follow import Segment
 from percuss.orbits.continuation.locate import Zero, changes_sign, locate
@@ -81,7 +81,7 @@ class CurvePoint:
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
-class Curve(OrbitRows):
+class Curve(CurveRows[PeriodicOrbit]):
     """Special points along a curve in two parameters, made by `continue_curve`; one row a point.
 
     Attributes
@@ -119,15 +119,6 @@ class Curve(OrbitRows):
     orbits: tuple[PeriodicOrbit, ...] = field(repr=False)
     special_points: tuple[CurvePoint, ...]
     end_reason: str
-
-    def __repr__(self) -> str:
-        """Return the curve in a line."""
-        special = counted_kinds(self.special_points)
-        ends = [f"({row[0]:.6g}, {row[1]:.6g})" for row in self.values[[0, -1]]]
-        return (
-            f"<Curve of {self.kind}: {len(self)} orbits, ({', '.join(self.paths)}) from {ends[0]} "
-            f"to {ends[1]}; special points: {special}; {self.end_reason}>"
-        )
 
     def to_pandas(self) -> DataFrame:
         """Return `to_xarray` as a pandas.DataFrame."""

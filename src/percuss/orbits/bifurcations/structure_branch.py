@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from percuss.arrays import Complexes, Flags, Floats
 from percuss.errors import ConvergenceError, ParameterError
 from percuss.model.acting_sets import StructureSystem
-from percuss.model.exact import Phase, as_float, real
+from percuss.model.exact import Phase, as_float
 from percuss.model.paths import get_parameter, long_form, replace_parameters
-from percuss.motion.html_table import html_table
 from percuss.numerics import determinant, dot, matmul
-from percuss.orbits.bifurcations.branch import counted_kinds
+from percuss.orbits.bifurcations.branch import BranchRows, OrbitRows
+from percuss.orbits.bifurcations.branch_equations import range_about
 from percuss.orbits.bifurcations.special_points import SpecialPointKind
 from percuss.orbits.continuation.correct import corrected, tangent_of
 from percuss.orbits.continuation.follow import Segment, StepLimits, follow_both_ways
@@ -42,8 +42,10 @@ if TYPE_CHECKING:
 __all__ = [
     "StructureBranch",
     "StructureEquations",
+    "StructureRows",
     "StructureSpecialPoint",
     "continue_structure_orbit",
+    "structure_parameter",
     "tests_of",
 ]
 
@@ -108,8 +110,19 @@ class StructureSpecialPoint:
         )
 
 
+class StructureRows(OrbitRows[StructureOrbit]):
+    """The common part of a structure's branches and curves."""
+
+    __slots__ = ()
+
+    @property
+    def admissible(self) -> Flags:
+        """(m,) array, True: the orbits of a structure are motions."""
+        return np.ones(len(self), dtype=np.bool_)
+
+
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
-class StructureBranch:
+class StructureBranch(StructureRows, BranchRows[StructureOrbit]):
     """Periodic orbits of a structure along one parameter, made by `continue_orbit`.
 
     Attributes
@@ -149,36 +162,6 @@ class StructureBranch:
     def stability(self) -> NDArray[np.str_]:
         """(m,) array of "asymptotic" and "unstable", as branches of one displacement have it."""
         return np.where(self.is_stable, "asymptotic", "unstable")
-
-    @property
-    def admissible(self) -> Flags:
-        """(m,) array, True: the orbits of a structure are motions."""
-        return np.ones(len(self), dtype=np.bool_)
-
-    def __len__(self) -> int:
-        """Return the number of rows."""
-        return len(self.values)
-
-    def __getitem__(self, row: int) -> StructureOrbit:
-        """Return the orbit of a row."""
-        return self.orbits[row]
-
-    def __repr__(self) -> str:
-        """Return the branch in a line."""
-        low, high = self.values.min(), self.values.max()
-        return (
-            f"<StructureBranch: {len(self)} orbits, {self.path} from {low:.6g} to {high:.6g}; "
-            f"special points: {counted_kinds(self.special_points)}; {self.end_reason}>"
-        )
-
-    def _repr_html_(self) -> str:
-        points = self.special_points
-        columns = {
-            "special point": np.array([point.kind for point in points], dtype=object),
-            self.path: np.array([point.value for point in points]),
-            "status": np.array([point.status for point in points], dtype=object),
-        }
-        return html_table(repr(self)[1:-1], columns)
 
     def to_xarray(self) -> Dataset:
         """Return the table as a dataset along ``point``, for files and for pandas."""
@@ -508,13 +491,9 @@ def continue_structure_orbit(
     """
     if len(over) != 1:
         raise ParameterError("over", dict(over), "not one parameter by its path and range")
-    (given, ends) = next(iter(over.items()))
-    path = long_form(given, orbit.structure, orbit.loads)
-    first, last = (real(f"over[{given!r}]", as_float(end)) for end in ends)
-    value = as_float(get_parameter(orbit.structure, orbit.loads, None, path))
-    if not min(first, last) <= value <= max(first, last) or first == last:
-        reason = f"the orbit's own value {value:.12g} does not lie in it"
-        raise ParameterError(f"over[{given!r}]", (first, last), reason)
+    ((given, ends),) = over.items()
+    path, value = structure_parameter(orbit, given)
+    first, last = range_about(value, path, ends, "orbit")
     steps = StepLimits.checked(max_points, largest_step)
     reported = Progress(progress, 2 * steps.max_points, "orbits", is_bound=True)
     equations = StructureEquations(orbit, {path: (min(first, last), max(first, last))})
@@ -539,6 +518,12 @@ def continue_structure_orbit(
         special_points=special,
         end_reason=why,
     )
+
+
+def structure_parameter(orbit: StructureOrbit, path: str) -> tuple[str, float]:
+    """Return the long form of a parameter's path, and its value in the system of an orbit."""
+    path = long_form(path, orbit.structure, orbit.loads)
+    return path, as_float(get_parameter(orbit.structure, orbit.loads, None, path))
 
 
 def _amplitudes(orbit: StructureOrbit) -> Floats:

@@ -10,14 +10,16 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from percuss.arrays import Complexes, Flags, Floats
+from percuss.arrays import Complexes, Floats
 from percuss.errors import ParameterError
-from percuss.model.exact import Phase, as_float
-from percuss.model.paths import get_parameter, long_form
-from percuss.orbits.bifurcations.branch import counted_kinds
+from percuss.model.exact import Phase
+from percuss.orbits.bifurcations.branch import CurveRows
+from percuss.orbits.bifurcations.branch_equations import range_about
 from percuss.orbits.bifurcations.structure_branch import (
     StructureEquations,
+    StructureRows,
     StructureSpecialPoint,
+    structure_parameter,
     tests_of,
 )
 from percuss.orbits.continuation.follow import Segment, StepLimits, follow_both_ways
@@ -65,7 +67,7 @@ class StructureCurvePoint:
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
-class StructureCurve:
+class StructureCurve(StructureRows, CurveRows[StructureOrbit]):
     """Special points of a structure's orbits along a curve, made by `continue_curve`.
 
     Between two strong resonances 1:1, or 1:2, the pair on a curve of torus points is real, each the
@@ -96,28 +98,6 @@ class StructureCurve:
     orbits: tuple[StructureOrbit, ...] = field(repr=False)
     special_points: tuple[StructureCurvePoint, ...]
     end_reason: str
-
-    @property
-    def admissible(self) -> Flags:
-        """(m,) array, True: the orbits of a structure are motions."""
-        return np.ones(len(self), dtype=np.bool_)
-
-    def __len__(self) -> int:
-        """Return the number of rows."""
-        return len(self.values)
-
-    def __getitem__(self, row: int) -> StructureOrbit:
-        """Return the orbit of a row."""
-        return self.orbits[row]
-
-    def __repr__(self) -> str:
-        """Return the curve in a line."""
-        ends = [f"({row[0]:.6g}, {row[1]:.6g})" for row in self.values[[0, -1]]]
-        return (
-            f"<StructureCurve of {self.kind}: {len(self)} orbits, ({', '.join(self.paths)}) from "
-            f"{ends[0]} to {ends[1]}; special points: {counted_kinds(self.special_points)}; "
-            f"{self.end_reason}>"
-        )
 
     def to_xarray(self) -> Dataset:
         """Return the table as a dataset along ``point``, for files and for pandas."""
@@ -230,12 +210,8 @@ def continue_structure_curve(
     ranges: dict[str, tuple[float, float]] = {}
     values, signs = [], []
     for given, ends in over.items():
-        path = long_form(given, orbit.structure, orbit.loads)
-        first, last = (as_float(end) for end in ends)
-        value = as_float(get_parameter(orbit.structure, orbit.loads, None, path))
-        if first == last or not min(first, last) <= value <= max(first, last):
-            reason = f"no range that holds the point's own value {value:.12g}"
-            raise ParameterError(path, (first, last), reason)
+        path, value = structure_parameter(orbit, given)
+        first, last = range_about(value, path, ends, "point")
         ranges[path] = min(first, last), max(first, last)
         values.append(value)
         signs.append(math.copysign(1.0, last - first))
