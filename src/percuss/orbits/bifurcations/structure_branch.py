@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from percuss.arrays import Complexes, Flags, Floats
-from percuss.errors import ConvergenceError, ParameterError
+from percuss.errors import ConvergenceError, ParameterError, PercussError
 from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import Phase, as_float, real
 from percuss.model.paths import get_parameter, long_form, replace_parameters
@@ -61,6 +61,8 @@ SYSTEMS = 16
 RESONANT = 1e-3
 # A bracket in the parameter that is a location, as a part of it.
 LOCATED = 1e-9
+# An impact this near to t = 0, as a part of the period, is passing it; parts of the range beyond.
+STROBED, BEYOND = 1e-6, (100.0 * DIFFERENCE, 1e-4, 1e-3)
 
 _KINDS: dict[str, SpecialPointKind] = {
     "multiplier 1": "branch_point",
@@ -458,11 +460,37 @@ class _BranchDetector:
 
     def stopped(
         self,
-        here: Point[StructureEquations],  # noqa: ARG002
+        here: Point[StructureEquations],
         reason: str,
     ) -> Segment[StructureEquations, StructureSpecialPoint]:
-        """Return that nothing is beyond the last point."""
-        return Segment([], reason)
+        """Return what is beyond the last point: the same branch where an impact is at t = 0."""
+        return Segment([], reason, _past_the_strobe(here))
+
+
+def _past_the_strobe(here: Point[StructureEquations]) -> Point[StructureEquations] | None:
+    """Return the point at which the impact next to t = 0 has passed it, None if there is none.
+
+    There the state at t = 0, which is solved for, jumps from one side of the impact to the other.
+    """
+    equations, run = here.problem, here.orbit.run
+    times, way = run.impacts.t, math.copysign(1.0, here.tangent[-1])
+    for limit, at in (("after", times[:1]), ("before", times[-1:])):
+        distance = np.abs(at - (0.0 if limit == "after" else run.t_end))
+        if not (distance < STROBED * run.t_end).any():
+            continue
+        state = np.concatenate(run(float(at[0]), limit=limit)) / equations.scale
+        for step in BEYOND:
+            part = here.z[-1] + way * step
+            if not 0.0 <= part <= 1.0:
+                return None
+            try:
+                normal = along_parameter(len(here.z))
+                z = equations.corrected(np.append(state, part), normal)
+                point = equations.started(equations.solution(z), equations.values(z))
+                return dataclasses.replace(point, tangent=way * point.tangent)
+            except PercussError:
+                continue
+    return None
 
 
 def _detail(kind: SpecialPointKind, orbit: StructureOrbit, ends: tuple[float, float]) -> str | None:
