@@ -20,7 +20,7 @@ from percuss.model.system import law
 from percuss.model.units import Units
 from percuss.orbits.bifurcations.branch import Branch
 from percuss.orbits.bifurcations.curve import Curve
-from percuss.orbits.bifurcations.structure_branch import StructureBranch
+from percuss.orbits.bifurcations.structure_branch import AnyBranch, StructureBranch
 from percuss.orbits.bifurcations.structure_curve import StructureCurve
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
@@ -42,7 +42,6 @@ from percuss.plotting.style import (
 BranchQuantity: TypeAlias = Literal[
     "impact_velocity", "grazing_margin", "multiplier", "period", "amplitude"
 ]
-AnyBranch: TypeAlias = Branch | StructureBranch
 AnyCurve: TypeAlias = Curve | StructureCurve
 
 # A stretch that is not drawn: its ends meet different numbers of stops, or their nearest turning

@@ -14,7 +14,8 @@ from percuss.arrays import Flags, Floats
 from percuss.errors import ParameterError
 from percuss.model.structure import Structure
 from percuss.model.units import Units
-from percuss.orbits.responses.response import CLOSED, AnyBranch, Response, kinds_of
+from percuss.orbits.bifurcations.structure_branch import AnyBranch
+from percuss.orbits.responses.response import CLOSED, Response, kinds_of
 from percuss.orbits.responses.velocity_gap import VelocityGap
 from percuss.plotting.branch_plot import (
     MARKERS,

@@ -7,7 +7,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import TYPE_CHECKING, Self, cast
+from typing import TYPE_CHECKING, Self, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ from percuss.model.exact import Phase, as_float, real
 from percuss.model.paths import get_parameter, long_form, replace_parameters
 from percuss.motion.html_table import html_table
 from percuss.numerics import determinant, dot, matmul
-from percuss.orbits.bifurcations.branch import counted_kinds
+from percuss.orbits.bifurcations.branch import Branch, counted_kinds
 from percuss.orbits.bifurcations.special_points import SpecialPointKind
 from percuss.orbits.continuation.correct import corrected, tangent_of
 from percuss.orbits.continuation.follow import Segment, StepLimits, follow_both_ways
@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
 __all__ = [
+    "AnyBranch",
     "StructureBranch",
     "StructureEquations",
     "StructureSpecialPoint",
@@ -206,6 +207,9 @@ class StructureBranch:
         """Return the columns that have one number a row as a pandas.DataFrame."""
         table = self.to_xarray()
         return table[["value", "is_stable", "n_impacts", "special_point"]].to_dataframe()
+
+
+AnyBranch: TypeAlias = Branch | StructureBranch
 
 
 class StructureEquations:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,8 +21,7 @@ from percuss.model.oscillator import On, Oscillator
 from percuss.model.paths import long_form
 from percuss.model.structure import Structure
 from percuss.model.system import System
-from percuss.orbits.bifurcations.branch import Branch
-from percuss.orbits.bifurcations.structure_branch import StructureBranch
+from percuss.orbits.bifurcations.structure_branch import AnyBranch
 from percuss.orbits.responses.families import Families, Range, SeenAttractor
 from percuss.orbits.responses.oscillator_families import OscillatorFamilies
 from percuss.orbits.responses.response_search import search_families
@@ -36,7 +35,6 @@ if TYPE_CHECKING:
 
 __all__ = [
     "CLOSED",
-    "AnyBranch",
     "FamilyRange",
     "Response",
     "attractor_rows_of",
@@ -47,7 +45,6 @@ __all__ = [
 ]
 
 Interval = tuple[float, float]
-AnyBranch: TypeAlias = Branch | StructureBranch
 
 # The end reason of a closed branch.
 CLOSED = "the branch closed"
