@@ -266,7 +266,7 @@ def test_bad_input_is_named(single: Branch) -> None:
     with pytest.raises(pc.ParameterError, match="fold; the family turns there"):
         pc.switch_branch(fold)
     with pytest.raises(pc.ParameterError, match="no special point"):
-        pc.switch_branch(single)  # type: ignore[arg-type]
+        pc.switch_branch(single)  # type: ignore[call-overload]
     with pytest.raises(pc.ParameterError, match="unstable; a cascade starts"):
         pc.follow_cascade(single[len(single) - 1], over={OMEGA: (2.75, 2.6)})
     with pytest.raises(pc.ParameterError, match="max_doublings"):

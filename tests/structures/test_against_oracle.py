@@ -240,3 +240,36 @@ def test_an_impact_elsewhere_is_no_new_contact_and_no_release() -> None:
     assert both.impacts.stop[:2].tolist() == [0, 1]
     assert both.contacts.stop.tolist() == [0]
     assert both.contacts.start[0] == pytest.approx(2**0.5, abs=1e-14)
+
+
+def test_free_masses_coupled_by_velocities_alone_are_refused_in_a_sentence() -> None:
+    # Two constants of the motion are two roots 0 that do not drift; a pair of them would.
+    structure = pc.Structure([1, 1], [0, 0], [[0, "0.7"], ["-0.7", 0]])
+
+    with pytest.raises(pc.ConvergenceError, match="give each a weak spring to the ground"):
+        pc.simulate(structure, x0=[0, 0], v0=[1, 0], t_end=1)
+
+
+@pytest.mark.parametrize("spring", ["1e-3", "1e-6"])
+def test_weak_springs_hold_masses_that_gyroscopic_terms_couple(spring: str) -> None:
+    structure = pc.Structure(
+        [1, 1], [spring, spring], [[0, "0.7"], ["-0.7", 0]],
+        stops=[pc.Wall("0.5", "above", "0.8", on=0), pc.SoftStop("-0.6", "below", 50, on=1)],
+    )  # fmt: skip
+    loads = pc.Loads({1: pc.cosine(2, amplitude=1)})
+    motion = StructureMotion("weak springs", structure, loads, (0.1, -0.2), (1.0, 0.5), 0.0, 8.0)
+
+    assert differences(motion) == []
+
+
+def test_a_body_that_drifts_freely_between_gyroscopic_masses_keeps_its_double_root() -> None:
+    # Springs between three masses, none to the ground, and damping that no mode shares.
+    springs = [[1, -1, 0], [-1, 2, -1], [0, -1, 1]]
+    damping = [["0.2", "-0.1", "-0.1"], ["-0.3", "0.3", 0], ["0.1", "-0.2", "0.1"]]
+    structure = pc.Structure([1, 1, 1], springs, damping, stops=[pc.Wall(1, "above", "0.7", on=2)])
+    motion = StructureMotion(
+        "free body", structure, pc.Loads({0: pc.cosine(1, "0.2")}), (0.0, 0.1, 0.0),
+        (0.5, 0.2, 0.4), 0.0, 8.0,
+    )  # fmt: skip
+
+    assert differences(motion) == []

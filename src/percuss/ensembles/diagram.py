@@ -21,7 +21,7 @@ from percuss.ensembles.datasets import (
     with_units,
 )
 from percuss.ensembles.engines import Engine, make_ready
-from percuss.ensembles.grid import AnyGroup, Grid, make_grid, whole, within_walls
+from percuss.ensembles.grid import AnyGroup, Grid, make_grid, whole
 from percuss.ensembles.job import Answer, Block, Column, Dimension, check_room, too_large
 from percuss.ensembles.measures import MEASURES, SECTIONS, Window, measure_group, periods_at
 from percuss.ensembles.repetition import is_free
@@ -44,6 +44,7 @@ from percuss.ensembles.sweep import (
 from percuss.errors import OutputError, ParameterError
 from percuss.execution import Execution
 from percuss.kernels import observables
+from percuss.model.acting_sets import within_walls
 from percuss.model.exact import as_float
 from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads

@@ -17,7 +17,7 @@ from percuss.ensembles.structure_batch import follow_structures
 from percuss.ensembles.threads import check_wanted
 from percuss.errors import ParameterError
 from percuss.kernels import law_columns as at
-from percuss.model.acting_sets import StructureSystem
+from percuss.model.acting_sets import StructureSystem, within_walls
 from percuss.model.exact import Phase, as_float, phase_problem, plain, real, whole
 from percuss.model.expression import Expression
 from percuss.model.forcing import Forcing
@@ -28,7 +28,6 @@ from percuss.model.start import Start, start_of
 from percuss.model.structure import Structure, StructureStart, check_start
 from percuss.model.system import law, region_rows, stop_rows
 from percuss.model.units import FORCE, in_units
-from percuss.numerics import solve_linear
 
 __all__ = [
     "POINTS", "AnyGroup", "Axis", "Grid", "Group", "StructureGroup", "make_grid", "units_of",
@@ -66,8 +65,6 @@ _OF_FORCE = ("amplitude", "constant", "cos", "sin")
 POINTS = 101
 # A start nearer to a wall than this part of its size is compared exactly.
 NEARLY_AT = 1e-14
-# How often a state is moved out of walls, of which one may push it behind another.
-PUSHES = 100
 
 
 @dataclass(frozen=True, slots=True)
@@ -448,29 +445,6 @@ def _off_the_walls(
                 inside[i] = False
                 faults[int(rows[i])] = str(error)
     return inside
-
-
-def within_walls(structure: Structure, state: Floats) -> Floats:
-    """Return (x, v) moved out of the walls that it lies behind, along M^-1 c of each.
-
-    Examples
-    --------
-    >>> from percuss.model import impact_pair
-    >>> within_walls(impact_pair([1, 1], gap=1), np.array([0.0, 1.5, 0.0, 0.0]))
-    array([0.25, 1.25, 0.  , 0.  ])
-    """
-    x, n = state[: structure.n].copy(), structure.n
-    for _ in range(PUSHES):
-        is_moved = False
-        for stop, c in zip(structure.stops, structure.stop_directions, strict=True):
-            beyond = float((c * x).sum()) - as_float(stop.at)
-            if isinstance(stop, Wall) and beyond * (1.0 if stop.side == "above" else -1.0) > 0.0:
-                push = solve_linear(structure.mass_matrix, c)
-                x -= beyond / float((c * push).sum()) * push
-                is_moved = True
-        if not is_moved:
-            break
-    return np.concatenate([x, state[n:]])
 
 
 def walls_of(laws: Floats) -> tuple[Floats, Floats]:

@@ -13,6 +13,7 @@ from percuss.arrays import Complexes
 from percuss.errors import ParameterError
 from percuss.io.study_text import branch_text, motion_text, orbit_text, response_text
 from percuss.model.units import Units, is_unit
+from percuss.orbits.bifurcations.structure_branch import StructureBranch
 
 if TYPE_CHECKING:
     # A second of import.
@@ -110,11 +111,21 @@ def orbit_columns(orbits: Sequence[PeriodicOrbit]) -> Columns:
     return columns | {"stops": np.array(stops, dtype=object)}
 
 
-def branch_columns(branch: Branch) -> Columns:
+def branch_columns(branch: Branch | StructureBranch) -> Columns:
     """Return a branch as a table, one row an orbit."""
     special = np.full(len(branch), "", dtype=object)
     for point in branch.special_points:
         special[point.row] = point.kind
+    if isinstance(branch, StructureBranch):
+        amplitudes = {f"amplitude_{i}": column for i, column in enumerate(branch.amplitude.T)}
+        return {
+            branch.path: branch.values,
+            "n_impacts": branch.n_impacts,
+            **amplitudes,
+            **_of_multipliers(branch.multipliers),
+            "stability": branch.stability,
+            "special_point": special,
+        }
     velocities = {
         f"impact_velocity_{i}": column for i, column in enumerate(branch.impact_velocity.T)
     }
@@ -133,7 +144,7 @@ def branch_columns(branch: Branch) -> Columns:
 def _of_multipliers(multipliers: Complexes) -> dict[str, NDArray[Any]]:
     return {
         f"multiplier_{i}_{part}": np.asarray(getattr(multipliers[:, i], part))
-        for i in range(2)
+        for i in range(multipliers.shape[1])
         for part in ("real", "imag")
     }
 

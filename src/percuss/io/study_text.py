@@ -300,10 +300,13 @@ def branch_text(branch: Branch) -> str:
 
 
 def response_text(response: Response) -> str:
-    """Return a study of kind response that finds a response again; empty without a branch."""
+    """Return a study of kind response that finds a response again; empty without an oscillator."""
     if not response.branches:
         return ""
     orbit = response.branches[0].orbits[0]
+    if not hasattr(orbit, "oscillator"):
+        # Studies of structures have no responses.
+        return ""
     own = {"max_impacts": response.max_impacts, "max_periods": response.max_periods}
     return toml_text(
         {

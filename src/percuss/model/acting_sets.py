@@ -43,7 +43,7 @@ from percuss.numerics import (
     solve_linear,
 )
 
-__all__ = ["StructureSystem", "fill_watch_bounds"]
+__all__ = ["StructureSystem", "fill_watch_bounds", "within_walls"]
 
 # The shortest step of the search, as a phase of the quickest rate, and how often it is doubled at
 # most: a mode that a quick one leaves behind sets the longest.
@@ -55,6 +55,8 @@ LONGEST_PHASE = 2.0
 GROWING_PHASE = 0.5
 # Without any rate the motion is a cubic, and steps may have any length [time].
 ANY_STEP = 2.0**-8
+# How often a state is moved out of walls, of which one may push it behind another.
+PUSHES = 100
 
 
 class StructureFrames:
@@ -607,3 +609,26 @@ def _self_drag(arrays: dict[str, Floats], i: int) -> float:
     u2, w2 = w1, -modes[:, at.SPRING] * u1 - modes[:, at.DRAG] * w1
     watch = arrays["watch"][i]
     return -float((watch[:, at.OF_U] * u2 + watch[:, at.OF_W] * w2).sum())
+
+
+def within_walls(structure: Structure, state: Floats) -> Floats:
+    """Return (x, v) moved out of the walls that it lies behind, along M^-1 c of each.
+
+    Examples
+    --------
+    >>> from percuss.model import impact_pair
+    >>> within_walls(impact_pair([1, 1], gap=1), np.array([0.0, 1.5, 0.0, 0.0]))
+    array([0.25, 1.25, 0.  , 0.  ])
+    """
+    x, n = state[: structure.n].copy(), structure.n
+    for _ in range(PUSHES):
+        is_moved = False
+        for stop, c in zip(structure.stops, structure.stop_directions, strict=True):
+            beyond = float((c * x).sum()) - as_float(stop.at)
+            if isinstance(stop, Wall) and beyond * (1.0 if stop.side == "above" else -1.0) > 0.0:
+                push = solve_linear(structure.mass_matrix, c)
+                x -= beyond / float((c * push).sum()) * push
+                is_moved = True
+        if not is_moved:
+            break
+    return np.concatenate([x, state[n:]])

@@ -241,7 +241,8 @@ class Contacts(EventTable):
         the start of the run, as the flights and impacts in between have carried it
         (docs/theory/error-bounds.md). It is infinite where rounding may have changed what the
         motion meets: next to a graze, or once a chaotic motion is lost; and for all contacts
-        after that.
+        after that. Of a structure it holds the summation of the chatter's tail alone, 0 where
+        there is none, and no rounding: what flights of several masses carry is not bounded yet.
         """
         return self._errors()
 

@@ -23,6 +23,8 @@ REFINEMENTS = 12
 MOST_CONDITION = 1e5
 # Two real roots nearer than this part of their size take the mean of their shapes as a start.
 NEAR = 1e-4
+# Roots below this part of the damping are 0.
+STILL = 1e-7
 # k, d, of_u and of_w of a pair.
 RealPair: TypeAlias = tuple[float, float, Floats, Floats]
 
@@ -79,7 +81,9 @@ def mode_pairs(stiffness: Floats, damping: Floats) -> ModePairs:
     Raises
     ------
     ConvergenceError
-        If two pairs coincide so nearly that their shapes lose more than five digits.
+        If two pairs coincide so nearly that their shapes lose more than five digits, or if free
+        masses are coupled by their velocities so that two of them have a root 0 without a drift:
+        no pair, whose double root drifts, has such roots.
 
     Examples
     --------
@@ -283,7 +287,14 @@ def _refined(
     of_u = (shapes[0] - one * of_w).real
     best = math.inf
     for _ in range(REFINEMENTS):
-        step = _newton_step(stiffness, damping, i, (k, d, of_u, of_w))
+        try:
+            step = _newton_step(stiffness, damping, i, (k, d, of_u, of_w))
+        except ConvergenceError as error:
+            if max(abs(one), abs(other)) > STILL * (float(np.abs(damping).max()) + abs(d)):
+                raise
+            what = "masses that are free, and coupled by their velocities, rest at any place"
+            advice = "give each a weak spring to the ground; two roots 0 are no pair there"
+            raise ConvergenceError(what, None, math.nan, advice) from error
         of_u, of_w = of_u + step[:n], of_w + step[n : 2 * n]
         k, d = k + float(step[2 * n]), d + float(step[2 * n + 1])
         rate = math.sqrt(abs(k)) + abs(d)

@@ -32,10 +32,10 @@ from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit as PeriodicOrbit
 from percuss.orbits.orbit.stability import Stability as Stability
 from percuss.orbits.orbit.structure_orbit import StructureOrbit as StructureOrbit
 from percuss.orbits.orbit.turning_points import Passages as Passages
+from percuss.orbits.responses.families import SeenAttractor as SeenAttractor
 from percuss.orbits.responses.response import FamilyRange as FamilyRange
 from percuss.orbits.responses.response import Response as Response
 from percuss.orbits.responses.response import response_curve as response_curve
-from percuss.orbits.responses.response_search import SeenAttractor as SeenAttractor
 from percuss.orbits.responses.velocity_gap import VelocityGap as VelocityGap
 from percuss.orbits.responses.velocity_gap import velocity_gap_curve as velocity_gap_curve
 from percuss.orbits.surface.manifolds import ManifoldBranch as ManifoldBranch

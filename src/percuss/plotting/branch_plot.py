@@ -20,7 +20,7 @@ from percuss.model.system import law
 from percuss.model.units import Units
 from percuss.orbits.bifurcations.branch import Branch
 from percuss.orbits.bifurcations.curve import Curve
-from percuss.orbits.bifurcations.structure_branch import StructureBranch
+from percuss.orbits.bifurcations.structure_branch import AnyBranch, StructureBranch
 from percuss.orbits.bifurcations.structure_curve import StructureCurve
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
@@ -42,7 +42,6 @@ from percuss.plotting.style import (
 BranchQuantity: TypeAlias = Literal[
     "impact_velocity", "grazing_margin", "multiplier", "period", "amplitude"
 ]
-AnyBranch: TypeAlias = Branch | StructureBranch
 AnyCurve: TypeAlias = Curve | StructureCurve
 
 # A stretch that is not drawn: its ends meet different numbers of stops, or their nearest turning
@@ -154,18 +153,14 @@ def plot_branch(
         over one parameter.
     """
     branches = _branches(branch)
-    units = units_of(units, _owner(branches[0]))
+    units = units_of(units, owner_of(branches[0]))
     name = quantity or _default(branches)
     columns = [_values(each, name, coordinate) for each in branches]
     with picture(ax, labels=(xlabel, ylabel)) as ax:
         for k, (each, values) in enumerate(zip(branches, columns, strict=True)):
             breaks = _breaks(each, name)
             _draw(ax, each, values, COLOUR_CYCLE[k % len(COLOUR_CYCLE)], breaks)
-        first = branches[0]
-        over = first.path
-        if isinstance(first, Branch):
-            over = parameter_label(first[0], first.path, units)
-        ax.set_xlabel(over)
+        ax.set_xlabel(parameter_of(branches[0], units))
         ax.set_ylabel(_label(name, units, branches, coordinate))
         together = np.concatenate(columns)
         if name != "multiplier" and (together < 0.0).any() and (together > 0.0).any():
@@ -175,10 +170,17 @@ def plot_branch(
     return ax
 
 
-def _owner(branch: AnyBranch) -> Oscillator | Structure:
+def owner_of(branch: AnyBranch) -> Oscillator | Structure:
     """Return what moves."""
     first = branch.orbits[0]
     return first.structure if isinstance(first, StructureOrbit) else first.oscillator
+
+
+def parameter_of(branch: AnyBranch, units: Units) -> str:
+    """Return the label of the axis of the parameter."""
+    if isinstance(branch, StructureBranch):
+        return branch.path
+    return parameter_label(branch[0], branch.path, units)
 
 
 def _default(branches: list[AnyBranch]) -> BranchQuantity:

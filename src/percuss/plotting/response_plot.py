@@ -12,12 +12,20 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from percuss.arrays import Flags, Floats
 from percuss.errors import ParameterError
+from percuss.model.structure import Structure
 from percuss.model.units import Units
-from percuss.orbits.bifurcations.branch import Branch
+from percuss.orbits.bifurcations.structure_branch import AnyBranch
 from percuss.orbits.responses.response import CLOSED, Response, kinds_of
 from percuss.orbits.responses.velocity_gap import VelocityGap
-from percuss.plotting.branch_plot import MARKERS, between_rows, drawn_as_stable, stretches
-from percuss.plotting.labels import parameter_label
+from percuss.plotting.branch_plot import (
+    MARKERS,
+    between_rows,
+    drawn_as_stable,
+    owner_of,
+    parameter_of,
+    stretches,
+)
+from percuss.plotting.direction_view import direction_name
 from percuss.plotting.style import (
     BLACK,
     COLOUR_CYCLE,
@@ -113,7 +121,7 @@ def plot_response(
         raise ParameterError("quantity", quantity, f"none of {', '.join(WORDS)}")
     if not response.branches:
         raise ParameterError("response", response, "it has no branches")
-    units = units_of(units, response.branches[0].orbits[0].oscillator)
+    units = units_of(units, owner_of(response.branches[0]))
     unit = units.velocity if quantity == "impact_velocity" else units.displacement
     columns: tuple[Floats, ...] = getattr(response, quantity)
     with picture(ax, WIDE_FIGURE if legend else FIGURE, labels=(xlabel, ylabel)) as ax:
@@ -121,8 +129,8 @@ def plot_response(
             _draw(ax, branch, values, formal=formal)
         _mark(ax, response, columns)
         _dots(ax, response, quantity)
-        ax.set_xlabel(parameter_label(response.branches[0][0], response.branches[0].path, units))
-        ax.set_ylabel(f"{WORDS[quantity]} ({unit})")
+        ax.set_xlabel(parameter_of(response.branches[0], units))
+        ax.set_ylabel(f"{_words(response, quantity)} ({unit})")
         if log_x or (log_x is None and 0.0 < WIDE * response.low < response.high):
             _make_logarithmic(ax)
         _set_limits(ax, response, columns, log=log_y)
@@ -132,7 +140,16 @@ def plot_response(
     return ax
 
 
-def _colour(branch: Branch) -> str:
+def _words(response: Response, quantity: ResponseQuantity) -> str:
+    """Return the name of a quantity, with the displacement of a structure that it is of."""
+    if response.on is None or quantity == "impact_velocity":
+        return WORDS[quantity]
+    structure = owner_of(response.branches[0])
+    assert isinstance(structure, Structure)
+    return f"{WORDS[quantity]}, ${direction_name(structure, response.on)}$"
+
+
+def _colour(branch: AnyBranch) -> str:
     n_periods, n_impacts = kinds_of(branch).max(axis=0).tolist()
     return _colour_of_period(max(n_periods, 1)) if n_impacts else GREY
 
@@ -142,7 +159,7 @@ def _colour_of_period(n_periods: int) -> str:
     return COLOUR_CYCLE[(n_periods - 1) % len(COLOUR_CYCLE)]
 
 
-def _draw(ax: Axes, branch: Branch, values: Floats, *, formal: bool) -> None:
+def _draw(ax: Axes, branch: AnyBranch, values: Floats, *, formal: bool) -> None:
     """Draw a branch, each stretch between two rows as its orbits are."""
     physical = between_rows(branch.admissible, branch)
     stable = between_rows(drawn_as_stable(branch), branch)

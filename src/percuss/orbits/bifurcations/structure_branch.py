@@ -7,18 +7,18 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import TYPE_CHECKING, Self, cast
+from typing import TYPE_CHECKING, Self, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from percuss.arrays import Complexes, Flags, Floats
-from percuss.errors import ConvergenceError, ParameterError
+from percuss.errors import ConvergenceError, ParameterError, PercussError
 from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import Phase, as_float
 from percuss.model.paths import get_parameter, long_form, replace_parameters
 from percuss.numerics import determinant, dot, matmul
-from percuss.orbits.bifurcations.branch import BranchRows, OrbitRows
+from percuss.orbits.bifurcations.branch import Branch, BranchRows, OrbitRows
 from percuss.orbits.bifurcations.branch_equations import range_about
 from percuss.orbits.bifurcations.special_points import SpecialPointKind
 from percuss.orbits.continuation.correct import corrected, tangent_of
@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
 __all__ = [
+    "AnyBranch",
     "StructureBranch",
     "StructureEquations",
     "StructureRows",
@@ -63,6 +64,8 @@ SYSTEMS = 16
 RESONANT = 1e-3
 # A bracket in the parameter that is a location, as a part of it.
 LOCATED = 1e-9
+# An impact this near to t = 0, as a part of the period, is passing it; parts of the range beyond.
+STROBED, BEYOND = 1e-6, (100.0 * DIFFERENCE, 1e-4, 1e-3)
 
 _KINDS: dict[str, SpecialPointKind] = {
     "multiplier 1": "branch_point",
@@ -187,6 +190,9 @@ class StructureBranch(StructureRows, BranchRows[StructureOrbit]):
         """Return the columns that have one number a row as a pandas.DataFrame."""
         table = self.to_xarray()
         return table[["value", "is_stable", "n_impacts", "special_point"]].to_dataframe()
+
+
+AnyBranch: TypeAlias = Branch | StructureBranch
 
 
 class StructureEquations:
@@ -441,11 +447,37 @@ class _BranchDetector:
 
     def stopped(
         self,
-        here: Point[StructureEquations],  # noqa: ARG002
+        here: Point[StructureEquations],
         reason: str,
     ) -> Segment[StructureEquations, StructureSpecialPoint]:
-        """Return that nothing is beyond the last point."""
-        return Segment([], reason)
+        """Return what is beyond the last point: the same branch where an impact is at t = 0."""
+        return Segment([], reason, _past_the_strobe(here))
+
+
+def _past_the_strobe(here: Point[StructureEquations]) -> Point[StructureEquations] | None:
+    """Return the point at which the impact next to t = 0 has passed it, None if there is none.
+
+    There the state at t = 0, which is solved for, jumps from one side of the impact to the other.
+    """
+    equations, run = here.problem, here.orbit.run
+    times, way = run.impacts.t, math.copysign(1.0, here.tangent[-1])
+    for limit, at in (("after", times[:1]), ("before", times[-1:])):
+        distance = np.abs(at - (0.0 if limit == "after" else run.t_end))
+        if not (distance < STROBED * run.t_end).any():
+            continue
+        state = np.concatenate(run(float(at[0]), limit=limit)) / equations.scale
+        for step in BEYOND:
+            part = here.z[-1] + way * step
+            if not 0.0 <= part <= 1.0:
+                return None
+            try:
+                normal = along_parameter(len(here.z))
+                z = equations.corrected(np.append(state, part), normal)
+                point = equations.started(equations.solution(z), equations.values(z))
+                return dataclasses.replace(point, tangent=way * point.tangent)
+            except PercussError:
+                continue
+    return None
 
 
 def _detail(kind: SpecialPointKind, orbit: StructureOrbit, ends: tuple[float, float]) -> str | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import overload
 
 import numpy as np
 
@@ -19,9 +20,12 @@ from percuss.orbits.bifurcations.grazing_contact import (
 from percuss.orbits.bifurcations.multiple_covers import orbit_of_itinerary, primitive_orbit
 from percuss.orbits.bifurcations.soft_grazing import is_soft, orbit_beyond
 from percuss.orbits.bifurcations.special_points import SpecialPoint
+from percuss.orbits.bifurcations.structure_branch import StructureSpecialPoint
+from percuss.orbits.bifurcations.structure_switching import switch_structure_branch
 from percuss.orbits.continuation.problem import along_parameter
 from percuss.orbits.orbit.itinerary import Itinerary
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+from percuss.orbits.orbit.structure_orbit import StructureOrbit
 
 __all__ = ["orbit_past_graze", "switch_branch"]
 
@@ -43,7 +47,13 @@ FIRST, FIRST_PAST_GRAZE = 1e-2, 1e-3
 FREE = 1e-4
 
 
-def switch_branch(point: SpecialPoint, *, other_side: bool = False) -> PeriodicOrbit:
+@overload
+def switch_branch(point: SpecialPoint, *, other_side: bool = False) -> PeriodicOrbit: ...
+@overload
+def switch_branch(point: StructureSpecialPoint, *, other_side: bool = False) -> StructureOrbit: ...
+def switch_branch(
+    point: SpecialPoint | StructureSpecialPoint, *, other_side: bool = False
+) -> PeriodicOrbit | StructureOrbit:
     """Return the first orbit of the family that starts at a special point of another.
 
     At a period doubling that is the orbit of twice the period; where a symmetry breaks, one of
@@ -57,14 +67,15 @@ def switch_branch(point: SpecialPoint, *, other_side: bool = False) -> PeriodicO
     Parameters
     ----------
     point
-        Of kind "period_doubling", "symmetry_breaking", "branch_point" or "grazing".
+        Of kind "period_doubling", "symmetry_breaking", "branch_point" or "grazing"; of a structure of
+        the first or the third.
     other_side
         Whether to step in the opposite direction, not at a graze: to the mirrored orbit, the same
         doubled orbit a period later, or the other half of a family that crosses.
 
     Returns
     -------
-    PeriodicOrbit
+    PeriodicOrbit or StructureOrbit
         Ready for `continue_orbit` along the same parameter. From the doubled branch, at the
         "period_doubling" from which it bifurcates, it is the primitive orbit: the `detail` of the
         point says so.
@@ -85,6 +96,8 @@ def switch_branch(point: SpecialPoint, *, other_side: bool = False) -> PeriodicO
     >>> doubled.n_impacts, doubled.n_periods, doubled.stability
     (2, 2, 'asymptotic')
     """
+    if isinstance(point, StructureSpecialPoint):
+        return switch_structure_branch(point, other_side=other_side)
     if not isinstance(point, SpecialPoint):
         raise ParameterError("point", point, "no special point; a branch has some, or none")
     if point.kind not in SWITCHED:

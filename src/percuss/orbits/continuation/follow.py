@@ -67,7 +67,7 @@ class Segment(Generic[P, S]):
     end_reason
         Why the second neighbour does not belong to it; "" if it does.
     beyond
-        The point of another problem that continues it then, None if it ends.
+        The point, of this or another problem, that continues it then; None if it ends.
     """
 
     rows: list[tuple[Point[P], S | None]]
@@ -152,10 +152,10 @@ def follow(
             rows.append(row)
             if until is not None and row[1] is not None and until(row[1]):
                 return rows, "", False
-        if new is None or (segment.end_reason and segment.beyond is None):
+        if segment.beyond is None and (new is None or segment.end_reason):
             return rows, segment.end_reason, False
-        if segment.beyond is not None:
-            here = segment.beyond
+        if new is None or segment.beyond is not None:
+            here = segment.beyond or here
             bend, step = np.zeros(len(here.z)), min(steps.first, steps.largest)
             continue
         rows.append((new, None))

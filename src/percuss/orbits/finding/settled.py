@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -52,9 +53,9 @@ class Settled:
     n_impacts, n_periods
         Impacts and forcing periods of the orbit; inf with sticking; NaN and 0 without a period.
     orbit
-        The orbit; None where no period was found.
+        The `PeriodicOrbit` or `StructureOrbit`; None where no period was found.
     state
-        (x, v) at a whole number of periods near the end of the run.
+        (x, v) at a whole number of periods near the end of the run; of a structure all of them.
     impact_speed
         The largest, of the orbit or near the end of the run [length/time]; NaN without impacts.
     extremes
@@ -63,8 +64,8 @@ class Settled:
 
     n_impacts: float
     n_periods: int
-    orbit: PeriodicOrbit | None
-    state: tuple[float, float]
+    orbit: Any | None
+    state: tuple[float, ...]
     impact_speed: float
     extremes: Extremes
 

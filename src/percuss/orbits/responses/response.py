@@ -12,21 +12,20 @@ from numpy.typing import NDArray
 
 from percuss.arrays import Flags, Floats, Integers
 from percuss.errors import ParameterError
+from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import Phase, as_float, whole
 from percuss.model.force_record import refuse_record
 from percuss.model.forcing import Forcing
-from percuss.model.oscillator import Oscillator
+from percuss.model.loads import Loads, loads_of
+from percuss.model.oscillator import On, Oscillator
 from percuss.model.paths import long_form
+from percuss.model.structure import Structure
 from percuss.model.system import System
-from percuss.orbits.bifurcations.branch import Branch
-from percuss.orbits.orbit.extremes import extremes_of
-from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
-from percuss.orbits.responses.response_search import (
-    Following,
-    Range,
-    SeenAttractor,
-    search_families,
-)
+from percuss.orbits.bifurcations.structure_branch import AnyBranch
+from percuss.orbits.responses.families import Families, Range, SeenAttractor
+from percuss.orbits.responses.oscillator_families import OscillatorFamilies
+from percuss.orbits.responses.response_search import search_families
+from percuss.orbits.responses.structure_families import StructureFamilies
 from percuss.progress import Report
 
 if TYPE_CHECKING:
@@ -87,8 +86,8 @@ class Response:
     max_impacts, max_periods
         The longest orbits that were looked for.
     branches
-        The families, stable and unstable; those with fewer periods and impacts first. At soft
-        stops impacts come and go along a branch.
+        The families, stable and unstable, each a `Branch` or a `StructureBranch`; those with fewer
+        periods and impacts first. At soft stops impacts come and go along a branch.
     amplitude
         A (n,) array for each branch: half the distance between the least and the largest
         displacement of each orbit [length], exact extremes.
@@ -103,6 +102,8 @@ class Response:
         Orbits that were found and not followed: value, orbit and reason.
     complete
         False if the search was stopped.
+    on
+        Of a structure the coordinate, direction or point whose y = c . x the displacements are.
     """
 
     path: str
@@ -110,13 +111,14 @@ class Response:
     high: float
     max_impacts: int
     max_periods: int
-    branches: tuple[Branch, ...]
+    branches: tuple[Any, ...]
     amplitude: tuple[Floats, ...]
     largest_displacement: tuple[Floats, ...]
     impact_velocity: tuple[Floats, ...]
     attractors: tuple[SeenAttractor, ...]
-    left_out: tuple[tuple[float, PeriodicOrbit, str], ...] = field(repr=False)
+    left_out: tuple[tuple[float, Any, str], ...] = field(repr=False)
     complete: bool
+    on: On | None = None
 
     @property
     def missed(self) -> tuple[SeenAttractor, ...]:
@@ -187,10 +189,11 @@ class Response:
 
 
 def response_curve(
-    osc: Oscillator,
-    force: Forcing,
+    osc: Oscillator | Structure,
+    force: Forcing | Loads | Mapping[On, Forcing],
     over: Mapping[str, tuple[Phase, Phase]],
     *,
+    on: On | None = None,
     max_impacts: int = 4,
     max_periods: int = 3,
     seed: int = 0,
@@ -208,12 +211,19 @@ def response_curve(
     were new in the last comparison. Unstable families without a connection to stable ones can be
     missed without notice.
 
+    Of a structure the search is the same: unstable orbits are searched for by Newton's method from
+    states that almost return, and all branches are followed over the whole range, through folds,
+    doublings, torus points and the grazes of soft stops (`continue_orbit`).
+
     Parameters
     ----------
     osc, force
-        What moves; the forcing has a period all over the range.
+        What moves; the forcing has a period all over the range. Or a structure and its loads.
     over
         One parameter by its path, and its range.
+    on
+        Of a structure the coordinate, direction or point whose displacement y = c . x is measured;
+        needed where there are several coordinates. Impact velocities are those of all stops.
     max_impacts, max_periods
         The longest orbits to look for, >= 1.
     seed
@@ -245,80 +255,104 @@ def response_curve(
     ...     print(f"{low:.6f} to {high:.6f}")
     1.000000 to 1.064834
     1.130040 to 1.500000
+
+    Of two masses, of which one meets a stiff stop, the amplitude of the first:
+
+    >>> stop = pc.SoftStop(at=1, side="above", stiffness=100, on=0)
+    >>> chain = pc.chain([1, 1], [0, 1, 1], [0, "0.03", "0.03"], [stop])
+    >>> chart = response_curve(chain, pc.Loads({1: pc.cosine(1, "0.1")}), on=0, n_seeds=1,
+    ...                        over={"loads.0.omega": ("0.74", "0.76")}, max_periods=1)
+    >>> [point.kind for point in chart.branches[0].special_points]
+    ['period_doubling', 'fold']
     """
-    path, within = _checked(osc, force, over)
+    families = _checked(osc, force, over, on)
     n_seeds = whole("n_seeds", n_seeds, 1)
     counts = whole("max_impacts", max_impacts, 1), whole("max_periods", max_periods, 1)
-    following = Following(System(osc, force), path, within)
-    attractors, complete = search_families(following, counts, seed, n_seeds, progress)
-    return _response(following, counts, attractors, complete=complete)
+    attractors, complete = search_families(families, counts, seed, n_seeds, progress)
+    return _response(families, counts, attractors, complete=complete, on=on)
 
 
 def _checked(
-    osc: Oscillator, force: Forcing, over: Mapping[str, tuple[Phase, Phase]]
-) -> tuple[str, Range]:
-    system = System.of(osc, force)
+    osc: Oscillator | Structure, force: object, over: Mapping[str, tuple[Phase, Phase]],
+    on: On | None,
+) -> Families:  # fmt: skip
+    """Return the families of what moves, none of them found yet."""
     if force is None:
         raise ParameterError("force", force, "not a Forcing; a response is one to a forcing")
-    refuse_record(force, "a response curve")
     if len(over) != 1:
         raise ParameterError("over", over, "not one parameter and its range")
-    ((path, given),) = over.items()
-    long_form(path, osc, force)
+    ((given, ends),) = over.items()
+    within = _range_of(given, ends)
+    families: Families
+    if isinstance(osc, Structure):
+        loads = loads_of(osc, force)
+        osc.direction(on)
+        for forcing in loads.forcings:
+            refuse_record(forcing, "a response curve")
+        path, period = long_form(given, osc, loads), "loads.period"
+        base = StructureSystem.of(osc, loads)
+        families = StructureFamilies(path=path, within=within, base=base, on=on)
+    else:
+        system = System.of(osc, force)
+        if on is not None:
+            raise ParameterError("on", on, "given for an oscillator, which has one displacement")
+        refuse_record(system.forcing, "a response curve")
+        long_form(given, osc, system.forcing)
+        path, period = given, "forcing.period"
+        families = OscillatorFamilies(path=path, within=within, base=system)
+    for end in (within.low, within.high):
+        # It raises the error of a value that the parameter cannot have.
+        if not families.has_period(end):
+            reason = "a periodic orbit needs a periodic forcing; give period= where it has one"
+            raise ParameterError(period, None, reason)
+    return families
+
+
+def _range_of(path: str, given: tuple[Phase, Phase]) -> Range:
     try:
-        ends = sorted(as_float(end) for end in given)
-        low, high = ends
+        low, high = sorted(as_float(end) for end in given)
     except (TypeError, ValueError) as error:
         raise ParameterError(path, given, "not a range of two numbers") from error
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
         raise ParameterError(path, given, "not a range of two different finite numbers")
-    following = Following(system, path, Range(low, high))
-    for end in (low, high):
-        # It raises the error of a value that the parameter cannot have.
-        if following.system(end).period is None:
-            reason = "a periodic orbit needs a periodic forcing; give period= where it has one"
-            raise ParameterError("forcing.period", None, reason)
-    return path, Range(low, high)
+    return Range(low, high)
 
 
 def _response(
-    following: Following,
+    families: Families,
     counts: tuple[int, int],
     attractors: list[SeenAttractor],
     *,
     complete: bool,
+    on: On | None,
 ) -> Response:
-    order = sorted(range(len(following.branches)), key=lambda k: _rank(following.branches[k]))
-    branches = tuple(following.branches[k] for k in order)
+    order = sorted(range(len(families.branches)), key=lambda k: _rank(families.branches[k]))
+    branches = tuple(families.branches[k] for k in order)
     numbers = {old: new for new, old in enumerate(order)}
-    extremes = [[extremes_of(orbit) for orbit in branch] for branch in branches]
+    extremes = [[families.extremes(orbit) for orbit in branch.orbits] for branch in branches]
     return Response(
-        path=following.path,
-        low=following.within.low,
-        high=following.within.high,
+        path=families.path,
+        low=families.within.low,
+        high=families.within.high,
         max_impacts=counts[0],
         max_periods=counts[1],
         branches=branches,
         amplitude=tuple(np.array([row.amplitude for row in rows]) for rows in extremes),
         largest_displacement=tuple(np.array([row.largest for row in rows]) for rows in extremes),
-        impact_velocity=tuple(_largest_velocity(branch) for branch in branches),
+        impact_velocity=tuple(families.impact_velocities(branch) for branch in branches),
         attractors=tuple(attractor.on(numbers) for attractor in attractors),
-        left_out=tuple(following.left_out),
+        left_out=tuple(families.left_out),
         complete=complete,
+        on=on,
     )
 
 
-def _rank(branch: Branch) -> tuple[int, float, float]:
+def _rank(branch: AnyBranch) -> tuple[int, float, float]:
     n_periods, n_impacts = kinds_of(branch).max(axis=0).tolist()
     return n_periods, n_impacts, float(branch.values.min())
 
 
-def _largest_velocity(branch: Branch) -> Floats:
-    speeds = np.nan_to_num(branch.impact_velocity, nan=-np.inf).max(axis=1, initial=-np.inf)
-    return np.asarray(np.where(np.isfinite(speeds), speeds, np.nan))
-
-
-def _runs(branch: Branch, flags: Flags) -> list[Interval]:
+def _runs(branch: AnyBranch, flags: Flags) -> list[Interval]:
     """Return the intervals that stretches of flagged neighbours cover, special points at the ends.
 
     A special point lies on an edge: the flag of its own row is rounding.
@@ -345,13 +379,13 @@ def _union(intervals: list[Interval]) -> tuple[Interval, ...]:
     return tuple(joined)
 
 
-def kinds_of(branch: Branch) -> Integers:
+def kinds_of(branch: AnyBranch) -> Integers:
     """Return (forcing periods, impacts) of each row: at soft stops impacts come and go."""
-    return np.array([(orbit.n_periods, orbit.n_impacts) for orbit in branch], dtype=np.int64)
+    return np.array([(orbit.n_periods, orbit.n_impacts) for orbit in branch.orbits], dtype=np.int64)
 
 
 def rows_of(
-    path: str, branches: Sequence[Branch], quantities: Mapping[str, Sequence[Floats]]
+    path: str, branches: Sequence[AnyBranch], quantities: Mapping[str, Sequence[Floats]]
 ) -> dict[str, Any]:
     """Return the columns of all rows of all branches."""
     counts = [len(branch) for branch in branches]
@@ -373,7 +407,7 @@ def rows_of(
     return table
 
 
-def special_rows_of(branches: Sequence[Branch]) -> dict[str, Any]:
+def special_rows_of(branches: Sequence[AnyBranch]) -> dict[str, Any]:
     """Return the columns of the special points."""
     points = [(k, point) for k, b in enumerate(branches) for point in b.special_points]
     return {

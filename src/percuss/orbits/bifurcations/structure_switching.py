@@ -1,0 +1,77 @@
+"""From one family of a structure's orbits to another that starts from it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from percuss.errors import ConvergenceError, ParameterError, PercussError
+from percuss.model.acting_sets import StructureSystem
+from percuss.model.exact import as_float
+from percuss.model.paths import get_parameter
+from percuss.numerics import directions
+from percuss.orbits.bifurcations.structure_branch import StructureEquations, StructureSpecialPoint
+from percuss.orbits.orbit.structure_orbit import (
+    StructureOrbit,
+    closing_error,
+    orbit_of_map,
+    period_map,
+)
+
+__all__ = ["switch_structure_branch"]
+
+# Half the range of the parameter, as a part of its value, and scaled lengths of the step.
+HALF_RANGE = 0.01
+STEPS = (1e-2, 3e-3, 1e-3)
+# The other family is there if a step comes back with this part of its length.
+KEPT = 0.3
+
+
+def switch_structure_branch(
+    point: StructureSpecialPoint, *, other_side: bool = False
+) -> StructureOrbit:
+    """Return the first orbit of the family that starts at a special point of a structure.
+
+    At a period doubling, or a branch point, the derivative of the map over its period turns one
+    direction into its opposite, or leaves it as it is. The step goes along it, its length is kept,
+    and the parameter is free.
+
+    Raises
+    ------
+    ParameterError
+        If no other family starts at such a point.
+    ConvergenceError
+        If none is found there.
+    """
+    if point.kind not in ("period_doubling", "branch_point"):
+        reason = f"a point of kind {point.kind} of a structure; no other family is known there"
+        raise ParameterError("point", point.value, reason)
+    orbit, doubles = point.orbit, point.kind == "period_doubling"
+    value = as_float(get_parameter(orbit.structure, orbit.loads, None, point.path))
+    half = HALF_RANGE * (abs(value) or 1.0)
+    if doubles:
+        system = StructureSystem.of(orbit.structure, orbit.loads)
+        state, n_periods = np.concatenate([orbit.x0, orbit.v0]), 2 * orbit.n_periods
+        there = period_map(system, state, n_periods)
+        cover = orbit_of_map(system, state, n_periods, there, closing_error(there, state))
+    else:
+        cover = orbit
+    equations = StructureEquations(cover, {point.path: (value - half, value + half)})
+    start = equations.started(cover, [value])
+    turned = orbit.monodromy * (equations.scale[None, :] / equations.scale[:, None])
+    weakest = directions(turned + (1.0 if doubles else -1.0) * np.eye(equations.size))[1][-1]
+    largest = int(np.argmax(np.abs(weakest)))
+    sign = np.sign(weakest[largest]) * (-1.0 if other_side else 1.0)
+    along = np.append(sign * weakest, 0.0)
+    for length in STEPS:
+        try:
+            z = equations.corrected(start.z + length * along, along)
+            other = equations.solution(z)
+        except PercussError:
+            continue
+        moved = np.concatenate(other.run(other.period / (2.0 if doubles else 1.0)))
+        before = np.concatenate([other.x0, other.v0]) if doubles else start.z[:-1] * equations.scale
+        after = moved if doubles else np.concatenate([other.x0, other.v0])
+        if np.abs((after - before) / equations.scale).max() > KEPT * length:
+            return other
+    what = f"no other family found at {point.path} = {value:.12g}"
+    raise ConvergenceError(what, None, np.nan, "look whether the point is located")

@@ -1,0 +1,248 @@
+"""The attractors and the near returns of a structure's motions from many starts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from percuss.arrays import Floats
+from percuss.errors import PercussError
+from percuss.kernels.structure.sample import evaluate
+from percuss.model.acting_sets import StructureSystem, within_walls
+from percuss.model.oscillator import On
+from percuss.model.structure import StructureStart
+from percuss.motion.structures import StructureTrajectory
+from percuss.motion.trajectory import Outcome
+from percuss.numerics import power
+from percuss.orbits.finding.settled import (
+    ARRIVED,
+    CLOSE,
+    LONGER,
+    NEAR,
+    STAGE,
+    STAGES,
+    TAIL,
+    Settled,
+)
+from percuss.orbits.orbit.extremes import Extremes
+from percuss.orbits.orbit.structure_orbit import (
+    PeriodMap,
+    StructureOrbit,
+    period_map,
+    structure_orbit_at,
+)
+
+__all__ = [
+    "extremes_of_motion",
+    "is_on_orbit",
+    "largest_speed",
+    "returning_orbits",
+    "settled_structures",
+]
+
+# Motions whose near returns are looked at, returns of each, and how near they are.
+RETURNING, TRIED, RETURNED = 3, 4, 0.3
+
+
+def settled_structures(
+    system: StructureSystem,
+    max_periods: int,
+    on: On | None,
+    *,
+    n_starts: int,
+    seed: int,
+    also: Sequence[tuple[float, ...]] = (),
+) -> list[Settled]:
+    """Follow motions from many starts for long and return their attractors, each once.
+
+    Parameters
+    ----------
+    system
+        The structure under loads with a period.
+    max_periods
+        The longest orbits that are looked for first; then those up to four times as long.
+    on
+        Whose extremes are taken.
+    n_starts
+        Number of motions: one from rest, the others at random.
+    seed
+        Of the random starts.
+    also
+        More starts, (x, v) at t = 0, which are moved out of walls.
+
+    Returns
+    -------
+    list of Settled
+        Motions for which no period was found count as one attractor.
+    """
+    found: list[Settled] = []
+    known = [within_walls(system.structure, np.array(state)) for state in also]
+    for state in [*known, *_starts(system, n_starts, seed)]:
+        try:
+            motion = _settled(system, state, max_periods, on, found)
+        except PercussError:
+            # It does not last: impacts accumulate, or the modes of a set are not found.
+            continue
+        if motion is not None:
+            found.append(motion)
+    return found
+
+
+def returning_orbits(
+    system: StructureSystem, max_periods: int, seed: int
+) -> Iterator[StructureOrbit]:
+    """Yield orbits, stable or not, next to stretches of motions that almost close.
+
+    A motion that has come near an unstable orbit almost repeats for a while; Newton's method leads
+    from there to it.
+    """
+    found: list[StructureOrbit] = []
+    for state in _starts(system, RETURNING + 1, seed)[1:]:
+        try:
+            strobes = _strobes(system, period_map(system, state, STAGE, derivative=False), STAGE)
+        except PercussError:
+            continue
+        for n_periods in range(1, max_periods + 1):
+            far = np.abs(strobes[n_periods:] - strobes[:-n_periods]).max(axis=1)
+            far = far / np.abs(strobes).max()
+            around = np.concatenate([[np.inf], far, [np.inf]])
+            least = (far <= around[:-2]) & (far <= around[2:]) & (far < RETURNED)
+            rows = np.flatnonzero(least)
+            for row in rows[np.argsort(far[rows], kind="stable")][:TRIED].tolist():
+                orbit = _primitive(system, strobes[row], n_periods)
+                if orbit is not None and not any(is_on_orbit(orbit, known) for known in found):
+                    found.append(orbit)
+                    yield orbit
+
+
+def is_on_orbit(orbit: StructureOrbit, other: StructureOrbit) -> bool:
+    """Return whether two orbits are one, which may be given from another of its periods on."""
+    if orbit.n_periods != other.n_periods:
+        return False
+    own, state = _strobes_of(other), _state(orbit)
+    size = max(float(np.abs(own).max()), float(np.abs(state).max()))
+    return bool((np.abs(own - state).max(axis=1) <= ARRIVED * size).any())
+
+
+def extremes_of_motion(
+    run: StructureTrajectory, on: On | None, between: tuple[float, float] | None = None
+) -> Extremes:
+    """Return the extremes of y = c . x."""
+    extrema = run.extremes("displacement", on=on, between=between)
+    return Extremes(extrema.minimum, extrema.maximum)
+
+
+def largest_speed(run: StructureTrajectory, since: float = -math.inf) -> float:
+    """Return the largest velocity y' into a stop, NaN if none is met."""
+    crossings = run.crossings
+    is_entry = (crossings.direction == "in") & (crossings.t >= since)
+    speeds = np.abs(
+        np.concatenate([run.impacts.v_before[run.impacts.t >= since], crossings.v[is_entry]])
+    )
+    return float(speeds.max()) if len(speeds) else math.nan
+
+
+def _starts(system: StructureSystem, n_starts: int, seed: int) -> list[Floats]:
+    """Return starts (x, v): at rest, and around the motion that comes from rest."""
+    random, n = np.random.default_rng(seed), system.structure.n
+    rest = within_walls(system.structure, np.zeros(2 * n))
+    here = period_map(system, rest, STAGE, derivative=False)
+    sizes = np.abs(_strobes(system, here, TAIL)).max(axis=0)
+    # In units of the largest of all coordinates: some may not have moved.
+    units = np.repeat([float(sizes[:n].max()) or 1.0, float(sizes[n:].max()) or 1.0], n)
+    starts = [rest]
+    for _ in range(n_starts - 1):
+        size = power(10.0, random.uniform(-1.0, 0.7))
+        starts.append(within_walls(system.structure, size * units * random.normal(size=2 * n)))
+    return starts
+
+
+def _settled(
+    system: StructureSystem,
+    state: Floats,
+    max_periods: int,
+    on: On | None,
+    known: list[Settled],
+) -> Settled | None:
+    """Follow a motion in stages and return its attractor, None if that is known."""
+    for stage in range(STAGES):
+        here = period_map(system, state, STAGE, derivative=False)
+        strobes = _strobes(system, here, TAIL)
+        state = strobes[-1]
+        if any(_has_arrived(state, seen.orbit) for seen in known):
+            return None
+        longest = max_periods * (LONGER if stage == STAGES - 1 else 1)
+        for n_periods in range(1, min(longest, TAIL - 1) + 1):
+            size = float(np.abs(strobes).max())
+            if np.abs(state - strobes[-1 - n_periods]).max() > NEAR * size:
+                continue
+            orbit = _primitive(system, state, n_periods)
+            if orbit is None or not orbit.is_stable:
+                continue
+            if np.abs(_state(orbit) - state).max() > CLOSE * size:
+                continue
+            if any(
+                isinstance(seen.orbit, StructureOrbit) and is_on_orbit(orbit, seen.orbit)
+                for seen in known
+            ):
+                return None
+            extremes = extremes_of_motion(orbit.run, on)
+            speed, counts = largest_speed(orbit.run), (orbit.n_impacts, orbit.n_periods)
+            return Settled(*counts, orbit, tuple(state.tolist()), speed, extremes)
+    if any(seen.orbit is None for seen in known):
+        return None
+    run = _run(system, strobes[0], TAIL - 1)
+    extremes, speed = extremes_of_motion(run, on), largest_speed(run)
+    return Settled(math.nan, 0, None, tuple(state.tolist()), speed, extremes)
+
+
+def _has_arrived(state: Floats, orbit: object) -> bool:
+    if not isinstance(orbit, StructureOrbit):
+        return False
+    own = _strobes_of(orbit)
+    return bool((np.abs(own - state).max(axis=1) <= ARRIVED * np.abs(own).max()).any())
+
+
+def _primitive(system: StructureSystem, state: Floats, n_periods: int) -> StructureOrbit | None:
+    """Return the orbit next to a state, over its least period; None where none is found."""
+    try:
+        orbit = structure_orbit_at(system, state, n_periods)
+        for part in range(1, n_periods):
+            if n_periods % part == 0 and _repeats(orbit, part):
+                return structure_orbit_at(system, _state(orbit), part)
+    except PercussError:
+        return None
+    return orbit
+
+
+def _repeats(orbit: StructureOrbit, n_periods: int) -> bool:
+    own = _strobes_of(orbit)
+    return bool(np.abs(own[n_periods] - own[0]).max() <= ARRIVED * np.abs(own).max())
+
+
+def _state(orbit: StructureOrbit) -> Floats:
+    return np.concatenate([orbit.x0, orbit.v0])
+
+
+def _strobes_of(orbit: StructureOrbit) -> Floats:
+    """Return (x, v) at the beginning of each period of the loads, (n_periods, 2 n)."""
+    times = np.arange(orbit.n_periods) * (orbit.period / orbit.n_periods)
+    return np.concatenate(orbit.run(times), axis=1)
+
+
+def _strobes(system: StructureSystem, here: PeriodMap, count: int) -> Floats:
+    """Return (x, v) at the last ends of periods of a motion of a stage, (count, 2 n)."""
+    period = float(system.period or math.nan)
+    places = np.empty((count, system.structure.n, 2))
+    times = (np.arange(STAGE - count + 1, STAGE + 1) * period).astype(np.float64)
+    evaluate(here.record, times, True, places)
+    return np.concatenate([places[:, :, 0], places[:, :, 1]], axis=1)
+
+
+def _run(system: StructureSystem, state: Floats, n_periods: int) -> StructureTrajectory:
+    n, end = system.structure.n, n_periods * float(system.period or math.nan)
+    record = period_map(system, state, n_periods, derivative=False).record
+    start = StructureStart(state[:n].tolist(), state[n:].tolist())
+    return StructureTrajectory.of_run(system, start, record, end, Outcome.reached_t_end)
