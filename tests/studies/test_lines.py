@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from percuss.io.study_text import toml_text
-from percuss.studies.reading import key_lines
 from percuss.studies.tables import Path, line_of
+from percuss.studies.toml_lines import key_lines
 
 EVERYTHING = '''\
 title = "a # b [c]" # a comment = 1

@@ -117,7 +117,7 @@ def test_a_run_that_is_stopped_is_written_as_far_as_it_came(tmp_path: Path) -> N
     force = pc.fourier("0.5", cos=(0.1,) * 100)
     study = replace(
         study_of(limits=Limits(max_impacts=5_000_000), draw=Draw(png=False, svg=False)),
-        forcing=force,
+        force=force,
     )
 
     result = run_study(study, tmp_path / "out", progress=lambda *_: False)

@@ -26,7 +26,9 @@ EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
 
 def run_of(study: Study) -> Trajectory:
     assert isinstance(study.question, Motion)
-    return study.question.answer(study, Execution())
+    run = study.question.answer(study, Execution())
+    assert isinstance(run, Trajectory)
+    return run
 
 
 def motions(names: Iterable[str]) -> list[str]:

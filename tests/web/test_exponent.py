@@ -77,7 +77,7 @@ def test_what_is_slow_has_no_exponent(
     run = pc.simulate(found.oscillator, found.forcing, v0="0.5", periods=10)
 
     assert exponent_of(found, run) is not None
-    assert exponent_of(replace(found, forcing=None), run) is None
+    assert exponent_of(replace(found, force=None), run) is None
     monkeypatch.setattr(facts, "MOST_TERMS", 3)
     assert exponent_of(found, run) is None
 

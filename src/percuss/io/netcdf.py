@@ -24,6 +24,7 @@ from percuss.motion.structures import StructureTrajectory
 from percuss.motion.tables import Impacts
 from percuss.motion.trajectory import Trajectory
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+from percuss.orbits.orbit.structure_orbit import StructureOrbit
 from percuss.orbits.orbit.turning_points import Passages
 
 TABLES = ("impacts", "crossings", "contacts", "grazes")
@@ -80,6 +81,8 @@ def write_netcdf(result: Any, path: Path, record: Record, *, samples: int = SAMP
         groups = _of_motion(result, samples)
     elif kind.name == "dataset":
         groups = {"/": _writable(result)}
+    elif not kind.is_whole:
+        groups = _of_structures(result, kind, samples)
     else:
         groups = _of_orbits(result, kind, samples)
     own = _attributes(record, kind.title, kind.name)
@@ -104,6 +107,17 @@ def _samples_of(run: Trajectory | StructureTrajectory, samples: int) -> xr.Datas
         data = data.assign(stop_force=run.forces(data.t.values).stops.drop_vars("stop"))
     data = data.rename_dims(t="sample")
     return data.drop_indexes("t").drop_attrs(deep=False)
+
+
+def _of_structures(result: Any, kind: ResultKind, samples: int) -> dict[str, xr.Dataset]:
+    """Return the tables of an orbit, a branch or curves of a structure."""
+    tables = {f"/{name}": _writable(table) for name, table in kind.tables(result).items()}
+    if isinstance(result, StructureOrbit):
+        return _of_motion(result.run, samples) | tables
+    if len(tables) == 1:
+        (main,) = tables.values()
+        return {"/": main}
+    return {"/": _writable(_table_of(table_of(result, next(iter(kind.columns))))), **tables}
 
 
 def _table_of(columns: Columns) -> xr.Dataset:
@@ -159,7 +173,8 @@ def load_netcdf(path: Path | str) -> Any:
     -------
     DataTree, PeriodicOrbit, list, Branch, Curve, Response or Dataset
         A run as a tree, its motion at the root and its events in groups; the attributes hold the
-        record. Other results as they were saved, every field to the bit. All in memory; the file is closed.
+        record; so are an orbit, a branch or curves of a structure. Other results as they were
+        saved, every field to the bit. All in memory; the file is closed.
 
     Raises
     ------

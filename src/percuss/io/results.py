@@ -20,7 +20,10 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
     from percuss.orbits.bifurcations.branch import Branch
+    from percuss.orbits.bifurcations.structure_branch import StructureBranch
+    from percuss.orbits.bifurcations.structure_curve import StructureCurve
     from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+    from percuss.orbits.orbit.structure_orbit import StructureOrbit
 
 __all__ = ["SAMPLES", "Columns", "ResultKind", "kind_of", "table_of", "units_of_columns"]
 
@@ -41,6 +44,7 @@ DIMENSIONS = {
     "release": "time",
     "error_bound": "time",
     "impact_velocity_": "length/time",
+    "amplitude_": "length",
     "min_impact_speed": "length/time",
     "x": "length",
     "x0": "length",
@@ -63,7 +67,7 @@ def units_of_columns(result: Any, columns: Columns, units: Units | None = None) 
     if hasattr(result, "data_vars"):
         own = {str(name): str(result[name].attrs.get("units", "")) for name in result.variables}
         return {name: own[name] for name in columns if is_unit(own.get(name, ""))}
-    oscillator = getattr(result, "structure", None) or _oscillator_of(result)
+    oscillator = _oscillator_of(result)
     units = getattr(oscillator, "units", None) or units
     if units is None:
         return {}
@@ -78,13 +82,13 @@ def units_of_columns(result: Any, columns: Columns, units: Units | None = None) 
 
 
 def _oscillator_of(result: Any) -> Any:
-    """Return the oscillator of a run, an orbit, a branch, or the first of several; or None."""
-    while not hasattr(result, "oscillator"):
+    """Return what moves in a run, an orbit, a branch, or the first of several; or None."""
+    while not (hasattr(result, "oscillator") or hasattr(result, "structure")):
         inner = getattr(result, "orbits", None) or getattr(result, "branches", None) or result
         if not isinstance(inner, list | tuple) or not inner:
             return None
         result = inner[0]
-    return result.oscillator
+    return getattr(result, "structure", None) or result.oscillator
 
 
 def orbit_columns(orbits: Sequence[PeriodicOrbit]) -> Columns:
@@ -138,6 +142,34 @@ def branch_columns(branch: Branch | StructureBranch) -> Columns:
         "admissible": branch.admissible,
         "grazing_margin": branch.grazing_margin,
         "special_point": special,
+    }
+
+
+def structure_branch_columns(branch: StructureBranch) -> Columns:
+    """Return a branch of a structure as a table, one row an orbit."""
+    special = np.full(len(branch), "", dtype=object)
+    for point in branch.special_points:
+        special[point.row] = point.kind
+    amplitudes = {f"amplitude_{i}": column for i, column in enumerate(branch.amplitude.T)}
+    return {
+        branch.path: branch.values,
+        **amplitudes,
+        "n_impacts": branch.n_impacts,
+        "is_stable": branch.is_stable,
+        "special_point": special,
+        **_of_multipliers(branch.multipliers),
+    }
+
+
+def structure_curve_columns(curve: StructureCurve) -> Columns:
+    """Return a curve of a structure as a table, one row an orbit."""
+    special = np.full(len(curve), "", dtype=object)
+    for point in curve.special_points:
+        special[point.row] = point.kind
+    return {
+        **dict(zip(curve.paths, curve.values.T, strict=True)),
+        "special_point": special,
+        **_of_multipliers(curve.multipliers),
     }
 
 
@@ -206,6 +238,8 @@ class ResultKind:
         Returns datasets for other programs, by the names of their groups.
     columns
         The tables that can be saved as CSV, by name; the first one is the default.
+    is_whole
+        Whether its file holds the whole result, to the bit; else the tables alone.
     """
 
     name: str
@@ -214,6 +248,7 @@ class ResultKind:
     study: Callable[[Any], str]
     tables: Callable[[Any], Tables]
     columns: Mapping[str, Callable[[Any], Columns]]
+    is_whole: bool = True
 
 
 def kind_of(result: Any) -> ResultKind:
@@ -293,6 +328,24 @@ def _special_columns(branch: Branch) -> Columns:
     }
 
 
+def _structure_special_columns(branch: StructureBranch) -> Columns:
+    points = branch.special_points
+    return {
+        "kind": np.array([point.kind for point in points], dtype=object),
+        branch.path: np.array([point.value for point in points]),
+        "status": np.array([point.status for point in points], dtype=object),
+        "row": np.array([point.row for point in points], dtype=np.int64),
+        "detail": np.array([point.detail for point in points], dtype=object),
+    }
+
+
+def _multipliers_dataset(orbit: StructureOrbit) -> Dataset:
+    import xarray
+
+    parts = {"real": orbit.multipliers.real, "imag": orbit.multipliers.imag}
+    return xarray.Dataset({f"multiplier_{name}": ("multiplier", it) for name, it in parts.items()})
+
+
 def _many(columns: Callable[[Any], Columns], number: str) -> Callable[[Any], Columns]:
     """Return the columns of several results one below the other, after the number of the result."""
 
@@ -349,7 +402,7 @@ _KINDS: dict[str, ResultKind] = {
         "motion",
         "one motion of a structure",
         lambda run: str(run.outcome.value),
-        _nothing,
+        motion_text,
         lambda _: {},
         {
             "impacts": _table("impacts", STRUCTURE_IMPACTS),
@@ -377,6 +430,36 @@ _KINDS: dict[str, ResultKind] = {
         branch_text,
         lambda branch: {"branch": branch.to_xarray()},
         {"branch": branch_columns, "special_points": _special_columns},
+    ),
+    "StructureOrbit": ResultKind(
+        "orbit",
+        "a periodic orbit of a structure",
+        lambda orbit: repr(orbit)[1:-1],
+        _nothing,
+        lambda orbit: {"multipliers": _multipliers_dataset(orbit)},
+        {
+            "impacts": lambda orbit: _table("impacts", STRUCTURE_IMPACTS)(orbit.run),
+            "motion": lambda orbit: _motion_columns(orbit.run),
+        },
+        is_whole=False,
+    ),
+    "StructureBranch": ResultKind(
+        "branch",
+        "a branch of periodic orbits of a structure",
+        lambda branch: str(branch.end_reason),
+        _nothing,
+        lambda branch: {"branch": branch.to_xarray()},
+        {"branch": structure_branch_columns, "special_points": _structure_special_columns},
+        is_whole=False,
+    ),
+    "StructureCurve": ResultKind(
+        "curve",
+        "a curve of special points of a structure",
+        lambda curve: str(curve.end_reason),
+        _nothing,
+        lambda curve: {"curve": curve.to_xarray()},
+        {"curve": structure_curve_columns},
+        is_whole=False,
     ),
     "Curve": ResultKind(
         "curve",
@@ -427,5 +510,14 @@ _LISTS: dict[str, ResultKind] = {
         _nothing,
         _tables_of_each("curve"),
         {"curves": _many(_xarray_columns, "curve")},
+    ),
+    "StructureCurve": ResultKind(
+        "curves",
+        "curves of special points of a structure",
+        _end_reasons,
+        _nothing,
+        _tables_of_each("curve"),
+        {"curves": _many(structure_curve_columns, "curve")},
+        is_whole=False,
     ),
 }

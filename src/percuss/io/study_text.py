@@ -16,13 +16,16 @@ from percuss.model.exact import Phase, PiTimes, plain
 from percuss.model.expression import Expression, expressions_in, parameters_in
 from percuss.model.force_record import ForceRecord
 from percuss.model.forcing import Forcing, FourierTerm, Harmonic
-from percuss.model.oscillator import Oscillator, Stop, Wall
+from percuss.model.loads import Loads
+from percuss.model.oscillator import On, Oscillator, Stop, Wall
 from percuss.model.restitution import Restitution, RestitutionTable
 from percuss.model.start import Start
+from percuss.model.structure import MatrixRows, Structure, StructureStart
 from percuss.model.units import Units
 
 if TYPE_CHECKING:
     # Reading a study needs no engine.
+    from percuss.motion.structures import StructureTrajectory
     from percuss.motion.trajectory import Trajectory
     from percuss.orbits.bifurcations.branch import Branch
     from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
@@ -39,7 +42,8 @@ def toml_text(document: Mapping[str, object]) -> str:
     Parameters
     ----------
     document
-        Tables by name. None values are left out. A table inside a table stands on one line.
+        Tables by name, or lists of tables. None values are left out. A table inside a table stands
+        on one line.
 
     Returns
     -------
@@ -66,6 +70,12 @@ def toml_text(document: Mapping[str, object]) -> str:
 
 def _blocks(name: str, table: object) -> Iterator[list[str]]:
     """Yield the lines of a table, then those of the tables inside it."""
+    if isinstance(table, list):
+        for row in table:
+            (_, *lines), *inner = _blocks(name, row)
+            yield [f"[[{name}]]", *lines]
+            yield from inner
+        return
     if not isinstance(table, Mapping):
         raise TypeError(f"{name} is not a table")
     values = {key: value for key, value in table.items() if not _is_nested(value)}
@@ -151,13 +161,45 @@ def _pi_text(value: PiTimes) -> str:
 
 
 def stop_table(stop: Stop) -> TomlTable:
-    """Return a stop as a ``[[oscillator.stops]]`` table."""
+    """Return a stop as a ``[[oscillator.stops]]`` or ``[[structure.stops]]`` table."""
     if isinstance(stop, Wall):
         law: TomlTable = {"restitution": _restitution(stop.restitution)}
     else:
         law = {"stiffness": number(stop.stiffness), "damping": number(stop.damping)}
     kind = "wall" if isinstance(stop, Wall) else "soft"
-    return {"type": kind, "at": number(stop.at), "side": stop.side, **law}
+    return {"type": kind, "on": _on(stop.on), "at": number(stop.at), "side": stop.side, **law}
+
+
+def _on(on: On | None) -> object:
+    return [number(value) for value in on] if isinstance(on, tuple) else on
+
+
+def structure_table(structure: Structure, loads: Loads | None = None) -> TomlTable:
+    """Return a structure as a ``[structure]`` table of its matrices, whatever it was made of."""
+    period = None if loads is None else loads.given_period
+    points = {name: [number(value) for value in row] for name, row in structure.points}
+    return {
+        "mass": _matrix(structure.mass),
+        "stiffness": _matrix(structure.stiffness),
+        "damping": _matrix(structure.damping),
+        "points": points or None,
+        "units": None if structure.units is None else units_table(structure.units),
+        "loads_period": None if period is None else number(period),
+        "stops": [stop_table(stop) for stop in structure.stops] or None,
+    }
+
+
+def _matrix(rows: MatrixRows) -> list[object]:
+    """Return a matrix as rows, or as the numbers of its diagonal where the others are whole 0."""
+    others = (entry for i, row in enumerate(rows) for j, entry in enumerate(row) if i != j)
+    if all(type(entry) is int and entry == 0 for entry in others):
+        return [number(row[i]) for i, row in enumerate(rows)]
+    return [[number(entry) for entry in row] for row in rows]
+
+
+def loads_tables(loads: Loads) -> list[TomlTable]:
+    """Return loads as ``[[loads]]`` tables, in their order."""
+    return [{"on": _on(on), **forcing_table(force)} for on, force in loads.items]
 
 
 def _restitution(value: Restitution) -> object:
@@ -227,27 +269,35 @@ def record_table(record: ForceRecord) -> TomlTable:
     }
 
 
-def model_tables(oscillator: Oscillator, forcing: Forcing | None, *others: object) -> TomlTable:
-    """Return an oscillator and its forcing as tables of a study, with all parameters.
+def model_tables(
+    model: Oscillator | Structure, force: Forcing | Loads | None, *others: object
+) -> TomlTable:
+    """Return what moves and the force on it as tables of a study, with all parameters.
 
     The others are what else stands in the study and may be expressions.
     """
     tables: TomlTable = {}
-    if any(value.names for value in expressions_in(oscillator, forcing, *others)):
-        parameters = parameters_in(oscillator, forcing, *others)
+    if any(value.names for value in expressions_in(model, force, *others)):
+        parameters = parameters_in(model, force, *others)
         tables |= {"parameters": {name: number(value) for name, value in parameters.items()}}
-    tables["oscillator"] = oscillator_table(oscillator)
-    if forcing is not None:
-        tables["forcing"] = forcing_table(forcing)
+    if isinstance(model, Structure):
+        loads = force if isinstance(force, Loads) else None
+        tables["structure"] = structure_table(model, loads)
+        return tables | ({"loads": loads_tables(loads)} if loads else {})
+    tables["oscillator"] = oscillator_table(model)
+    if isinstance(force, Forcing):
+        tables["forcing"] = forcing_table(force)
     return tables
 
 
-def start_table(start: Start) -> TomlTable:
+def start_table(start: Start | StructureStart) -> TomlTable:
     """Return a start as a ``[start]`` table."""
-    return {name: number(getattr(start, name)) for name in ("x0", "v0", "t0")}
+    places = {name: _on(getattr(start, name)) if isinstance(start, StructureStart)
+              else number(getattr(start, name)) for name in ("x0", "v0")}  # fmt: skip
+    return {**places, "t0": number(start.t0)}
 
 
-def motion_text(run: Trajectory) -> str:
+def motion_text(run: Trajectory | StructureTrajectory) -> str:
     """Return a study that repeats a run, as TOML text.
 
     Parameters
@@ -260,15 +310,25 @@ def motion_text(run: Trajectory) -> str:
     str
         A study with every number of model and start as it was given, up to the end of the run.
     """
-    limit: TomlTable = {"t_end": number(run.end)}
+    structure = getattr(run, "structure", None)
+    # A structure's run keeps its end as a double.
+    end: Phase = run.t_end if structure is not None else run.end  # type: ignore[union-attr]
+    limit: TomlTable = {"t_end": number(end)}
     if run.outcome.name == "reached_max_impacts" or run.t_end <= run.t0:
         # Stops that share an edge are entered together, at one time.
-        entries = run.crossings.t[run.crossings.direction == "in"]
-        limit = {"max_impacts": max(len(run.impacts) + len(set(entries.tolist())), 1)}
+        entries = run.crossings.t[run.crossings.direction == "in"].tolist()
+        count = len(entries) if structure is not None else len(set(entries))
+        limit = {"max_impacts": max(len(run.impacts) + count, 1)}
+        # A structure's run needs an end; this one comes after the last impact.
+        limit |= {"t_end": run.t_end + 1.0} if structure is not None else {}
+    if structure is not None:
+        tables = model_tables(structure, run.loads, run.start)  # type: ignore[union-attr]
+    else:
+        tables = model_tables(run.oscillator, run.forcing, run.start, end)  # type: ignore[union-attr]
     return toml_text(
         {
             "study": {"kind": "motion"},
-            **model_tables(run.oscillator, run.forcing, run.start, run.end),
+            **tables,
             "start": start_table(run.start),
             "run": limit,
         }

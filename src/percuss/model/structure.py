@@ -48,6 +48,7 @@ __all__ = [
     "exact_numbers",
     "on_faults",
     "one_each",
+    "structure_fields",
     "structure_start",
 ]
 
@@ -129,16 +130,9 @@ class Structure:
         units: Units | None = None,
         points: Mapping[str, Iterable[Exact]] | Iterable[tuple[str, Iterable[Exact]]] = (),
     ) -> None:
-        given = {name: _plain_matrix(value) for name, value in
-                 (("mass", mass), ("stiffness", stiffness), ("damping", damping))}  # fmt: skip
-        n = _size(given.values())
+        given = structure_fields(mass, stiffness, damping, stops, units, points)
         for name, value in given.items():
-            object.__setattr__(self, name, _full(value, n))
-        object.__setattr__(self, "stops", as_tuple(stops))
-        object.__setattr__(self, "units", units)
-        pairs = points.items() if isinstance(points, Mapping) else points
-        named = tuple((name, plain_on(direction)) for name, direction in pairs)
-        object.__setattr__(self, "points", named)
+            object.__setattr__(self, name, value)
         raise_first(faults(self, ""))
 
     @classmethod
@@ -289,6 +283,33 @@ class Structure:
         if isinstance(on, str):
             return dict(self.points)[on]
         return tuple(int(i == (on or 0)) for i in range(self.n))
+
+
+def structure_fields(
+    mass: MatrixLike,
+    stiffness: MatrixLike,
+    damping: MatrixLike = 0,
+    stops: Iterable[Stop] = (),
+    units: Units | None = None,
+    points: Mapping[str, Iterable[Exact]] | Iterable[tuple[str, Iterable[Exact]]] = (),
+) -> dict[str, Any]:
+    """Return the fields of a structure from what `Structure` takes, without a check, for `draft`.
+
+    Examples
+    --------
+    >>> structure_fields([1, 2], [3, "4"])["stiffness"]
+    ((3, 0), (0, '4'))
+    """
+    matrices = {"mass": mass, "stiffness": stiffness, "damping": damping}
+    given = {name: _plain_matrix(value) for name, value in matrices.items()}
+    n = _size(given.values())
+    pairs = points.items() if isinstance(points, Mapping) else points
+    return {
+        **{name: _full(value, n) for name, value in given.items()},
+        "stops": as_tuple(stops),
+        "units": units,
+        "points": tuple((name, plain_on(direction)) for name, direction in pairs),
+    }
 
 
 @dataclass(frozen=True, slots=True)

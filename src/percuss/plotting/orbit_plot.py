@@ -15,6 +15,7 @@ from percuss.model.exact import as_float
 from percuss.model.units import Units
 from percuss.orbits.bifurcations.branch import Branch
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit, counted
+from percuss.orbits.orbit.structure_orbit import StructureOrbit
 from percuss.plotting.marks import draw_jumps, draw_rest_points, draw_stops, stop_places
 from percuss.plotting.samples import SampledMotion, sample_curve, window_of
 from percuss.plotting.style import (
@@ -125,7 +126,7 @@ def _beyond(orbit: PeriodicOrbit, t: Floats, x: Floats) -> Flags:
 
 @shared_docs
 def plot_multipliers(
-    what: PeriodicOrbit | Branch,
+    what: PeriodicOrbit | StructureOrbit | Branch,
     ax: Axes | None = None,
     *,
     xlabel: str | None = None,
@@ -138,15 +139,15 @@ def plot_multipliers(
     Parameters
     ----------
     what
-        A periodic orbit, or a branch of them, whose points are coloured by the parameter.
+        A periodic orbit, also of a structure, or a branch of orbits, whose points are coloured by the parameter.
 
     Raises
     ------
     ParameterError
         If it is neither.
     """
-    if not isinstance(what, PeriodicOrbit | Branch):
-        raise ParameterError("what", what, "neither a PeriodicOrbit nor a Branch")
+    if not isinstance(what, PeriodicOrbit | StructureOrbit | Branch):
+        raise ParameterError("what", what, "neither an orbit nor a Branch")
     values = what.multipliers if isinstance(what, Branch) else what.multipliers[None]
     far = max(1.0, float(np.abs(np.stack([values.real, values.imag])).max(initial=0.0)))
     edge = 1.12 * min(far, MOST)

@@ -17,6 +17,7 @@ from percuss.io.study_text import number
 from percuss.model.exact import Phase, PiTimes, angle, as_float, phase_problem
 from percuss.model.paths import get_parameter, long_form, replace_parameter
 from percuss.model.start import Start
+from percuss.model.structure import StructureStart
 from percuss.numerics import exp, log
 from percuss.studies.study import StudyDraft
 from percuss.studies.tables import (
@@ -50,7 +51,9 @@ MOST = 100_000_000
 # Keys of the model whose faults concern a value only: the parameters of the model are known.
 LEAF = re.compile(
     r"oscillator\.((?!stop)\w+|stops\.\d+\.(?!type)\w+)"
-    r"|forcing\.(constant|period|harmonics\.\d+\.\w+|record\.(amplitude|omega)|(cos|sin)\.\d+)"
+    r"|(forcing|loads\.\d+)"
+    r"\.(constant|period|harmonics\.\d+\.\w+|record\.(amplitude|omega)|(cos|sin)\.\d+)"
+    r"|structure\.(stops\.\d+\.(?!type|on)\w+|(mass|stiffness|damping)\.\d+\.\d+)"
 )
 
 
@@ -167,7 +170,7 @@ def ranges_over(
             continue
         if not _fit(study, path, [(*place, 0), (*place, 1)], ends, None):
             continue
-        own = as_float(get_parameter(study.oscillator, study.forcing, None, path))
+        own = as_float(get_parameter(study.model, study.force, None, path))
         low, high = sorted(as_float(end) for end in ends)
         if holds_own and not low <= own <= high:
             reason = f"does not hold the model's own value {own:.12g}, where the branch begins"
@@ -177,7 +180,9 @@ def ranges_over(
     return ranges
 
 
-def values_over(study: StudyDraft, count: int | None, start: Start | None) -> dict[str, AxisValues]:
+def values_over(
+    study: StudyDraft, count: int | None, start: Start | StructureStart | None
+) -> dict[str, AxisValues]:
     """Return the axes of ``[over]``, and add their faults.
 
     Parameters
@@ -308,12 +313,14 @@ def _numbers_are_right(study: StudyDraft, place: Path, values: list[Any]) -> boo
     return not study.faults.is_wrong(".".join(map(str, place)))
 
 
-def _is_known(study: StudyDraft, path: str, place: Path, start: Start | None) -> bool:
+def _is_known(
+    study: StudyDraft, path: str, place: Path, start: Start | StructureStart | None
+) -> bool:
     """Return whether a right model has this parameter; add the fault if it has none."""
     if not all(LEAF.fullmatch(fault) for fault in _of_model(study)):
         return False
     try:
-        long_form(path, study.oscillator, study.forcing, start)
+        long_form(path, study.model, study.force, start)
     except ParameterError as error:
         study.faults.add(place, error.reason)
         return False
@@ -322,7 +329,7 @@ def _is_known(study: StudyDraft, path: str, place: Path, start: Start | None) ->
 
 def _of_model(study: StudyDraft) -> list[str]:
     """Return the paths of the faults of the model."""
-    owners = ("parameters", "oscillator", "forcing")
+    owners = ("parameters", *study.model_tables)
     return [fault.path for fault in study.faults.faults if fault.path.split(".")[0] in owners]
 
 
@@ -331,12 +338,12 @@ def _fit(
     path: str,
     places: Sequence[Path],
     values: Sequence[Phase],
-    start: Start | None,
+    start: Start | StructureStart | None,
 ) -> bool:
     """Return whether the model can take all values; add the fault of the first that it cannot."""
     for place, value in zip(places, values, strict=True):
         try:
-            replace_parameter(study.oscillator, study.forcing, start, path, value)
+            replace_parameter(study.model, study.force, start, path, value)
         except ParameterError as error:
             reason = words_of_file(error.reason)
             # The value of a parameter is right; what depends on it is not.

@@ -60,6 +60,8 @@ def link_of(study: Study) -> str:
     >>> state["view"], state["study"]["start"]
     ('explore', {'x0': 0, 'v0': '0.51', 't0': 0})
     """
+    if study.structure is not None:
+        raise ParameterError("study", "structure", "not on the page, which shows oscillators")
     shown = _SHOWN.get(type(study.question))
     if shown is None:
         known = "a motion, a diagram, a response or basins"

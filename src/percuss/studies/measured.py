@@ -66,13 +66,14 @@ def check_section(
 ) -> None:
     """Add the fault of a forcing without a period, or of strobes without a forcing."""
     # A default is not validated.
-    section, force = section_of(section), study.forcing
-    if study.faults.is_wrong("forcing") or study.faults.is_wrong(f"{table}.section"):
+    section, force = section_of(section), study.force
+    forces = study.model_tables[1]
+    if study.faults.is_wrong(forces) or study.faults.is_wrong(f"{table}.section"):
         return
     if force is not None and not force.is_constant:
         study.needs_period(why)
     elif section.kind == "stroboscopic":
-        place = ("forcing",) if "section" not in raw_table(study.document, table) else None
+        place = (forces,) if "section" not in raw_table(study.document, table) else None
         reason = in_words_of_file(NO_STROBES)
         if place is None:
             study.faults.add((table, "section"), reason, shown(section.given))

@@ -19,6 +19,7 @@ from percuss.studies.tables import (
     RawTable,
     StudyFaults,
     exact_phase,
+    is_matrix_file,
     raw_table,
     shown,
     words_of_file,
@@ -27,7 +28,7 @@ from percuss.studies.tables import (
 __all__ = ["with_expressions"]
 
 # Tables, and their keys, that may be expressions: the numbers of a motion.
-_TABLES = ("oscillator", "forcing", "start", "run")
+_TABLES = ("oscillator", "forcing", "structure", "loads", "start", "run")
 _KEYS = frozenset(
     [
         "stiffness",
@@ -51,6 +52,15 @@ _KEYS = frozenset(
         "t0",
         "t_end",
         "periods",
+        "frequencies",
+        "damping_ratios",
+        "masses",
+        "springs",
+        "dashpots",
+        "gap",
+        "absorber_mass",
+        "absorber_damping",
+        "loads_period",
     ]
 )
 
@@ -120,7 +130,9 @@ class _Reader:
         if isinstance(value, list):
             return [self.converted(inner, (*path, index)) for index, inner in enumerate(value)]
         keys = [key for key in path if isinstance(key, str)]
-        return self._number(value, path) if keys[-1] in _KEYS else value
+        # The matrix of a structure may be the name of a file.
+        is_file = keys[0] == "structure" and is_matrix_file(value)
+        return self._number(value, path) if keys[-1] in _KEYS and not is_file else value
 
     def _number(self, value: Any, path: Path) -> Any:
         if not isinstance(value, str) or phase_problem(exact_phase(value)) is None:

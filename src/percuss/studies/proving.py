@@ -65,6 +65,9 @@ def check_certify(study: Study) -> None:
     """
     if study.certify is None:
         return
+    if study.structure is not None:
+        reason = "for oscillators; of structures there are no proofs"
+        raise ParameterError("certify", study.certify.digits, reason)
     if not study.question.is_certifiable:
         reason = f"for studies of kind motion, orbit and branch; this one is of kind {study.kind}"
         raise ParameterError("certify", study.certify.digits, reason)

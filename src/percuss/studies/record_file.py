@@ -11,19 +11,21 @@ from typing import Any, TypeAlias
 
 from percuss.model.faults import draft
 from percuss.model.force_record import ForceRecord
-from percuss.studies.tables import RawTable, StudyFaults, exact_phase, shown
+from percuss.studies.tables import Path, RawTable, StudyFaults, exact_phase, shown
 
 __all__ = ["columns_of", "record_of"]
 
 Samples: TypeAlias = tuple[tuple[Any, ...], tuple[Any, ...]]
 
-PATH = ("forcing", "record")
+PATH: Path = ("forcing", "record")
 # Lines of a table whose faults are told.
 MOST_TOLD = 10
 NO_PLACE = "a study that is no file has no files beside it; give t and f"
 
 
-def record_of(table: RawTable, folder: FilePath | None, faults: StudyFaults) -> ForceRecord | None:
+def record_of(
+    table: RawTable, folder: FilePath | None, faults: StudyFaults, path: Path = PATH
+) -> ForceRecord | None:
     """Return the record of a table, not checked by the model; None where it has no samples.
 
     Parameters
@@ -34,8 +36,10 @@ def record_of(table: RawTable, folder: FilePath | None, faults: StudyFaults) -> 
         The folder of the study file, None for a study without one.
     faults
         The faults found so far.
+    path
+        Where the table stands.
     """
-    samples = _samples(table, folder, faults)
+    samples = _samples(table, folder, faults, path)
     if samples is None:
         return None
     defaults = {"kind": "linear", "repeat": False, "outside": "end", "amplitude": 1, "omega": None}
@@ -43,26 +47,28 @@ def record_of(table: RawTable, folder: FilePath | None, faults: StudyFaults) -> 
     return draft(ForceRecord, t=samples[0], f=samples[1], **given)
 
 
-def _samples(table: RawTable, folder: FilePath | None, faults: StudyFaults) -> Samples | None:
+def _samples(
+    table: RawTable, folder: FilePath | None, faults: StudyFaults, path: Path
+) -> Samples | None:
     if "file" in table:
         for name in ("t", "f"):
             if name in table:
-                faults.add((*PATH, name), "given together with file; give one of the two")
+                faults.add((*path, name), "given together with file; give one of the two")
         if folder is None:
-            faults.add((*PATH, "file"), NO_PLACE, shown(table["file"]))
+            faults.add((*path, "file"), NO_PLACE, shown(table["file"]))
         elif isinstance(table["file"], str):
-            return _columns(folder / table["file"], table, faults)
+            return _columns(folder / table["file"], table, faults, path)
         return None
     for name in ("t", "f"):
         if name not in table:
-            faults.add((*PATH, name), "missing; give t and f, or a file")
+            faults.add((*path, name), "missing; give t and f, or a file")
     t, f = table.get("t"), table.get("f")
     if not isinstance(t, list) or not isinstance(f, list):
         return None
     return tuple(exact_phase(value) for value in t), tuple(f)
 
 
-def _columns(file: FilePath, table: RawTable, faults: StudyFaults) -> Samples | None:
+def _columns(file: FilePath, table: RawTable, faults: StudyFaults, path: Path) -> Samples | None:
     """Return the columns of a CSV file that a record names, or add all its faults as one."""
     names = table.get("time", "t"), table.get("force", "f")
     try:
@@ -70,9 +76,9 @@ def _columns(file: FilePath, table: RawTable, faults: StudyFaults) -> Samples | 
         return columns_of(text, *map(str, names))
     except (OSError, UnicodeDecodeError) as error:
         words = getattr(error, "strerror", None) or "not a table in UTF-8"
-        faults.add((*PATH, "file"), words.lower(), shown(str(table["file"])))
+        faults.add((*path, "file"), words.lower(), shown(str(table["file"])))
     except ValueError as error:
-        faults.add((*PATH, "file"), str(error), shown(str(table["file"])))
+        faults.add((*path, "file"), str(error), shown(str(table["file"])))
     return None
 
 

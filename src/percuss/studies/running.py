@@ -273,7 +273,7 @@ def _write(
                 path,
                 record,
                 units=units,
-                has_header_units=study.oscillator.units is not None,
+                has_header_units=study.model.units is not None,
                 record_path=record_path,
             )
         else:

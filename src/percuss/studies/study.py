@@ -13,8 +13,10 @@ from percuss.execution import Execution
 from percuss.io.study_text import model_tables, toml_text
 from percuss.model.faults import draft
 from percuss.model.forcing import Forcing
+from percuss.model.loads import Loads
 from percuss.model.oscillator import Oscillator, Stop
 from percuss.model.start import Start, start_faults
+from percuss.model.structure import Structure
 from percuss.model.units import is_unit
 from percuss.studies.tables import (
     DRAW_ALL,
@@ -63,16 +65,57 @@ _PLACE = ("at", "side")
 LONGEST_REASON = 160
 
 
+class OneModel:
+    """What moves and what acts on it, under the names of the two that it may be."""
+
+    __slots__ = ()
+
+    model: Oscillator | Structure
+    force: Forcing | Loads | None
+
+    @property
+    def structure(self) -> Structure | None:
+        """The structure; None where it is an oscillator."""
+        return self.model if isinstance(self.model, Structure) else None
+
+    @property
+    def oscillator(self) -> Oscillator:
+        """The oscillator.
+
+        Raises
+        ------
+        TypeError
+            If it is a structure.
+        """
+        if isinstance(self.model, Structure):
+            raise TypeError("a study of a structure, which is `model`, has no oscillator")
+        return self.model
+
+    @property
+    def forcing(self) -> Forcing | None:
+        """The force on the oscillator.
+
+        Raises
+        ------
+        TypeError
+            If there are loads of a structure.
+        """
+        if isinstance(self.force, Loads):
+            raise TypeError("the loads of a structure, which are `force`, are no forcing")
+        return self.force
+
+
 @dataclass(frozen=True, slots=True)
-class StudyDraft:
+class StudyDraft(OneModel):
     """A study while its file is read, against which its question is checked.
 
     Attributes
     ----------
     document
         The tables as `tomllib` reads them, faulty ones too.
-    oscillator, forcing
-        The model; drafts where they have faults.
+    model, force
+        The oscillator and the force on it, or the structure and its loads; drafts where they have
+        faults.
     draw
         The pictures.
     faults
@@ -80,23 +123,32 @@ class StudyDraft:
     """
 
     document: RawTable
-    oscillator: Oscillator
-    forcing: Forcing | None
+    model: Oscillator | Structure
+    force: Forcing | Loads | None
     draw: Draw
     faults: StudyFaults
 
     @property
+    def model_tables(self) -> tuple[str, str]:
+        """The names of the tables of what moves and of what acts on it."""
+        return ("oscillator", "forcing") if self.structure is None else ("structure", "loads")
+
+    @property
     def has_right_model(self) -> bool:
         """Whether the model has no faults."""
-        return not (self.faults.is_wrong("oscillator") or self.faults.is_wrong("forcing"))
+        return not any(map(self.faults.is_wrong, self.model_tables))
 
     def needs_period(self, why: str) -> None:
-        """Add a forcing without a period, where one is needed."""
-        if self.faults.is_wrong("forcing"):
+        """Add a force without a period, where one is needed."""
+        table = self.model_tables[1]
+        if self.faults.is_wrong(table):
             return
-        if self.forcing is None or self.forcing.is_constant:
-            self.faults.add(("forcing",), f"missing harmonics; {why}")
-        elif self.forcing.period is None:
+        if self.force is None or self.force.is_constant:
+            self.faults.add((table,), f"missing harmonics; {why}")
+        elif self.force.period is None and self.structure is not None:
+            reason = f"missing, as the loads have no common period; {why}"
+            self.faults.add(("structure", "loads_period"), reason)
+        elif self.force.period is None:
             self.faults.add(("forcing", "period"), f"missing; {why}")
 
 
@@ -117,9 +169,13 @@ class Question(ABC):
         Whether it is computed in chunks, for which there are stores and engines.
     is_certifiable
         Whether its file may ask for a proof.
-    needed
-        Tables that its file must have.
-    save_keys, draw_keys
+    for_structures
+        Whether it may be asked of a structure.
+    needed, needed_of_structures
+        Tables that its file must have, and that of a structure.
+    of_oscillators, of_structures
+        Fields that only the files of an oscillator, or of a structure, have.
+    save_keys, draw_keys, draw_keys_of_structures
         Keys of ``[save]`` and ``[draw]`` beyond those of all kinds.
     columns
         The tables saved as CSV, by the stem of the file.
@@ -132,9 +188,14 @@ class Question(ABC):
     stem: ClassVar[str]
     is_ensemble: ClassVar[bool] = False
     is_certifiable: ClassVar[bool] = False
+    for_structures: ClassVar[bool] = False
     needed: ClassVar[tuple[str, ...]] = ()
+    needed_of_structures: ClassVar[tuple[str, ...]] = ()
+    of_oscillators: ClassVar[tuple[str, ...]] = ()
+    of_structures: ClassVar[tuple[str, ...]] = ()
     save_keys: ClassVar[tuple[str, ...]] = ()
     draw_keys: ClassVar[tuple[str, ...]] = ()
+    draw_keys_of_structures: ClassVar[tuple[str, ...]] = ()
     columns: ClassVar[Mapping[str, str]] = {}
 
     def __init_subclass__(cls) -> None:
@@ -177,7 +238,7 @@ class Question(ABC):
 
 
 def check_start(start: Start, study: StudyDraft) -> None:
-    """Add the faults of a start."""
+    """Add the faults of a start of an oscillator."""
     is_given = "start" in study.document
     walls = draft(Oscillator, stops=known_walls(study))
     place = "start" if is_given else None
@@ -259,13 +320,14 @@ def ends_of(data: Dataset) -> str:
 
 
 @dataclass(frozen=True, slots=True)
-class Study:
+class Study(OneModel):
     """A model, a question about it, and what is kept of the answer.
 
     Parameters
     ----------
-    oscillator, forcing
-        The oscillator and the force on it (None: free).
+    model, force
+        The oscillator and the force on it (None: free), which are also `oscillator` and `forcing`;
+        or a structure and its loads.
     question
         The question: a value of `percuss.studies.kinds`, such as `Motion`.
     title
@@ -284,8 +346,8 @@ class Study:
     'motion'
     """
 
-    oscillator: Oscillator
-    forcing: Forcing | None
+    model: Oscillator | Structure
+    force: Forcing | Loads | None
     question: Question
     title: str = ""
     save: Save = SAVE_ALL
@@ -319,7 +381,7 @@ def study_text(study: Study) -> str:
     return toml_text(
         {
             "study": {"kind": study.kind, "title": study.title},
-            **model_tables(study.oscillator, study.forcing, study.question),
+            **model_tables(study.model, study.force, study.question),
             **study.question.tables(),
             **certify,
             "save": as_written(study.save),

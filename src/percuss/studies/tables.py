@@ -28,15 +28,18 @@ from percuss.model.exact import (
     phase_problem,
 )
 from percuss.model.faults import Fault, draft
+from percuss.model.oscillator import On, plain_on
 from percuss.model.start import Start
+from percuss.model.structure import StructureStart
 from percuss.model.units import Units
 
 __all__ = [
-    "DRAW_ALL", "MISSING", "NO_NUMBER", "NO_PHASE", "SAVE_ALL", "Certify", "Count", "Draw", "Flag",
-    "NumberKey", "Path", "PhaseKey", "RawTable", "Save", "StartState", "StartTable", "StudyFault",
+    "DRAW_ALL", "MATRIX_FILES", "MISSING", "NO_DIRECTION", "NO_NUMBER", "NO_PHASE", "SAVE_ALL", "Certify", "Count",
+    "Draw", "Flag", "NumberKey", "NumbersKey", "OnKey", "OnKeys", "Path", "PhaseKey", "RawTable", "Save", "StartState", "StartTable", "StructureStartTable", "StudyFault",
     "StudyFaults", "StudyTable", "Text", "Whole", "as_written", "default", "exact_phase",
-    "keys_of", "line_of", "raw_table", "read", "sentence", "shown", "table", "table_only",
+    "is_matrix_file", "keys_of", "line_of", "raw_table", "read", "sentence", "shown", "table", "table_only",
     "unknown_key", "unknown_value", "values_of", "words_of_file",
+    "written_numbers",
 ]  # fmt: skip
 
 # Keys, and indices into lists.
@@ -45,6 +48,9 @@ Path: TypeAlias = tuple[str | int, ...]
 # In place of a required key that has a fault already.
 MISSING: Any = object()
 NO_NUMBER = 'not a number; write 2.8, or "2.8" for that decimal, "1/3" for that fraction'
+# What the names of files of matrices end with.
+MATRIX_FILES = (".csv", ".txt", ".npy", ".npz", ".mtx")
+NO_DIRECTION = 'neither a coordinate, such as 0, nor a direction, [1, -1], nor a point, "tip"'
 NO_PHASE = f'{NO_NUMBER}, "pi/2" for that multiple of pi'
 # Faults of the model in the words of a study file.
 _WORDS_OF_FILE = {NOT_A_NUMBER: NO_NUMBER, NOT_A_PHASE: NO_PHASE}
@@ -58,7 +64,7 @@ MOST_DIGITS = 1000
 # Samples of a motion in a file: more take over two gigabytes.
 MOST_SAMPLES = 100_000_000
 
-DrawnQuantity: TypeAlias = Literal["impact_velocity", "grazing_margin", "multiplier"]
+DrawnQuantity: TypeAlias = Literal["impact_velocity", "grazing_margin", "multiplier", "amplitude"]
 
 # Our sentences for the errors of pydantic; {} stands for their context.
 _REASONS = {
@@ -142,7 +148,8 @@ class StudyFaults:
             if fault.value is not MISSING:
                 names = fault.name.split(".")
                 path = tuple(int(name) if name.isdecimal() else name for name in names)
-                self.add(path, words_of_file(fault.reason), shown(fault.value))
+                value = "" if fault.value is None else shown(fault.value)
+                self.add(path, words_of_file(fault.reason), value)
 
     def is_wrong(self, dotted: str) -> bool:
         """Return whether a key or a key in it has a fault already."""
@@ -197,6 +204,7 @@ def shown(value: object) -> str:
         return _on_one_line(f'"{value}"{number}')
     if isinstance(value, Mapping):
         return _on_one_line(_inline(value))
+    value = list(value) if isinstance(value, tuple) else value
     return _on_one_line(f'"{value}"' if isinstance(value, str) else repr(value))
 
 
@@ -339,6 +347,11 @@ def exact_phase(value: Any) -> Any:
     return PiTimes(times, as_fraction(rest))
 
 
+def is_matrix_file(value: object) -> bool:
+    """Return whether a text names a file of a matrix, by its end."""
+    return isinstance(value, str) and value.lower().endswith(MATRIX_FILES)
+
+
 def _is_number(value: object) -> bool:
     # The model decides whether a text is a number; true is an int in Python only.
     is_given = isinstance(value, str) or hasattr(value, "__float__") or value is MISSING
@@ -396,14 +409,63 @@ class StartTable:
     t0: PhaseKey = 0.0
 
 
-def _start(value: Any) -> Start:
-    if isinstance(value, Start):
+def _numbers(value: object) -> object:
+    if isinstance(value, list | tuple) and all(map(_is_number, value)):
+        return tuple(value)
+    if not _is_number(value):
+        raise PydanticCustomError("numbers", "not a list of numbers, one for each coordinate")
+    return value
+
+
+def _on(value: object) -> object:
+    is_index = isinstance(value, int) and not isinstance(value, bool)
+    is_direction = isinstance(value, list | tuple) and all(map(_is_number, value))
+    if value is not None and not (is_index or is_direction or isinstance(value, str)):
+        raise PydanticCustomError("on", NO_DIRECTION)
+    return plain_on(value)
+
+
+def written_numbers(value: object) -> object:
+    """Return a number, or a list of numbers, as a study file holds it."""
+    return [number(item) for item in value] if isinstance(value, tuple) else number(value)  # type: ignore[arg-type]
+
+
+def _written_on(on: On | None) -> object:
+    return [number(item) for item in on] if isinstance(on, tuple) else on
+
+
+# Of each coordinate, or one number: 0, or that of the only coordinate.
+NumbersKey = Annotated[
+    tuple[exact.Exact, ...] | exact.Exact,
+    PlainValidator(_numbers),
+    PlainSerializer(written_numbers),
+]
+# A coordinate, a direction or the name of a point.
+OnKey = Annotated[On | None, PlainValidator(_on), PlainSerializer(_written_on)]
+OnKeys = Annotated[
+    tuple[OnKey, ...] | None,
+    PlainSerializer(lambda given: None if given is None else [_written_on(on) for on in given]),
+]
+
+
+@table
+class StructureStartTable:
+    """``[start]`` of a structure, not checked yet: a number for each coordinate."""
+
+    x0: NumbersKey = 0.0
+    v0: NumbersKey = 0.0
+    t0: PhaseKey = 0.0
+
+
+def _start(value: Any) -> Start | StructureStart:
+    if isinstance(value, Start | StructureStart):
         return value
     # Checked later, against the walls of the model: one fault, not two.
     return draft(Start, **values_of(TypeAdapter(StartTable).validate_python(value)))
 
 
-StartState = Annotated[Start, PlainValidator(_start), PlainSerializer(start_table)]
+# Of a structure a StructureStart: the model of the study decides.
+StartState = Annotated[Any, PlainValidator(_start), PlainSerializer(start_table)]
 
 
 @table
@@ -445,6 +507,11 @@ class Draw:
         The quantity of a branch drawn over its parameter, as in `percuss.plotting.plot_branch`.
     manifolds
         Whether the stable manifolds of saddles are drawn into basins.
+    on
+        Coordinates, directions and points of a structure whose motions are drawn; default: its
+        points, or else all coordinates.
+    coordinate
+        Of a structure that whose amplitude is drawn over a branch.
     """
 
     png: Flag = True
@@ -454,6 +521,8 @@ class Draw:
     time_unit: Text = ""
     quantity: DrawnQuantity | None = None
     manifolds: Annotated[Flag, PlainSerializer(lambda is_on: is_on or None)] = False
+    on: OnKeys = None
+    coordinate: Annotated[Whole, PlainSerializer(lambda index: index or None)] = 0
 
     def units(self) -> Units | None:
         """Return the units as plots take them; None: those of the oscillator."""

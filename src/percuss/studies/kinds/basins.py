@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
@@ -15,9 +16,10 @@ from percuss.execution import Execution
 from percuss.model.exact import as_float
 from percuss.model.faults import phase_faults, positive_faults
 from percuss.model.oscillator import Wall
-from percuss.studies.axes import AxisValues, StartAxis, axes_of, over_of
+from percuss.studies.axes import AxisValues, OverAxes, StartAxis, axes_of, over_of, values_over
 from percuss.studies.measured import MeasureNames, check_measures
 from percuss.studies.study import (
+    AT_REST,
     Question,
     StudyDraft,
     counted,
@@ -25,7 +27,7 @@ from percuss.studies.study import (
     titled_axes,
     with_unit,
 )
-from percuss.studies.tables import NumberKey, PhaseKey, Whole, default, table
+from percuss.studies.tables import NumberKey, OnKey, PhaseKey, StartState, Whole, default, table
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -50,11 +52,17 @@ class Basins(Question):
         The axes: x0 and v0, or cycle and v.
     stop, t0, periods, escape, measures
         As there.
+    over, start, on
+        Of a structure, as there: two numbers of its start, and the others.
     """
 
     doing: ClassVar = "following the starts"
     is_ensemble: ClassVar = True
+    for_structures: ClassVar = True
     needed: ClassVar = ("basins",)
+    needed_of_structures: ClassVar = ("over",)
+    of_oscillators: ClassVar = ("x0", "v0", "cycle", "v", "stop", "t0")
+    of_structures: ClassVar = ("over", "start", "on")
     draw_keys: ClassVar = ("manifolds",)
     columns: ClassVar = {"basins": "table", "attractors": "attractors"}
 
@@ -70,11 +78,16 @@ class Basins(Question):
     measures: Annotated[MeasureNames, PlainSerializer(lambda names: [*names] or None)] = default(
         basins, "measures"
     )
+    over: OverAxes = Field(default_factory=dict)
+    start: StartState = AT_REST
+    on: OnKey = None
 
     def checked(self, study: StudyDraft) -> Self:
         """Check the period of the forcing and the numbers, and read the axes."""
         study.needs_period("basins need a periodic forcing")
         check_measures(self.measures, ("basins", "measures"), {}, study)
+        if study.structure is not None:
+            return self._of_structure(study)
         given = {name: raw for name in (*STATES, *IMPACTS)
                  if (raw := getattr(self, name)) is not None}  # fmt: skip
         _check_pair(given, study)
@@ -83,6 +96,33 @@ class Basins(Question):
         study.faults.add_from_model(positive_faults("basins.escape", self.escape))
         self._check_impacts(axes, study)
         return replace(self, **axes)
+
+    def _of_structure(self, study: StudyDraft) -> Self:
+        """Return basins in a plane of starts of a structure, and add their faults."""
+        from percuss.studies.of_structures import check_measured, checked_start
+
+        check_measured(self.measures, self.on, ("basins", "measures"), study)
+        study.faults.add_from_model(positive_faults("basins.escape", self.escape))
+        start = checked_start(self.start, study)
+        over = values_over(study, 2, start)
+        for path in over:
+            if not re.fullmatch(r"start\.[xv]0\.\d+", path):
+                reason = 'no number of the start; a basin is over two, such as "start.x0.0"'
+                study.faults.add(("over", path), reason)
+        return replace(self, start=start, over=over)
+
+    def tables(self) -> dict[str, object]:
+        """Return the tables of the question, those of a structure only where it is one."""
+        tables: dict[str, Any] = Question.tables(self)
+        if not self.over:
+            del tables["over"], tables["start"]
+            return tables
+        own = {
+            name: value
+            for name, value in tables["basins"].items()
+            if name not in self.of_oscillators
+        }
+        return {**tables, "basins": own}
 
     def _check_impacts(self, axes: dict[str, AxisValues], study: StudyDraft) -> None:
         """Add the faults of starts at a wall."""
@@ -101,6 +141,16 @@ class Basins(Question):
     def answer(self, study: Study, execution: Execution) -> Dataset:
         """Return the attractor of each start."""
         arguments = {name: value for name, value in self.arguments().items() if value is not None}
+        if study.structure is not None:
+            own = {
+                name: value for name, value in arguments.items() if name not in self.of_oscillators
+            }
+            own |= {"over": over_of(self.over), "escape": as_float(self.escape)}
+            if self.start is AT_REST:
+                del own["start"]
+            return basins(study.structure, study.force, **own, **execution.keywords())
+        for name in self.of_structures:
+            arguments.pop(name, None)
         axes = {name: arguments[name] for name in (*STATES, *IMPACTS) if name in arguments}
         arguments |= over_of(axes) | {"escape": as_float(self.escape)} | execution.keywords()
         return basins(study.oscillator, study.forcing, **arguments)

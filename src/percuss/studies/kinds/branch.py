@@ -12,13 +12,18 @@ from percuss.orbits import continue_orbit
 from percuss.studies.axes import OverRanges, ParameterRange, ranges_over
 from percuss.studies.kinds.orbit import Sought
 from percuss.studies.study import Question, StudyDraft, titled_axes
-from percuss.studies.tables import Count, default, table, values_of
+from percuss.studies.tables import Count, default, shown, table, unknown_value, values_of
 
 if TYPE_CHECKING:
     from percuss.orbits import Branch as BranchResult
+    from percuss.orbits import StructureBranch
     from percuss.studies.study import Study
 
 __all__ = ["Branch", "Steps", "follow"]
+
+# What pictures show of branches.
+OF_OSCILLATORS = ["impact_velocity", "grazing_margin", "multiplier"]
+OF_STRUCTURES = ["amplitude", "multiplier"]
 
 
 @table
@@ -37,7 +42,7 @@ def follow(
     over: dict[str, ParameterRange],
     steps: Steps,
     execution: Execution,
-) -> BranchResult:
+) -> BranchResult | StructureBranch:
     """Find the orbit of a study, and follow it along a parameter."""
     orbit = sought.find(study)
     return continue_orbit(orbit, over, **values_of(steps), progress=execution.progress)
@@ -59,8 +64,11 @@ class Branch(Question):
 
     doing: ClassVar = "following the orbit"
     is_certifiable: ClassVar = True
+    for_structures: ClassVar = True
     needed: ClassVar = ("over",)
+    needed_of_structures: ClassVar = ("over",)
     draw_keys: ClassVar = ("quantity",)
+    draw_keys_of_structures: ClassVar = ("quantity", "coordinate")
     columns: ClassVar = {"branch": "branch", "special_points": "special_points"}
 
     sought: Sought
@@ -70,20 +78,33 @@ class Branch(Question):
     def checked(self, study: StudyDraft) -> Self:
         """Check the orbit sought, and read the range."""
         self.sought.check(study)
+        self._check_drawn(study)
         return replace(self, over=ranges_over(study, 1, holds_own=True))
 
-    def answer(self, study: Study, execution: Execution) -> BranchResult:
+    def _check_drawn(self, study: StudyDraft) -> None:
+        """Add the fault of a quantity that the branch does not have."""
+        structure, quantity = study.structure, study.draw.quantity
+        known = OF_OSCILLATORS if structure is None else OF_STRUCTURES
+        if quantity is not None and quantity not in known:
+            study.faults.add(("draw", "quantity"), unknown_value(quantity, known), shown(quantity))
+        if structure is not None and study.has_right_model and study.draw.coordinate >= structure.n:
+            reason = f"no such coordinate; the coordinates are 0 to {structure.n - 1}"
+            study.faults.add(("draw", "coordinate"), reason, str(study.draw.coordinate))
+
+    def answer(self, study: Study, execution: Execution) -> BranchResult | StructureBranch:
         """Find the orbit and follow it."""
         return follow(study, self.sought, self.over, self.steps, execution)
 
-    def draw(self, result: BranchResult, study: Study, figure: Any) -> None:
+    def draw(self, result: BranchResult | StructureBranch, study: Study, figure: Any) -> None:
         """Draw the branch over its parameter."""
         from percuss.plotting import plot_branch
 
         axes = titled_axes(study, figure, 7.0, 4.6)
-        plot_branch(result, axes, quantity=study.draw.quantity, units=study.draw.units())
+        draw = study.draw
+        own = {"quantity": draw.quantity, "coordinate": draw.coordinate, "units": draw.units()}
+        plot_branch(result, axes, **own)
 
-    def report(self, result: BranchResult) -> dict[str, str]:
+    def report(self, result: BranchResult | StructureBranch) -> dict[str, str]:
         """Return the branch, its special points and why it ends."""
         low, high = result.values.min(), result.values.max()
         stable, physical = int(result.is_stable.sum()), int(result.admissible.sum())

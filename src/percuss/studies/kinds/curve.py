@@ -13,15 +13,18 @@ from percuss.studies.axes import OverRanges, ParameterRange, ranges_over
 from percuss.studies.kinds.branch import Steps, follow
 from percuss.studies.kinds.orbit import Sought
 from percuss.studies.study import Question, StudyDraft, titled_axes
-from percuss.studies.tables import Text, shown, table
+from percuss.studies.tables import Text, raw_table, shown, table, unknown_value
 
 if TYPE_CHECKING:
     from percuss.orbits import Curve as CurveResult
+    from percuss.orbits import StructureCurve
     from percuss.studies.study import Study
 
 __all__ = ["Curve"]
 
-PointKind = Literal["fold", "period_doubling", "symmetry_breaking", "grazing"]
+PointKind = Literal["fold", "period_doubling", "symmetry_breaking", "grazing", "torus"]
+OF_OSCILLATORS: tuple[PointKind, ...] = get_args(PointKind)[:4]
+OF_STRUCTURES: tuple[PointKind, ...] = ("fold", "period_doubling", "torus")
 
 
 @table
@@ -44,21 +47,37 @@ class Curve(Question):
 
     doing: ClassVar = "following the curves"
     stem: ClassVar = "curves"
+    for_structures: ClassVar = True
     needed: ClassVar = ("over",)
+    needed_of_structures: ClassVar = ("over",)
     # One row a point of a curve.
     columns: ClassVar = {"curves": "curves"}
 
     sought: Sought
     over: OverRanges
     along: Text | None = None
-    points: tuple[PointKind, ...] = get_args(PointKind)
+    points: tuple[PointKind, ...] = OF_OSCILLATORS
     steps: Steps = Steps()
 
     def checked(self, study: StudyDraft) -> Self:
         """Check the orbit sought, and read the ranges and the parameter of the branch."""
         self.sought.check(study)
         over = ranges_over(study, 2, holds_own=True)
-        return replace(self, over=over, along=self._first_of(over, study))
+        own = replace(self, over=over, along=self._first_of(over, study))
+        if study.structure is None:
+            own._check_points(OF_OSCILLATORS, study)
+        elif "points" in raw_table(study.document, "curve"):
+            own._check_points(OF_STRUCTURES, study)
+        else:
+            own = replace(own, points=OF_STRUCTURES)
+        return own
+
+    def _check_points(self, known: tuple[PointKind, ...], study: StudyDraft) -> None:
+        """Add the faults of points that such a model does not have."""
+        for index, name in enumerate(self.points):
+            if name not in known:
+                reason = unknown_value(name, list(known))
+                study.faults.add(("curve", "points", index), reason, shown(name))
 
     def _first_of(self, over: dict[str, ParameterRange], study: StudyDraft) -> str:
         """Return the parameter of the branch, and add its faults."""
@@ -66,9 +85,9 @@ class Curve(Question):
         if given is None or len(over) < 2:
             return given or next(iter(over), "")
         # In its long or its short form, in both places.
-        names = {long_form(path, study.oscillator, study.forcing): path for path in over}
+        names = {long_form(path, study.model, study.force): path for path in over}
         try:
-            name = long_form(given, study.oscillator, study.forcing)
+            name = long_form(given, study.model, study.force)
         except ParameterError:
             name = ""
         if name not in names:
@@ -76,7 +95,7 @@ class Curve(Question):
             study.faults.add(("curve", "along"), reason, shown(given))
         return names.get(name, given)
 
-    def answer(self, study: Study, execution: Execution) -> list[CurveResult]:
+    def answer(self, study: Study, execution: Execution) -> list[CurveResult | StructureCurve]:
         """Follow the orbit, and each special point."""
         along = self.along or next(iter(self.over))
         branch = follow(study, self.sought, {along: self.over[along]}, self.steps, execution)
@@ -86,7 +105,7 @@ class Curve(Question):
             if point.kind in self.points
         ]
 
-    def draw(self, result: list[CurveResult], study: Study, figure: Any) -> None:
+    def draw(self, result: list[CurveResult | StructureCurve], study: Study, figure: Any) -> None:
         """Draw the curves in the plane of the parameters."""
         from percuss.plotting import plot_curves
 
@@ -97,7 +116,7 @@ class Curve(Question):
             figure.text(0.5, 0.5, "no such points on the branch", ha="center")
             figure.suptitle(study.title, parse_math=False)
 
-    def report(self, result: list[CurveResult]) -> dict[str, str]:
+    def report(self, result: list[CurveResult | StructureCurve]) -> dict[str, str]:
         """Return each curve, its special points and why it ends."""
         rows = {"curves": str(len(result)) if result else "none: no such points on the branch"}
         for i, curve in enumerate(result):
@@ -106,6 +125,7 @@ class Curve(Question):
             lines = [f"{kind}, {len(curve)} points from ({first}) to ({last})"]
             for point in curve.special_points:
                 at = ", ".join(f"{value:.10g}" for value in point.values)
-                lines.append(f"{point.kind.replace('_', ' ')} at ({at}): {point.detail}")
+                detail = f": {point.detail}" if hasattr(point, "detail") else ""
+                lines.append(f"{point.kind.replace('_', ' ')} at ({at}){detail}")
             rows[f"curve {i}"] = "\n".join([*lines, f"ends: {curve.end_reason}"])
         return rows

@@ -14,6 +14,8 @@ from percuss.io.study_text import start_table
 from percuss.model.faults import draft
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start, start_faults
+from percuss.model.structure import StructureStart
+from percuss.motion.sections import section_of
 from percuss.studies.axes import OverAxes, over_of, values_over
 from percuss.studies.measured import MeasureNames, SectionKey, check_measures, check_section
 from percuss.studies.study import (
@@ -25,7 +27,18 @@ from percuss.studies.study import (
     known_walls,
     titled_axes,
 )
-from percuss.studies.tables import PhaseKey, Whole, default, raw_table, shown, table, words_of_file
+from percuss.studies.tables import (
+    NumbersKey,
+    OnKey,
+    PhaseKey,
+    Whole,
+    default,
+    exact_phase,
+    raw_table,
+    shown,
+    table,
+    words_of_file,
+)
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -35,18 +48,24 @@ if TYPE_CHECKING:
 __all__ = ["Diagram"]
 
 _ROW = TypeAdapter(Annotated[list[PhaseKey], Field(min_length=2, max_length=3)])
+_ROW_OF_STRUCTURE = TypeAdapter(Annotated[list[NumbersKey], Field(min_length=2, max_length=3)])
 _NAMES = ("x0", "v0", "t0")
 
 
-def _start(row: Any) -> Start:
-    """Return a start in a list, not checked."""
-    if isinstance(row, Start):
+def _start(row: Any) -> Start | StructureStart:
+    """Return a start in a list, not checked; of a structure x0 and v0 are lists."""
+    if isinstance(row, Start | StructureStart):
         return row
+    if isinstance(row, list) and any(isinstance(part, list) for part in row):
+        parts = [exact_phase(part) for part in _ROW_OF_STRUCTURE.validate_python(row)]
+        return draft(StructureStart, **dict(zip(_NAMES, parts, strict=False)))
     return draft(Start, **dict(zip(_NAMES, _ROW.validate_python(row), strict=False)))
 
 
 StartRow = Annotated[
-    Start, PlainValidator(_start), PlainSerializer(lambda start: [*start_table(start).values()])
+    Any,
+    PlainValidator(_start),
+    PlainSerializer(lambda start: [*start_table(start).values()]),
 ]
 
 
@@ -56,7 +75,10 @@ class Diagram(Question):
 
     doing: ClassVar = "following the motions"
     is_ensemble: ClassVar = True
+    for_structures: ClassVar = True
     needed: ClassVar = ("over",)
+    needed_of_structures: ClassVar = ("over",)
+    of_structures: ClassVar = ("on",)
     columns: ClassVar = {"diagram": "table"}
 
     over: OverAxes
@@ -68,13 +90,29 @@ class Diagram(Question):
     measures: Annotated[MeasureNames, PlainSerializer(lambda names: [*names] or None)] = default(
         bifurcation_diagram, "measures"
     )
+    on: OnKey = None
 
     def checked(self, study: StudyDraft) -> Self:
         """Check the period of the forcing, the measures and the starts, and read the axis."""
         check_section(self.section, "diagram", "a diagram needs a periodic forcing", study)
         check_measures(self.measures, ("diagram", "measures"), self.over, study)
+        if study.structure is not None:
+            return self._of_structure(study)
         self._check_starts(study)
         return replace(self, over=values_over(study, 1, self.starts[0]))
+
+    def _of_structure(self, study: StudyDraft) -> Self:
+        """Return the diagram of a structure with its starts and its axis, and add their faults."""
+        from percuss.studies.of_structures import check_measured, checked_start
+
+        path = ("diagram", "measures")
+        section = section_of(self.section)
+        check_measured(self.measures, self.on, path, study, section=section)
+        starts = tuple(
+            checked_start(start, study, ("diagram", "starts", index))
+            for index, start in enumerate(self.starts)
+        )
+        return replace(self, starts=starts, over=values_over(study, 1, starts[0]))
 
     def _check_starts(self, study: StudyDraft) -> None:
         walls = draft(Oscillator, stops=known_walls(study))
@@ -92,7 +130,9 @@ class Diagram(Question):
     def answer(self, study: Study, execution: Execution) -> Dataset:
         """Return the points."""
         arguments = self.arguments() | {"over": over_of(self.over)} | execution.keywords()
-        return bifurcation_diagram(study.oscillator, study.forcing, **arguments)
+        if self.starts == (AT_REST,):
+            del arguments["starts"]
+        return bifurcation_diagram(study.model, study.force, **arguments)
 
     def draw(self, result: Dataset, study: Study, figure: Any) -> None:
         """Draw the diagram."""

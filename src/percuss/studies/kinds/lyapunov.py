@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, ClassVar, Self
 
 from pydantic import Field
@@ -27,9 +28,10 @@ __all__ = ["Lyapunov"]
 
 @table
 class Lyapunov(Question):
-    """Both Lyapunov exponents of the motion from a start, as `lyapunov_exponents` takes them."""
+    """The Lyapunov exponents of the motion from a start, as `lyapunov_exponents` takes them."""
 
     doing: ClassVar = "following the motion and its neighbours"
+    for_structures: ClassVar = True
     columns: ClassVar = {"lyapunov": "table"}
 
     start: StartState = AT_REST
@@ -40,6 +42,10 @@ class Lyapunov(Question):
     def checked(self, study: StudyDraft) -> Self:
         """Check the period of the forcing and the start."""
         study.needs_period("exponents are taken over forcing periods")
+        if study.structure is not None:
+            from percuss.studies.of_structures import checked_start
+
+            return replace(self, start=checked_start(self.start, study))
         check_start(self.start, study)
         return self
 
@@ -47,7 +53,10 @@ class Lyapunov(Question):
         """Return the exponents as a dataset."""
         import xarray
 
-        rates = lyapunov_exponents(study.oscillator, study.forcing, **self.arguments())
+        arguments = self.arguments()
+        if self.start is AT_REST:
+            del arguments["start"]
+        rates = lyapunov_exponents(study.model, study.force, **arguments)
         rate = {"units": "1/time"}
         data = {
             "exponent": ("number", rates.exponents, rate),
@@ -66,11 +75,13 @@ class Lyapunov(Question):
     def report(self, result: Dataset) -> dict[str, str]:
         """Return the exponents, their errors and their sum."""
         pairs = zip(result.exponent.values, result.error.values, strict=True)
-        (first, second) = (f"{value:.8g} +- {error:.1g}" for value, error in pairs)
+        (first, *others, last) = (f"{value:.8g} +- {error:.1g}" for value, error in pairs)
+        between = {"the others": "\n".join(others)} if others else {}
         total = float(result.exponent.sum())
         return {
             "largest": f"{first} per time",
-            "smallest": f"{second} per time",
+            **between,
+            "smallest": f"{last} per time",
             "their sum": f"{total:.8g}; by the sum rule {float(result.total):.8g}",
             "impacts": f"{float(result.impact_rate):.8g} per time",
         }

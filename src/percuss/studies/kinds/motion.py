@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 from pydantic import Field
@@ -20,10 +21,11 @@ from percuss.studies.tables import NumberKey, PhaseKey, StartState, shown, table
 if TYPE_CHECKING:
     from percuss.motion.extremes import Extrema
     from percuss.motion.impact_times import ImpactTimes
+    from percuss.motion.structures import StructureTrajectory
     from percuss.motion.trajectory import Trajectory
     from percuss.studies.study import Study
 
-__all__ = ["Limits", "Motion"]
+__all__ = ["Limits", "Motion", "ends_in_words"]
 
 
 @table
@@ -59,9 +61,12 @@ class Motion(Question):
 
     doing: ClassVar = "simulating"
     is_certifiable: ClassVar = True
+    for_structures: ClassVar = True
     needed: ClassVar = ("start", "run")
+    needed_of_structures: ClassVar = ("run",)
     save_keys: ClassVar = ("samples",)
     draw_keys: ClassVar = ("window",)
+    draw_keys_of_structures: ClassVar = ("window", "on")
 
     start: StartState
     limits: Limits
@@ -83,6 +88,12 @@ class Motion(Question):
     def checked(self, study: StudyDraft) -> Self:
         """Check the start, the limits, and the part that is drawn."""
         limits, faults = self.limits, study.faults
+        if study.structure is not None:
+            from percuss.studies.of_structures import checked_motion
+
+            if study.draw.window is not None:
+                self._check_window(study.draw.window, study)
+            return replace(self, start=checked_motion(self, study))
         if limits.periods is not None:
             # A forcing with faults may have no period.
             faults.add_from_model(
@@ -136,8 +147,12 @@ class Motion(Question):
         elif last <= as_float(self.start.t0) or (t_end is not None and first >= as_float(t_end)):
             faults.add(path, "outside the run", shown(list(window)))
 
-    def answer(self, study: Study, execution: Execution) -> Trajectory:
+    def answer(self, study: Study, execution: Execution) -> Trajectory | StructureTrajectory:
         """Compute the motion."""
+        if study.structure is not None:
+            from percuss.studies.of_structures import motion_of
+
+            return motion_of(self, study, execution)
         return self.simulated(
             study,
             t_end=self.end(study.forcing),
@@ -154,23 +169,32 @@ class Motion(Question):
 
     def csv(self, study: Study) -> dict[str, str]:
         """Return impacts and, where there are soft stops, crossings."""
-        soft = any(isinstance(stop, SoftStop) for stop in study.oscillator.stops)
+        soft = any(isinstance(stop, SoftStop) for stop in study.model.stops)
         names = ["impacts", *(["crossings"] if soft else []), "motion"]
         return {name: name for name in names}
 
-    def draw(self, result: Trajectory, study: Study, figure: Any) -> None:
-        """Draw displacement, velocity, phase plane and section."""
-        from percuss.plotting.motion_plot import plot_motion
-
+    def draw(self, result: Any, study: Study, figure: Any) -> None:
+        """Draw displacement, velocity, phase plane and section; of a structure displacements."""
         window = None
         if study.draw.window is not None:
             first, last = (as_float(time) for time in study.draw.window)
             # A run may end before the window begins: it was interrupted, or came to rest.
             window = (first, last) if first < result.t_end and last > result.t0 else None
+        if study.structure is not None:
+            from percuss.studies.of_structures import draw_motion
+
+            draw_motion(result, study, figure, window)
+            return
+        from percuss.plotting.motion_plot import plot_motion
+
         plot_motion(result, figure, title=study.title, window=window, units=study.draw.units())
 
-    def report(self, result: Trajectory) -> dict[str, str]:
+    def report(self, result: Any) -> dict[str, str]:
         """Return the events, the class of the impact times, and how it ended."""
+        if hasattr(result, "structure"):
+            from percuss.studies.of_structures import report_of_motion
+
+            return report_of_motion(result)
         from percuss.motion.impact_times import classify_impact_times
 
         contacts = result.contacts
@@ -198,15 +222,18 @@ def _extremes_in_words(run: Trajectory) -> dict[str, str]:
     """Return the least and the largest displacement, and force of each stop that bears one."""
     osc = run.oscillator
     force = FORCE if osc.mass is not None else FORCE.removeprefix("mass ")
-    rows = {"displacement": _ends(run.extremes("displacement"), in_units(osc.units, "length"))}
+    rows = {
+        "displacement": ends_in_words(run.extremes("displacement"), in_units(osc.units, "length"))
+    }
     for stop in range(len(osc.stops)):
         extrema = run.extremes("stop_force", stop=stop)
         if extrema.peak > 0.0:
-            rows[f"force of stop {stop}"] = _ends(extrema, in_units(osc.units, force))
+            rows[f"force of stop {stop}"] = ends_in_words(extrema, in_units(osc.units, force))
     return rows
 
 
-def _ends(extrema: Extrema, unit: str) -> str:
+def ends_in_words(extrema: Extrema, unit: str) -> str:
+    """Return the least and the largest value of a quantity with their instants."""
     low, high = (with_unit(value, unit) for value in (extrema.minimum, extrema.maximum))
     return f"{low} at t = {extrema.t_minimum:.10g} to {high} at t = {extrema.t_maximum:.10g}"
 

@@ -11,14 +11,15 @@ from pydantic_core import PydanticCustomError
 from percuss.execution import Execution
 from percuss.model.exact import as_float
 from percuss.model.faults import number_faults
+from percuss.model.loads import loads_of
 from percuss.studies.study import Question, StudyDraft, counted, impacts_in_words
-from percuss.studies.tables import Count, NumberKey, Whole, table
+from percuss.studies.tables import Count, NumberKey, NumbersKey, Whole, table
 
 if TYPE_CHECKING:
-    from percuss.orbits import PeriodicOrbit
+    from percuss.orbits import PeriodicOrbit, StructureOrbit
     from percuss.studies.study import Study
 
-__all__ = ["Orbit", "Sought"]
+__all__ = ["Orbit", "Sought", "multiplier_text"]
 
 
 def _impacts(value: object) -> object:
@@ -43,7 +44,12 @@ class Sought:
         As there; infinitely many impacts stand for sticking.
     cycle, v_after
         The guess, an impact: both or none.
+    x0, v0
+        Of a structure the guess, a state at t = 0: both or none.
     """
+
+    of_oscillators: ClassVar = ("impacts", "sequence", "cycle", "v_after", "seed")
+    of_structures: ClassVar = ("x0", "v0")
 
     impacts: ImpactCount = 1
     periods: Count = 1
@@ -51,6 +57,8 @@ class Sought:
     cycle: NumberKey | None = None
     v_after: NumberKey | None = None
     seed: Annotated[Whole, PlainSerializer(lambda seed: seed or None)] = 0
+    x0: NumbersKey | None = None
+    v0: NumbersKey | None = None
 
     @property
     def guess(self) -> tuple[float, float] | None:
@@ -61,6 +69,11 @@ class Sought:
 
     def check(self, study: StudyDraft) -> None:
         """Add the faults of the guess, the sequence and the forcing."""
+        if study.structure is not None:
+            from percuss.studies.of_structures import check_sought
+
+            check_sought(self, study)
+            return
         faults, guess = study.faults, {"cycle": self.cycle, "v_after": self.v_after}
         for name, value in guess.items():
             if value is not None:
@@ -89,11 +102,15 @@ class Sought:
             reason = f"the oscillator has {counted(len(stops), 'stop')}, counted from 0"
             faults.add(path, reason, str(list(sequence)))
 
-    def find(self, study: Study) -> PeriodicOrbit:
+    def find(self, study: Study) -> PeriodicOrbit | StructureOrbit:
         """Find the orbit of a study."""
         # The report and the files say where an orbit is formal.
         from percuss.orbits.finding.find import find_orbit
 
+        if study.structure is not None:
+            guess = None if self.x0 is None else (self.x0, self.v0)
+            loads = loads_of(study.structure, study.force)
+            return find_orbit(study.structure, loads, n_periods=self.periods, guess=guess)
         return find_orbit(
             study.oscillator,
             study.forcing,
@@ -118,8 +135,10 @@ class Orbit(Question):
 
     doing: ClassVar = "looking for the orbit"
     is_certifiable: ClassVar = True
+    for_structures: ClassVar = True
     needed: ClassVar = ("orbit",)
     save_keys: ClassVar = ("samples",)
+    draw_keys_of_structures: ClassVar = ("on",)
     # The impacts of a period.
     columns: ClassVar = {"impacts": "impacts"}
 
@@ -130,24 +149,34 @@ class Orbit(Question):
         self.sought.check(study)
         return self
 
-    def answer(self, study: Study, execution: Execution) -> PeriodicOrbit:  # noqa: ARG002
+    def answer(self, study: Study, execution: Execution) -> PeriodicOrbit | StructureOrbit:  # noqa: ARG002
         """Find the orbit."""
         return self.sought.find(study)
 
-    def draw(self, result: PeriodicOrbit, study: Study, figure: Any) -> None:
+    def draw(self, result: Any, study: Study, figure: Any) -> None:
         """Draw the orbit in the plane, and its multipliers."""
-        from percuss.plotting import plot_multipliers, plot_orbit
+        from percuss.plotting import plot_multipliers, plot_orbit, plot_phase_portrait
 
         figure.set_size_inches(9.6, 4.8)
         left, right = figure.subplots(1, 2, width_ratios=[1.3, 1.0])
-        plot_orbit(result, left, units=study.draw.units())
+        if study.structure is None:
+            plot_orbit(result, left, units=study.draw.units())
+        else:
+            from percuss.studies.of_structures import shown_directions
+
+            (on, *_) = shown_directions(study)
+            plot_phase_portrait(result.run, left, units=study.draw.units(), on=on)
         plot_multipliers(result, right)
         figure.suptitle(study.title, parse_math=False)
 
-    def report(self, result: PeriodicOrbit) -> dict[str, str]:
+    def report(self, result: Any) -> dict[str, str]:
         """Return the orbit and its stability."""
+        if hasattr(result, "structure"):
+            from percuss.studies.of_structures import report_of_orbit
+
+            return report_of_orbit(result)
         turns = f" in {counted(result.n_periods, 'forcing period')}" if result.n_periods else ""
-        values = ", ".join(_shown(value) for value in result.multipliers)
+        values = ", ".join(multiplier_text(value) for value in result.multipliers)
         rows = {
             "orbit": f"{impacts_in_words(result.n_impacts)}{turns}, period {result.period:.10g}",
             "stability": f"{result.stability}, multipliers {values}",
@@ -166,5 +195,6 @@ class Orbit(Question):
         return rows | {"residual": f"{result.residual:.2g}"}
 
 
-def _shown(value: complex) -> str:
+def multiplier_text(value: complex) -> str:
+    """Return a multiplier as a report shows it."""
     return f"{value.real:.6g}" if value.imag == 0.0 else f"{value.real:.6g}{value.imag:+.6g}i"

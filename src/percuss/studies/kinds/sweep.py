@@ -30,6 +30,7 @@ from percuss.studies.study import (
 )
 from percuss.studies.tables import (
     Count,
+    OnKey,
     PhaseKey,
     StartState,
     Whole,
@@ -68,13 +69,16 @@ class Sweep(Question):
         The axes by path.
     start
         Where the motions start.
-    transient, periods, between, section, max_impacts
+    transient, periods, between, section, max_impacts, on
         As there; None is the default.
     """
 
     doing: ClassVar = "measuring"
     is_ensemble: ClassVar = True
+    for_structures: ClassVar = True
     needed: ClassVar = ("over", "sweep")
+    needed_of_structures: ClassVar = ("over", "sweep")
+    of_structures: ClassVar = ("on",)
     columns: ClassVar = {"sweep": "table"}
 
     measure: MeasureNames
@@ -87,6 +91,7 @@ class Sweep(Question):
         sweep, "section"
     )
     max_impacts: Count | None = None
+    on: OnKey = None
 
     def checked(self, study: StudyDraft) -> Self:
         """Check the measures, the period of the forcing and the start, and read the axes."""
@@ -101,10 +106,19 @@ class Sweep(Question):
             pass
         elif any(name in MEASURES and MEASURES[name].needs_strobes for name in self.measure):
             check_section(self.section, "sweep", IN_PERIODS, study)
-        elif study.forcing is not None and not study.forcing.is_constant:
+        elif study.force is not None and not study.force.is_constant:
             study.needs_period(IN_PERIODS)
-        check_start(self.start, study)
-        return replace(self, over=values_over(study, None, self.start))
+        start = self.start
+        if study.structure is None:
+            check_start(start, study)
+        else:
+            from percuss.studies.of_structures import check_measured, checked_start
+
+            start = checked_start(start, study)
+            counts = any(name in MEASURES and MEASURES[name].needs_strobes for name in self.measure)
+            section = section_of(self.section) if counts else None
+            check_measured(self.measure, self.on, path, study, section=section)
+        return replace(self, start=start, over=values_over(study, None, start))
 
     def tables(self) -> dict[str, object]:
         """Return the tables of the question; two instants stand in place of whole periods."""
@@ -134,10 +148,12 @@ class Sweep(Question):
     def answer(self, study: Study, execution: Execution) -> Dataset:
         """Return the measures at each point."""
         arguments = self.arguments() | {"over": over_of(self.over)} | execution.keywords()
-        for name in ("max_impacts", "between"):
+        for name in ("max_impacts", "between", "on"):
             if arguments[name] is None:
                 del arguments[name]
-        return sweep(osc=study.oscillator, force=study.forcing, **arguments)
+        if arguments["start"] is AT_REST:
+            del arguments["start"]
+        return sweep(osc=study.model, force=study.force, **arguments)
 
     def pictures(self, study: Study) -> dict[str, Picture]:  # noqa: ARG002
         """Return a picture of each measure over one axis or two."""
