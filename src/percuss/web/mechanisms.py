@@ -21,7 +21,7 @@ __all__ = ["MECHANISMS", "Call", "Mechanism", "Parameter", "elements_of"]
 
 # A part of the largest entry of a matrix that is no joint, but rounding of its sums.
 NO_JOINT = 1e-12
-Values = Mapping[str, Exact]
+MechanismValues = Mapping[str, Exact]
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,14 +110,14 @@ class Mechanism:
     title: str
     caption: str
     parameters: tuple[Parameter, ...]
-    build: Callable[[Values], Call]
+    build: Callable[[MechanismValues], Call]
 
     @property
     def defaults(self) -> dict[str, Exact]:
-        """Values at first, by path."""
+        """MechanismValues at first, by path."""
         return {it.path: it.value for it in self.parameters}
 
-    def system(self, values: Values) -> tuple[Structure, Loads, StructureStart]:
+    def system(self, values: MechanismValues) -> tuple[Structure, Loads, StructureStart]:
         """Return the structure, its loads and the start for values of all parameters.
 
         Raises
@@ -129,7 +129,7 @@ class Mechanism:
         x0, v0 = self._start(values)
         return structure, Loads({0: _force(values).made()}), StructureStart(x0, v0)
 
-    def python(self, values: Values) -> str:
+    def python(self, values: MechanismValues) -> str:
         """Return a script that follows and draws the motion, every number as it was given.
 
         Examples
@@ -168,12 +168,12 @@ class Mechanism:
             ]
         )
 
-    def _start(self, values: Values) -> tuple[tuple[Exact, ...], tuple[Exact, ...]]:
+    def _start(self, values: MechanismValues) -> tuple[tuple[Exact, ...], tuple[Exact, ...]]:
         n = sum(path.startswith("v.") for path in self.defaults)
         return _along(values, "x", n), _along(values, "v", n)
 
 
-def _force(values: Values) -> Call:
+def _force(values: MechanismValues) -> Call:
     return Call(cosine, {"omega": values["omega"], "amplitude": values["amplitude"]})
 
 
@@ -222,11 +222,11 @@ def _joints(kind: str, letter: str, *values: Exact) -> tuple[Parameter, ...]:
     )
 
 
-def _along(values: Values, kind: str, n: int) -> tuple[Exact, ...]:
+def _along(values: MechanismValues, kind: str, n: int) -> tuple[Exact, ...]:
     return tuple(values[f"{kind}.{i}"] for i in range(n))
 
 
-def _row(values: Values, n: int) -> dict[str, Any]:
+def _row(values: MechanismValues, n: int) -> dict[str, Any]:
     """Return the arguments of masses in a row with a spring and a dashpot on either side."""
     return {
         "masses": _along(values, "masses", n),
@@ -235,7 +235,7 @@ def _row(values: Values, n: int) -> dict[str, Any]:
     }
 
 
-def _pair(values: Values) -> Call:
+def _pair(values: MechanismValues) -> Call:
     own = {"gap": values["gap"], "restitution": values["restitution"]}
     row = _row(values, 2)
     return Call(impact_pair, {"masses": row.pop("masses"), **own, **row})
@@ -246,19 +246,19 @@ def _stop(at: Exact, on: object, **rest: Exact) -> Call:
     return Call(kind, {"at": at, "side": "above", **rest, "on": on})
 
 
-def _two(values: Values) -> Call:
+def _two(values: MechanismValues) -> Call:
     stop = _stop(values["at"], 1, stiffness=values["stiffness"], damping=values["damping"])
     return Call(chain, {**_row(values, 2), "stops": [stop]})
 
 
-def _absorber(values: Values) -> Call:
+def _absorber(values: MechanismValues) -> Call:
     names = ("mass", "stiffness", "absorber_mass", "gap", "restitution", "damping")
     return Call(
         vibro_impact_absorber, {name: values[name] for name in (*names, "absorber_damping")}
     )
 
 
-def _three(values: Values) -> Call:
+def _three(values: MechanismValues) -> Call:
     stops = [
         _stop(values["at"], 2, restitution=values["restitution"]),
         _stop(values["gap"], (1, -1, 0), stiffness=values["stiffness"]),
@@ -310,7 +310,7 @@ MECHANISMS = {
                 _model("stiffness", "beam k", "modal stiffness of the beam", 1, 3.0),
                 _model("damping", "beam c", "dashpot of the beam", "0.02", 0.2),
                 _model("absorber_mass", "absorber m", "mass of the absorber", "0.05", 0.3),
-                _model("absorber_damping", "absorber c", "dashpot between the two", 0, 0.1),
+                _model("absorber_damping", "absorber c", "dashpot between the two", 0, 0.2),
                 _model("gap", "gap", _GAP, "0.5", 2.0),
                 _model(*_BOUNCE, "0.65", 1.0),
                 *_driven("0.1", "0.95", 100, 2),

@@ -36,9 +36,11 @@ END_PERIODS = 20
 SETTLING, LONGEST, NEAR = 200, 12, 1e-3
 # How far an orbit may lie from the motion, as a part of its size.
 SAME = 1e-2
+# Vibrations of the fastest mass in a motion: above, a slider would wait for seconds.
+MOST_CYCLES = 200_000
 # A wall in a sentence of the library.
-BEYOND = re.compile(r"(above|below) the wall stops\.(\d+)")
-Model = tuple[Structure, Loads, StructureStart]
+BEYOND = re.compile(r"y = (\S+) is (above|below) the wall stops\.(\d+) at y = ([^;]+)")
+MechanismParts = tuple[Structure, Loads, StructureStart]
 
 
 def mechanism_rows() -> list[dict[str, object]]:
@@ -96,9 +98,22 @@ def answer_mechanism(request: PageRequest, running: RunningRequest | None = None
     running = running or RunningRequest()
     points = int(request.number("points", 4000, 100, 20_000))
     mechanism, values = _given(request)
-    structure, loads, _ = model = mechanism.system(values)
+    model = mechanism.system(values)
+    # A motion may grow until its energy has no number.
+    with np.errstate(over="ignore", invalid="ignore"):
+        return _answer(request, model, values["periods"], points, running)
+
+
+def _answer(
+    request: PageRequest,
+    model: MechanismParts,
+    periods: Exact,
+    points: int,
+    running: RunningRequest,
+) -> bytes:
+    structure, loads, _ = model
     began = running.seconds()
-    run = _followed(model, values["periods"], running)
+    run = _followed(model, periods, running)
     window = window_of(request, run.t0, run.t_end)
     events = _events(run)
     t, x, _ = _sampled(run, window or (run.t0, run.t_end), events["event_t"], points)
@@ -150,7 +165,8 @@ def answer_mechanism_facts(request: PageRequest, running: RunningRequest | None 
         If there is no such motion.
     """
     mechanism, values = _given(request)
-    orbit = _settled_orbit(mechanism.system(values), running or RunningRequest())
+    with np.errstate(over="ignore", invalid="ignore"):
+        orbit = _settled_orbit(mechanism.system(values), running or RunningRequest())
     header: dict[str, object] = {"id": request.id, "kind": request.kind, "orbit": None}
     if orbit is None:
         return frame(header)
@@ -214,9 +230,21 @@ def _number(path: str, value: object) -> float:
     return number
 
 
-def _followed(model: Model, periods: Exact, running: RunningRequest) -> StructureTrajectory:
+def _cycles(model: MechanismParts, periods: float) -> float:
+    """Return a bound on the vibrations of the fastest mass in so many periods of the force."""
+    structure, loads, _ = model
+    rates = np.abs(structure.stiffness_matrix).sum(axis=1) / structure.mass_matrix.diagonal()
+    return math.sqrt(float(rates.max())) * periods * (loads.period or 0.0) / (2.0 * math.pi)
+
+
+def _followed(
+    model: MechanismParts, periods: Exact, running: RunningRequest
+) -> StructureTrajectory:
     """Follow a motion for as long as a slider can wait."""
     structure, loads, start = model
+    if (cycles := _cycles(model, as_float(periods))) > MOST_CYCLES:
+        least = f"the fastest mass vibrates some {cycles:.0e} times in this motion"
+        raise BadRequest(f"{least}; the page follows {MOST_CYCLES:,} at most")
     progress = running.progress(0.0, 0.0, PATIENCE)
     try:
         return simulate(
@@ -229,11 +257,21 @@ def _followed(model: Model, periods: Exact, running: RunningRequest) -> Structur
             progress=progress,
         )
     except ParameterError as error:
-        if error.name != "x0":
+        beyond = BEYOND.search(error.reason)
+        if beyond is None:
             raise
-        # Two displacements make one distance: the sentence stands over the pictures.
-        reason = BEYOND.sub(lambda match: f"{match[1]} wall {int(match[2]) + 1}", error.reason)
-        raise BadRequest(f"the start: {reason}") from error
+        # The distance of two masses has no slider: the sentence stands over the pictures.
+        y, side, stop, at = beyond.groups()
+        name = _name_of(structure.stop_directions[int(stop)])
+        raise BadRequest(f"the start: {name} = {y} is {side} the wall at {at}") from error
+
+
+def _name_of(direction: Floats) -> str:
+    """Return a displacement as the page calls it, such as x2 - x1."""
+    terms = [(f"{abs(c):g} " if abs(c) != 1.0 else "", c) for c in direction]
+    signed = [(c < 0.0, f"{part}x{i + 1}") for i, (part, c) in enumerate(terms) if c != 0.0]
+    text = "".join(f" {'-' if minus else '+'} {term}" for minus, term in sorted(signed))
+    return text.removeprefix(" + ").removeprefix(" ")
 
 
 def _end_of(run: StructureTrajectory) -> tuple[float, float]:
@@ -309,7 +347,7 @@ def _energy_facts(
     work = float((0.5 * (power[1:] + power[:-1]) * np.diff(t)).sum())
     within = (run.impacts.t >= t[0]) & (run.impacts.t <= t[-1])
     taken = run.impacts.impulse * (run.impacts.v_before + run.impacts.v_after)
-    impacts = float(-0.5 * taken[within].sum())
+    impacts = float(0.0 - 0.5 * taken[within].sum())
     before, after = run.energy(t[[0, -1]])
     dashpots = work - impacts - float(after - before)
     return {
@@ -319,10 +357,10 @@ def _energy_facts(
     }
 
 
-def _settled_orbit(model: Model, running: RunningRequest) -> StructureOrbit | None:
+def _settled_orbit(model: MechanismParts, running: RunningRequest) -> StructureOrbit | None:
     """Return the orbit that the motion of a mechanism repeats after many periods, if it does."""
     structure, loads, _ = model
-    if loads.period is None:
+    if loads.period is None or _cycles(model, SETTLING + LONGEST) > MOST_CYCLES:
         return None
     run = _followed(model, SETTLING + LONGEST, running)
     if run.outcome is not Outcome.reached_t_end:

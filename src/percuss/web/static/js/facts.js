@@ -98,7 +98,7 @@ export class Facts {
 
 /** Return multipliers as they are shown, a conjugate pair as one. */
 export function multipliersText(multipliers) {
-  const isPair = ([re, im], [re2, im2] = []) => im !== 0 && re2 === re && im2 === -im;
+  const isPair = ([re, im], [re2, im2] = []) => im !== 0 && Math.hypot(re2 - re, im2 + im) < 1e-9 * Math.hypot(re, im);
   const texts = multipliers.map((it, k) => {
     if (k > 0 && isPair(multipliers[k - 1], it)) return "";
     return it[1] ? `${shown(it[0], 3)} ${isPair(it, multipliers[k + 1]) ? "±" : it[1] > 0 ? "+" : "−"} ${shown(Math.abs(it[1]), 3)}i` : shown(it[0], 3);

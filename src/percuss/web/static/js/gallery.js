@@ -1,7 +1,7 @@
 // Named motions to begin with.
 
 import { element } from "./dom.js";
-import { MechanismPicture } from "./mechanism_picture.js";
+import { COMPACT, MechanismPicture } from "./mechanism_picture.js";
 
 const THUMB = { width: 220, height: 130 };
 
@@ -55,7 +55,7 @@ export class Gallery {
 
 function mechanismCard({ name, title, caption, elements }, open) {
   const picture = new MechanismPicture();
-  picture.take(elements, 0, 74);
+  picture.take(elements, 0, COMPACT);
   picture.draw(Array(elements.n).fill(0));
   picture.svg.setAttribute("aria-hidden", "true");
   return element("button", { type: "button", class: "preset", onclick: open, "data-mechanism": name }, picture.svg, element("strong", {}, title), element("span", {}, caption));

@@ -3,13 +3,13 @@
 import { element, shown } from "./dom.js";
 import { OUTCOMES, card, count, multipliersText, unitCircle } from "./facts.js";
 import { choiceField } from "./fields.js";
-import { MASS_COLOURS, MechanismPicture, STOP_COLOURS } from "./mechanism_picture.js";
+import { COMPACT, MASS_COLOURS, MechanismPicture, STOP_COLOURS } from "./mechanism_picture.js";
 import { Player } from "./player.js";
 import { Plot } from "./plots.js";
 import { Row } from "./row.js";
 import { bisect } from "./scales.js";
 
-const POINTS = 4000, RESTED = 250, COMPILING = 1500;
+const POINTS = 4000, RESTED = 250, COMPILING = 1500, NARROW = 480;
 // More impacts than these are not marked on the curves, which they would hide.
 const MARKED = 40;
 
@@ -154,6 +154,7 @@ export class Mechanism {
     this.directions = directionsOf(kind.elements.n);
     this.of = choiceField("of", this.directions.map((it) => [it.key, it.name]), of || this.directions[0].key, (key) => this.#set({ of: key }, "of"));
     this.of.className = "of";
+    this.of.select.setAttribute("aria-label", "phase portrait of");
     this.portrait.root.querySelector(".of")?.remove();
     this.portrait.root.querySelector("figcaption strong").after(this.of);
     this.picture.take(kind.elements, 0);
@@ -221,8 +222,8 @@ export class Mechanism {
     for (const spec of kind.rows) this.rows.get(spec.path).accept(this.#value(spec));
     Object.assign(this, { header, asked, curve: arrays });
     let largest = 0;
-    for (let i = 0; i < kind.elements.n; i += 1) for (const value of arrays[`x${i}`]) largest = Math.max(largest, Math.abs(value));
-    this.picture.take(header.elements, largest);
+    for (let i = 0; i < kind.elements.n; i += 1) for (const value of arrays[`x${i}`]) if (Number.isFinite(value)) largest = Math.max(largest, Math.abs(value));
+    this.picture.take(header.elements, largest, this.picture.svg.clientWidth < NARROW ? COMPACT : undefined);
     this.#draw();
     this.player.take(arrays.t[0], arrays.t.at(-1), header.period);
     this.root.dataset.drawn = String(performance.now());
@@ -368,6 +369,8 @@ export class Mechanism {
     if (curve === null) return;
     const { n } = this.header.elements;
     const x = Array.from({ length: n }, (_, i) => between(curve.t, curve[`x${i}`], time));
+    // A motion that grows beyond all numbers leaves the picture as it was.
+    if (!x.every(Number.isFinite)) return;
     this.picture.draw(x);
     this.motion.point(time, x[0]);
     const times = curve.portrait_t;

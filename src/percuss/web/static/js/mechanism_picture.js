@@ -1,6 +1,7 @@
 // The mechanical picture of masses in a row: boxes, springs, dashpots and stops, where they are.
 
 import { shape } from "./dom.js";
+import { count } from "./facts.js";
 
 // Colours of the masses and of the stops, here and in the plots.
 export const MASS_COLOURS = ["--curve", "--orbit", "--c3"];
@@ -10,6 +11,8 @@ export const STOP_COLOURS = ["--c4", "--stop"];
 const TOP = 46, BOTTOM = 126, GROUND = 134;
 const SPRING = 66, DASHPOT = 88, STOP = 112;
 const WIDTH = 76, INNER = 46, BETWEEN = 120, WALL = 11;
+// The distance of masses in small pictures.
+export const COMPACT = 74;
 // The largest displacement and the largest gap in the picture.
 const SWING = 40, CLEARANCE = 46;
 
@@ -66,7 +69,7 @@ export class MechanismPicture {
     this.layout = layoutOf(elements, largest, between);
     const { n, springs, dashpots, stops } = elements;
     this.svg.setAttribute("viewBox", `0 0 ${this.layout.width} ${GROUND + 14}`);
-    this.svg.setAttribute("aria-label", `${n} masses, ${springs.length} springs, ${dashpots.length} dashpots, ${stops.length} ${stops.length === 1 ? "stop" : "stops"}`);
+    this.svg.setAttribute("aria-label", `${n} masses, ${count(springs.length, "spring")}, ${count(dashpots.length, "dashpot")}, ${count(stops.length, "stop")}`);
   }
 
   /** Draw the masses at displacements x. */
