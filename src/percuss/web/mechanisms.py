@@ -114,7 +114,7 @@ class Mechanism:
 
     @property
     def defaults(self) -> dict[str, Exact]:
-        """MechanismValues at first, by path."""
+        """Values at first, by path."""
         return {it.path: it.value for it in self.parameters}
 
     def system(self, values: MechanismValues) -> tuple[Structure, Loads, StructureStart]:

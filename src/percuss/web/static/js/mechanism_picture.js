@@ -172,6 +172,7 @@ function zigzag(from, to, y, high = 7, n = 12) {
 /** A cylinder that is fixed on the left, and a piston on the right. */
 function dashpot(from, to, y) {
   const span = to - from;
+  if (span < 10) return `M${from} ${y}H${to}`;
   const [back, front] = [from + 0.3 * span, from + 0.72 * span];
   const piston = from + 0.55 * span;
   return `M${from} ${y}H${back}M${front} ${y - 8}H${back}V${y + 8}H${front}M${piston} ${y - 6}V${y + 6}M${piston} ${y}H${to}`;
