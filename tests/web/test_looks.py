@@ -87,7 +87,7 @@ def test_the_report_has_the_colours_of_the_page(browser: Browser, tmp_path: Path
 
 
 def test_on_a_phone_a_finger_hits_everything(phone: Page) -> None:
-    for name in ("Diagram", "Basins", "Paper", "Gallery", "Explore"):
+    for name in ("Diagram", "Basins", "Structure", "Paper", "Gallery", "Explore"):
         view_of(phone, name)
         if name == "Explore":
             for it in phone.locator(".row .more").all()[:2]:

@@ -209,7 +209,7 @@ async def _file(request: Request) -> Response:
         raise HTTPException(429, f"{MOST_FILES} files are being written for you; wait for one")
     waiting[client] += 1
     try:
-        page_request = read_request(await request.body(), ("motion", *VIEWS))
+        page_request = read_request(await request.body(), ("motion", "mechanism", *VIEWS))
         file = await _file_while_connected(request, page_request, extension)
     except (BadRequest, PercussError) as error:
         raise HTTPException(422, str(error)) from error

@@ -15,6 +15,7 @@ from percuss.web.answer_cache import answer_of
 from percuss.web.code_text import python_text
 from percuss.web.proof import proof_in_time
 from percuss.web.request import BadRequest, PageRequest, RunningRequest
+from percuss.web.structure_view import mechanism_python
 from percuss.web.view_study import check_size, study_of_view
 from percuss.web.wording import name_axes
 
@@ -64,8 +65,8 @@ def file_of(request: PageRequest, extension: str, running: RunningRequest | None
     Parameters
     ----------
     request
-        Request for a motion, or of one of the kinds in `percuss.web.view_study.VIEWS`; for CSV its
-        option ``table`` names the table, by default the first.
+        Request for a motion, for a mechanism (Python alone), or of one of the kinds in
+        `percuss.web.view_study.VIEWS`; for CSV its option ``table`` names the table, by default the first.
     extension
         One of `FORMATS`.
     running
@@ -85,6 +86,11 @@ def file_of(request: PageRequest, extension: str, running: RunningRequest | None
     """
     if extension not in FORMATS:
         raise BadRequest(f"{extension!r:.20} is none of {', '.join(FORMATS)}")
+    if request.kind == "mechanism":
+        if extension != "py":
+            raise BadRequest("of a structure the page writes Python")
+        text = mechanism_python(request)
+        return File("structure.py", FORMATS[extension], text.encode())
     study = study_of_view(request)
     if extension in QUICK:
         is_study = extension == "toml"

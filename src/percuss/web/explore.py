@@ -13,7 +13,7 @@ from percuss.model.exact import as_float
 from percuss.motion.impact_times import classify_impact_times
 from percuss.motion.simulate import simulate
 from percuss.motion.spectrum import fast_amplitudes
-from percuss.motion.trajectory import Trajectory
+from percuss.motion.trajectory import Outcome, Trajectory
 from percuss.plotting.samples import (
     FEWEST_POINTS,
     LARGEST,
@@ -26,7 +26,16 @@ from percuss.studies.study import Study
 from percuss.web.frame import frame
 from percuss.web.request import BadRequest, PageRequest, RunningRequest, motion_of, study_of
 
-__all__ = ["answer_explore", "followed", "moving"]
+__all__ = [
+    "MOST_IMPACTS",
+    "PATIENCE",
+    "SHOWN_IMPACTS",
+    "answer_explore",
+    "followed",
+    "is_cut_at",
+    "moving",
+    "window_of",
+]
 
 
 # A slider waits no longer [s], and for no more impacts; the motion up to there is shown.
@@ -94,7 +103,7 @@ def answer_explore(request: PageRequest, running: RunningRequest | None = None) 
     study = study_of(request.tables)
     motion = followed(study, running)
     run = motion.run
-    window = _window(request, run)
+    window = window_of(request, run.t0, run.t_end)
     curve, is_band = _curve(run, window)
     t, x, _ = reduce_to_columns(curve.t, curve.x, curve.jumps, columns=points // 2, most=points)
     end = sample_curve(run, _end_of(run, window, points)) if is_band else curve
@@ -107,7 +116,7 @@ def answer_explore(request: PageRequest, running: RunningRequest | None = None) 
         "window": window,
         "period": None if run.forcing is None else run.forcing.period,
         "outcome": run.outcome.value,
-        "is_cut": _is_cut(study, run),
+        "is_cut": is_cut_at(run.outcome, motion_of(study).limits.max_impacts),
         "n_impacts": len(run.impacts),
         "n_crossings": len(run.crossings),
         "n_entries": int((run.crossings.direction == "in").sum()),
@@ -129,14 +138,13 @@ def answer_explore(request: PageRequest, running: RunningRequest | None = None) 
     return frame(header, arrays)
 
 
-def _is_cut(study: Study, run: Trajectory) -> bool:
-    """Return whether the page, and not the study, has ended a run."""
-    own = motion_of(study).limits.max_impacts
-    at_limit = run.outcome.name == "reached_max_impacts" and (own is None or own > MOST_IMPACTS)
-    return at_limit or run.outcome.name == "interrupted"
+def is_cut_at(outcome: Outcome, own: int | None) -> bool:
+    """Return whether the page, and not the study's own limit of impacts, has ended a run."""
+    at_limit = outcome is Outcome.reached_max_impacts and (own is None or own > MOST_IMPACTS)
+    return at_limit or outcome is Outcome.interrupted
 
 
-def _window(request: PageRequest, run: Trajectory) -> tuple[float, float] | None:
+def window_of(request: PageRequest, t0: float, t_end: float) -> tuple[float, float] | None:
     """Return the requested part of the run, None for all of it."""
     given = request.options.get("window")
     if given is None:
@@ -149,7 +157,7 @@ def _window(request: PageRequest, run: Trajectory) -> tuple[float, float] | None
     if not all(abs(time) < LARGEST for time in given):
         raise BadRequest("the window is not a pair of finite times")
     # The window may be that of an earlier motion, and lie outside of this one.
-    low, high = max(float(low), run.t0), min(float(high), run.t_end)
+    low, high = max(float(low), t0), min(float(high), t_end)
     return (low, high) if low < high else None
 
 

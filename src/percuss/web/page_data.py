@@ -9,6 +9,7 @@ from pathlib import Path
 from percuss.version import __version__
 from percuss.web.presets import FIGURES, presets
 from percuss.web.proof import can_certify
+from percuss.web.structure_view import mechanism_rows
 
 __all__ = ["claims_of", "page_data", "scripts_of"]
 
@@ -27,8 +28,9 @@ def page_data(report: Path | None = None) -> dict[str, object]:
     Returns
     -------
     dict
-        The version, the presets, whether there is a report, its figures by their presets and its
-        claims with their verdicts, and whether runs can be certified here.
+        The version, the presets, the mechanisms of several masses, whether there is a report, its
+        figures by their presets and its claims with their verdicts, and whether runs can be
+        certified here.
 
     Examples
     --------
@@ -42,6 +44,7 @@ def page_data(report: Path | None = None) -> dict[str, object]:
     return {
         "version": __version__,
         "presets": rows,
+        "mechanisms": mechanism_rows(),
         "report": report is not None,
         "figures": FIGURES,
         "claims": [] if report is None else claims_of(report),

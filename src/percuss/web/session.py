@@ -17,6 +17,7 @@ from percuss.web.proof import answer_certify
 from percuss.web.request import BadRequest, PageRequest, RunningRequest, read_request
 from percuss.web.saddles import answer_saddles
 from percuss.web.scheduler import Scheduler, Task
+from percuss.web.structure_view import answer_mechanism, answer_mechanism_facts
 from percuss.web.wording import plain
 
 __all__ = ["FAILED", "Schedulers", "Session"]
@@ -25,7 +26,8 @@ SendBytes = Callable[[bytes], Awaitable[None]]
 # Seconds between two reports of progress, and after which a share that has not grown is sent
 # again: the client sees that the server is still computing.
 PROGRESS_INTERVAL, HEARTBEAT = 0.3, 3.0
-# A newer request of these kinds cancels the one that runs in the same queue.
+# A newer request of the long kinds cancels the one that runs in the same queue.
+QUICK = ("explore", "thumb", "facts", "mechanism", "mechanism_facts")
 LONG = (*JOBS, "saddles", "certify")
 FAILED = "percuss could not compute this; the terminal of the server says more"
 
@@ -78,6 +80,10 @@ class Session:
             "explore": RequestQueue(send, short, _once(answer_explore), self._failed),
             "thumb": RequestQueue(send, short, _once(answer_explore), self._failed),
             "facts": RequestQueue(send, facts, _once(answer_facts), self._failed),
+            "mechanism": RequestQueue(send, short, _once(answer_mechanism), self._failed),
+            "mechanism_facts": RequestQueue(
+                send, facts, _once(answer_mechanism_facts), self._failed
+            ),
             "job": RequestQueue(send, long, answer_job, self._failed),
             "saddles": RequestQueue(send, long, answer_saddles, self._failed),
             "certify": RequestQueue(send, long, answer_certify, self._failed),
@@ -86,7 +92,7 @@ class Session:
     async def receive(self, text: str | bytes) -> None:
         """Put the request in a message into its queue."""
         try:
-            request = read_request(text, ("explore", "thumb", "facts", "cancel", *LONG))
+            request = read_request(text, (*QUICK, "cancel", *LONG))
             name = request.choice("queue", ("job", "saddles", "certify"))
         except BadRequest as error:
             faults = [{"path": "", "reason": str(error)}]

@@ -193,7 +193,9 @@ class CellSessions:
             send(await asyncio.wrap_future(file))
 
         try:
-            request = read_request(json.dumps(message.get("request")), ("motion", *VIEWS))
+            request = read_request(
+                json.dumps(message.get("request")), ("motion", "mechanism", *VIEWS)
+            )
         except BadRequest as error:
             send(str(error))
             return

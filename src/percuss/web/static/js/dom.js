@@ -13,6 +13,13 @@ export function element(tag, attributes = {}, ...children) {
   return made;
 }
 
+/** Return an element of a picture. */
+export function shape(name, attributes) {
+  const made = document.createElementNS("http://www.w3.org/2000/svg", name);
+  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
+  return made;
+}
+
 /** Return a number as it is shown: four digits, no more. */
 export function shown(value, digits = 4) {
   if (value === null || value === undefined || Number.isNaN(value)) return "–";

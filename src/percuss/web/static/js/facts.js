@@ -1,6 +1,6 @@
 // Facts about a motion, in a line of cards.
 
-import { element, shown } from "./dom.js";
+import { element, shape, shown } from "./dom.js";
 
 const STABLE = { asymptotic: "stable", elliptic: "elliptic (neighbours stay near)", parabolic: "parabolic (on the edge)", unstable: "unstable" };
 const KINDS = {
@@ -13,7 +13,7 @@ const KINDS = {
   no_period_found: "no period found",
 };
 // Names on the page.
-const OUTCOMES = {
+export const OUTCOMES = {
   "the run reached t_end": "followed to its end",
   "the run reached max_impacts (impacts and entries into soft stops)": "followed to its last impact",
 };
@@ -89,12 +89,21 @@ export class Facts {
       return;
     }
     const name = nameOf(orbit);
-    const multipliers = orbit.multipliers.map(([re, im]) => (im ? `${shown(re, 3)} ${im > 0 ? "+" : "−"} ${shown(Math.abs(im), 3)}i` : shown(re, 3)));
     const clearance = orbit.grazes ? "grazes" : orbit.grazing_margin === null ? "no turning point near a stop" : `clearance ${shown(orbit.grazing_margin, 3)}`;
     const formal = orbit.admissible ? "" : "formal, no motion follows it: it passes through a stop; ";
     const passed = orbit.stability === "unstable" ? "the motion cannot stay on it; " : "";
-    this.orbit.show(`${name} ${STABLE[orbit.stability] ?? orbit.stability}`, `${countsOf(orbit, counted)}; ${passed}${formal}multipliers ${multipliers.join(", ")}; ${clearance}`, unitCircle(orbit.multipliers));
+    this.orbit.show(`${name} ${STABLE[orbit.stability] ?? orbit.stability}`, `${countsOf(orbit, counted)}; ${passed}${formal}multipliers ${multipliersText(orbit.multipliers)}; ${clearance}`, unitCircle(orbit.multipliers));
   }
+}
+
+/** Return multipliers as they are shown, a conjugate pair as one. */
+export function multipliersText(multipliers) {
+  const isPair = ([re, im], [re2, im2] = []) => im !== 0 && Math.hypot(re2 - re, im2 + im) < 1e-9 * Math.hypot(re, im);
+  const texts = multipliers.map((it, k) => {
+    if (k > 0 && isPair(multipliers[k - 1], it)) return "";
+    return it[1] ? `${shown(it[0], 3)} ${isPair(it, multipliers[k + 1]) ? "±" : it[1] > 0 ? "+" : "−"} ${shown(Math.abs(it[1]), 3)}i` : shown(it[0], 3);
+  });
+  return texts.filter((text) => text).join(", ");
 }
 
 const nameOf = ({ sticks, n_impacts: impacts, n_periods: periods }) => `(${sticks ? "∞" : impacts}, ${periods})`;
@@ -119,7 +128,7 @@ function exponentText({ value, error }) {
   return `largest exponent ${sign}${shown(Math.abs(value), 3)}${doubt}`;
 }
 
-function card(title, about) {
+export function card(title, about) {
   const value = element("dd", {});
   const note = element("dd", { class: "note" });
   const picture = element("dd", { class: "mini" });
@@ -134,14 +143,9 @@ function card(title, about) {
   };
 }
 
-const NS = "http://www.w3.org/2000/svg";
-
 /** The multipliers in the unit circle; those outside stand at its edge. */
-function unitCircle(multipliers) {
-  const svg = document.createElementNS(NS, "svg");
-  svg.setAttribute("viewBox", "-1.3 -1.3 2.6 2.6");
-  svg.setAttribute("role", "img");
-  svg.setAttribute("aria-label", "multipliers in the unit circle");
+export function unitCircle(multipliers) {
+  const svg = shape("svg", { viewBox: "-1.3 -1.3 2.6 2.6", role: "img", "aria-label": "multipliers in the unit circle" });
   svg.append(shape("circle", { r: 1, class: "unit" }), shape("path", { d: "M-1.3 0H1.3M0-1.3V1.3", class: "axes" }));
   for (const [re, im] of multipliers) {
     const size = Math.hypot(re, im);
@@ -151,12 +155,6 @@ function unitCircle(multipliers) {
   return svg;
 }
 
-function shape(name, attributes) {
-  const made = document.createElementNS(NS, name);
-  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
-  return made;
-}
-
-function count(n, what) {
+export function count(n, what) {
   return `${n} ${what}${n === 1 ? "" : "s"}`;
 }

@@ -1,11 +1,12 @@
 // Named motions to begin with.
 
 import { element } from "./dom.js";
+import { COMPACT, MechanismPicture } from "./mechanism_picture.js";
 
 const THUMB = { width: 220, height: 130 };
 
 export class Gallery {
-  constructor(app, presets) {
+  constructor(app, { presets, mechanisms }) {
     this.app = app;
     this.cards = presets.map((preset) => {
       const canvas = element("canvas", { width: 2 * THUMB.width, height: 2 * THUMB.height, "aria-hidden": "true" });
@@ -17,7 +18,9 @@ export class Gallery {
       return { preset, canvas, card };
     });
     const head = element("p", { class: "hint" }, "Motions to begin with, each seen as its phase portrait. A click opens one in Explore, in place of what is set there.");
-    this.root = element("section", { class: "gallery", "aria-label": "Gallery" }, head, ...this.cards.map(({ card }) => card));
+    const rows = mechanisms.map((it) => mechanismCard(it, () => app.beginMechanism(it.name)));
+    const several = element("p", { class: "hint" }, "Structures of two and three masses, each with its mechanical picture.");
+    this.root = element("section", { class: "gallery", "aria-label": "Gallery" }, head, ...this.cards.map(({ card }) => card), several, ...rows);
     this.isDrawn = false;
   }
 
@@ -48,6 +51,14 @@ export class Gallery {
       },
     );
   }
+}
+
+function mechanismCard({ name, title, caption, elements }, open) {
+  const picture = new MechanismPicture();
+  picture.take(elements, 0, COMPACT);
+  picture.draw(Array(elements.n).fill(0));
+  picture.svg.setAttribute("aria-hidden", "true");
+  return element("button", { type: "button", class: "preset", onclick: open, "data-mechanism": name }, picture.svg, element("strong", {}, title), element("span", {}, caption));
 }
 
 function portrait(canvas, { portrait_x: x, portrait_v: v }, root) {

@@ -9,6 +9,7 @@ const HELP = [
   ["Read", "Hover over any plot. A time in Displacement is marked in the portrait and among the impacts, and the other way round."],
   ["Diagram", "Choose a parameter and Compute. Click a point to open that motion in Explore."],
   ["Basins", "Colours tell which attractor a start goes to. Crosses are saddles; their stable manifolds, the lines, part the basins. Click to start there."],
+  ["Structure", "Two or three masses with stops: choose one, move its sliders; Play, or hover over Displacements, moves the picture."],
   ["Certify", "In the card Outcome: proves the run in ball arithmetic, each impact with a radius that is certain."],
   ["Words", "(2, 4): two impacts in four forcing periods. Multipliers inside the unit circle: stable. Clearance: how far the orbit is from touching a stop in passing. Formal: it solves the equations, but passes through a stop; no motion follows it."],
   ["Eigenset", "The times 0, s, 2 s, … at which the oscillator without a force would meet its wall again. Dyskin et al. (2012) show that a forced motion can keep to them: on the eigenset one impact at each, on a subset of it at some of them."],

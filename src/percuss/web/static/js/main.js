@@ -6,6 +6,7 @@ import { button, element, say } from "./dom.js";
 import { Explore } from "./explore.js";
 import { Gallery } from "./gallery.js";
 import { makeHelp, makeMenu, makeTabs } from "./head.js";
+import { Mechanism } from "./mechanism.js";
 import { Paper } from "./paper.js";
 import { digitsOf } from "./scales.js";
 import { decodeLink, encode, Store } from "./state.js";
@@ -59,6 +60,13 @@ class App {
     this.store.set({ study, view: "explore", digits: undefined, zooms: { ...(diagram && { diagram }), ...(basins && { basins }) } }, "all");
   }
 
+  /** Show a mechanism of several masses as it is set at first. */
+  beginMechanism(name) {
+    this.store.set({ view: "structure", mechanism: { name, values: {}, of: "" } }, "all");
+    // The gallery may have been scrolled far down.
+    this.root.scrollIntoView();
+  }
+
   /** Keep in the link which part a plot shows; null for all. */
   keepZoom(name, zoom) {
     const { [name]: _, ...rest } = this.store.value.zooms ?? {};
@@ -81,9 +89,9 @@ class App {
 
   #build() {
     const { facts } = this.options;
-    this.views = { explore: new Explore(this), diagram: new Diagram(this), basins: new Basins(this) };
+    this.views = { explore: new Explore(this), diagram: new Diagram(this), basins: new Basins(this), structure: new Mechanism(this) };
     if (this.options.hasLinks) this.views.paper = new Paper(this, facts);
-    this.views.gallery = new Gallery(this, facts.presets);
+    this.views.gallery = new Gallery(this, facts);
     for (const [name, view] of Object.entries(this.views)) {
       view.root.id = `${this.prefix}-view-${name}`;
       view.root.setAttribute("role", "tabpanel");
@@ -139,6 +147,8 @@ class App {
     const name = Object.hasOwn(this.views, view) ? view : "explore";
     for (const [key, it] of Object.entries(this.views)) it.root.hidden = key !== name;
     this.tabs.show(name);
+    // Of a structure there is the script alone.
+    this.menu.root.hidden = name === "structure";
     this.menu.show();
     this.views[name].shown?.();
   }
@@ -154,6 +164,7 @@ class App {
     // Also the first time, when the views may not be there yet.
     queueMicrotask(() => {
       this.views.explore.ask(false);
+      this.views.structure.connected();
       this.views.explore.certify?.connected();
       this.#showView();
     });

@@ -1,0 +1,432 @@
+// A structure of several masses: its mechanical picture, motions, a portrait, impacts and forces.
+
+import { element, shown } from "./dom.js";
+import { OUTCOMES, card, count, multipliersText, unitCircle } from "./facts.js";
+import { choiceField } from "./fields.js";
+import { COMPACT, MASS_COLOURS, MechanismPicture, STOP_COLOURS } from "./mechanism_picture.js";
+import { Player } from "./player.js";
+import { Plot } from "./plots.js";
+import { Row } from "./row.js";
+import { bisect } from "./scales.js";
+
+const POINTS = 4000, RESTED = 250, COMPILING = 1500, NARROW = 480;
+// More impacts than these are not marked on the curves, which they would hide.
+const MARKED = 40;
+
+/** Build the view when it is first seen. */
+export class Mechanism {
+  constructor(app) {
+    this.app = app;
+    this.store = app.store;
+    this.kinds = app.options.facts.mechanisms;
+    this.plots = [];
+    this.curve = null;
+    this.window = null;
+    this.root = element("section", { class: "structure", "aria-label": "Structure" });
+    this.store.watch((_, why) => {
+      if (this.panel === undefined) return;
+      if (why === "mechanism" || why === "all") this.#changed();
+      else if (why === "of") this.#draw();
+    });
+  }
+
+  /** What is set: {name, kind, values, of}, of known kinds. */
+  get state() {
+    const { name, values, of } = this.store.value.mechanism ?? {};
+    const kind = this.kinds.find((it) => it.name === name) ?? this.kinds[0];
+    const kept = kind.rows.filter(({ path }) => ["string", "number"].includes(typeof values?.[path]));
+    return { name: kind.name, kind, values: Object.fromEntries(kept.map(({ path }) => [path, values[path]])), of: String(of ?? "") };
+  }
+
+  #set(parts, why = "mechanism") {
+    const { name, values, of } = this.state;
+    this.store.set({ mechanism: { name, values, of, ...parts } }, why);
+  }
+
+  /** The request whose script is copied. */
+  request() {
+    const { name, values } = this.state;
+    return { kind: "mechanism", name, values };
+  }
+
+  /** The view is seen. */
+  shown() {
+    if (this.panel === undefined) {
+      this.#build();
+      this.ask();
+    } else if (this.isDue) this.ask();
+  }
+
+  /** The connection is there, or there again. */
+  connected() {
+    if (this.panel !== undefined) this.ask();
+  }
+
+  recolour() {
+    for (const plot of this.plots) plot.recolour();
+  }
+
+  close() {
+    this.player?.close();
+    clearTimeout(this.resting);
+    clearTimeout(this.starting);
+    for (const plot of this.plots) plot.close();
+  }
+
+  #build() {
+    this.picture = new MechanismPicture();
+    this.player = new Player((time) => this.#show(time));
+    this.#plots();
+    this.#cards();
+    this.panel = element("form", { class: "panel", "aria-label": "Parameters of the structure", onsubmit: (event) => event.preventDefault() });
+    this.general = element("p", { class: "fault", role: "alert" });
+    const drawing = element(
+      "figure", { class: "plot drawing" },
+      element("figcaption", {}, element("strong", {}, "Structure"), this.player.readout), this.picture.svg, this.player.root,
+    );
+    this.root.replaceChildren(
+      element("aside", {}, this.panel),
+      element("div", { class: "stage" }, this.general, this.summary, this.facts, element("div", { class: "plots" }, drawing, ...this.plots.map((plot) => plot.root))),
+    );
+    this.#fill();
+  }
+
+  #plots() {
+    this.motion = new Plot({
+      title: "Displacements", x: "time t", y: "displacement x", kind: "line", names: ["t", "x1"],
+      about: "of each mass; squares: impacts and entries into soft stops, where there are few",
+      onZoom: (zoom) => {
+        this.window = zoom === null ? null : zoom.x;
+        this.ask();
+      },
+      onHover: (index) => this.#hover(index === null ? null : this.curve?.t[index]),
+    });
+    this.portrait = new Plot({
+      title: "Phase portrait", x: "displacement", y: "velocity", kind: "portrait", names: ["x", "v"], about: "of a mass, or of the distance of two",
+      onHover: (index) => this.#hover(index === null ? null : this.curve?.portrait_t[index]),
+    });
+    this.section = new Plot({
+      title: "Impacts", x: "cycle (t / period) mod 1", y: "speed before the impact", kind: "points", names: ["cycle", "speed before"],
+      about: "each impact or entry: when in the forcing period, and how fast the masses meet",
+    });
+    this.forces = new Plot({
+      title: "Forces at stops", x: "time t", y: "force", kind: "line", names: ["t", "force"],
+      about: "lines: forces of soft stops, and of walls in contact; squares: impulses of impacts on walls",
+    });
+    this.plots = [this.motion, this.portrait, this.section, this.forces];
+  }
+
+  #cards() {
+    this.outcome = card("Outcome", "how the run ended");
+    this.stops = card("Stops", "how often each is met, and its largest impulse or force");
+    this.orbit = card("Periodic orbit", "what the motion settles to within 200 periods");
+    this.energy = card("Mean power", "over the last 20 periods, or what Displacements shows");
+    this.facts = element("dl", { class: "facts" }, ...[this.outcome, this.stops, this.orbit, this.energy].map((it) => it.root));
+    this.summary = element("p", { class: "summary", "aria-hidden": "true" });
+  }
+
+  /** Fill the panel with the sliders of the kind, and the picture with its masses. */
+  #fill() {
+    const { kind, of } = this.state;
+    this.shape = kind.name;
+    this.curve = this.known = null;
+    this.window = null;
+    for (const plot of this.plots) plot.take(null);
+    this.rows = new Map();
+    const choice = choiceField("Preset", this.kinds.map(({ name, title }) => [name, title]), kind.name, (name) => this.#set({ name, values: {}, of: "" }));
+    choice.className = "model";
+    const groups = new Map();
+    for (const spec of kind.rows) {
+      if (!groups.has(spec.group)) groups.set(spec.group, element("fieldset", {}, element("legend", {}, spec.group)));
+      const row = new Row(spec, {
+        prefix: `${this.app.prefix}-structure`,
+        set: (value) => this.#set({ values: { ...this.state.values, [spec.path]: value } }),
+        setRange: (range) => row.show(this.#value(spec), range ?? spec.range),
+      });
+      row.show(this.#value(spec), spec.range);
+      this.rows.set(spec.path, row);
+      groups.get(spec.group).append(row.root);
+    }
+    // The choice keeps the focus where the keys have changed it.
+    const isFocused = this.panel.contains(document.activeElement);
+    this.panel.replaceChildren(choice, element("p", { class: "hint" }, kind.caption), ...groups.values());
+    if (isFocused) choice.select.focus();
+    this.directions = directionsOf(kind.elements.n);
+    this.of = choiceField("of", this.directions.map((it) => [it.key, it.name]), of || this.directions[0].key, (key) => this.#set({ of: key }, "of"));
+    this.of.className = "of";
+    this.of.select.setAttribute("aria-label", "phase portrait of");
+    this.portrait.root.querySelector(".of")?.remove();
+    this.portrait.root.querySelector("figcaption strong").after(this.of);
+    this.picture.take(kind.elements, 0);
+    this.picture.draw(Array(kind.elements.n).fill(0));
+    this.player.take(0, 0, null);
+  }
+
+  #value({ path, value }) {
+    return this.state.values[path] ?? value;
+  }
+
+  #changed() {
+    const { kind } = this.state;
+    if (this.shape !== kind.name) this.#fill();
+    for (const spec of kind.rows) this.rows.get(spec.path).show(this.#value(spec));
+    this.isDue = this.store.value.view !== "structure";
+    if (!this.isDue) this.ask();
+  }
+
+  /** Request the motion as it is set now. */
+  ask() {
+    this.isDue = false;
+    const message = { ...this.request(), points: POINTS, window: this.window };
+    const asked = keyOf(message);
+    clearTimeout(this.starting);
+    if (this.curve === null) this.starting = setTimeout(() => this.outcome.show("starting", "the first structure compiles the engine; up to a minute, once"), COMPILING);
+    this.app.requests.put("mechanism", message, {
+      answer: (header, arrays) => this.#take(asked, header, arrays),
+      fault: (faults) => this.#faults(faults),
+    });
+    clearTimeout(this.resting);
+    this.resting = setTimeout(() => this.#askOrbit(message, asked), RESTED);
+  }
+
+  #askOrbit(message, asked) {
+    this.app.requests.put("mechanism_facts", { ...message, kind: "mechanism_facts" }, {
+      answer: (header, arrays) => {
+        if (asked !== keyOf(this.request())) return;
+        this.known = { ...header, arrays, asked };
+        if (this.asked === asked) this.#draw();
+      },
+      // The fault of the motion says what is wrong.
+      fault: () => {},
+    });
+  }
+
+  #faults(faults) {
+    clearTimeout(this.starting);
+    for (const row of this.rows.values()) row.fault("");
+    const rest = [];
+    for (const { path, reason } of faults) {
+      const row = this.rows.get(path);
+      if (row) row.fault(reason);
+      else rest.push(path ? `${path}: ${reason}` : reason);
+    }
+    this.general.textContent = rest.join("; ");
+    this.root.classList.toggle("stale", faults.length > 0);
+    if (faults.length > 0 && this.curve === null) this.outcome.show("no motion", "");
+  }
+
+  #take(asked, header, arrays) {
+    const { name, kind } = this.state;
+    if (JSON.parse(asked)[0] !== name) return;
+    this.#faults([]);
+    for (const spec of kind.rows) this.rows.get(spec.path).accept(this.#value(spec));
+    Object.assign(this, { header, asked, curve: arrays });
+    let largest = 0;
+    for (let i = 0; i < kind.elements.n; i += 1) for (const value of arrays[`x${i}`]) if (Number.isFinite(value)) largest = Math.max(largest, Math.abs(value));
+    this.picture.take(header.elements, largest, this.picture.svg.clientWidth < NARROW ? COMPACT : undefined);
+    this.#draw();
+    this.player.take(arrays.t[0], arrays.t.at(-1), header.period);
+    this.root.dataset.drawn = String(performance.now());
+  }
+
+  #draw() {
+    if (this.curve === null) return;
+    const { of } = this.state;
+    this.chosen = this.directions.find((it) => it.key === of) ?? this.directions[0];
+    this.of.select.value = this.chosen.key;
+    this.#drawMotion();
+    this.#drawPortrait();
+    this.#drawEvents();
+    this.#drawForces();
+    this.#showFacts();
+    this.#showOrbit();
+  }
+
+  #drawMotion() {
+    const { curve } = this;
+    const { n, stops } = this.header.elements;
+    const masses = Array.from({ length: n }, (_, i) => ({ x: curve.t, y: curve[`x${i}`], colour: MASS_COLOURS[i] }));
+    const lines = stops.map((stop, k) => ({ stop, colour: STOP_COLOURS[k] })).filter(({ stop }) => isOne(stop.on));
+    legend(this.motion, masses.map(({ colour }, i) => [`x${i + 1}`, colour]));
+    this.motion.show([...masses, ...this.#eventMarks(n, stops)], lines.map(({ stop, colour }) => ({ y: stop.at / stop.on.find((part) => part !== 0), colour })));
+  }
+
+  /** Impacts and entries as squares on the curves of the masses that meet. */
+  #eventMarks(n, stops) {
+    const { curve } = this;
+    const [low, high] = [curve.t[0], curve.t.at(-1)];
+    if (curve.event_t.filter((t) => t >= low && t <= high).length > MARKED) return [];
+    return Array.from({ length: n }, (_, i) => {
+      const times = curve.event_t.filter((t, k) => t >= low && t <= high && stops[curve.event_stop[k]].on[i] !== 0);
+      return { kind: "points", x: times, y: times.map((t) => curve[`x${i}`][bisect(curve.t, t)]), colour: "--ink", size: 4 };
+    });
+  }
+
+  #drawPortrait() {
+    const { curve, chosen } = this;
+    const layers = [{ x: along(curve, "portrait_x", chosen.on), y: along(curve, "portrait_v", chosen.on), colour: "--curve" }];
+    const known = this.known?.asked === this.asked && this.known.orbit ? this.known.arrays : null;
+    if (known) layers.push({ x: along(known, "orbit_x", chosen.on), y: along(known, "orbit_v", chosen.on), colour: "--orbit", width: 2, dash: [5, 4], isAside: true });
+    const isPart = curve.portrait_t[0] > curve.t[0] + 1e-3;
+    legend(this.portrait, [...(isPart ? [["its end", "--curve"]] : []), ...(known ? [["orbit", "--orbit"]] : [])]);
+    this.portrait.label(chosen.name, `velocity of ${chosen.name}`);
+    this.portrait.show(layers, this.#stopsAlong(chosen.on));
+  }
+
+  /** Stops that act along a direction, as lines at their places. */
+  #stopsAlong(on) {
+    return this.header.elements.stops.flatMap((stop, i) => {
+      const k = on.findIndex((part) => part !== 0);
+      const factor = stop.on[k] / on[k];
+      const isAlong = factor !== 0 && on.every((part, m) => stop.on[m] === factor * part);
+      return isAlong ? [{ x: stop.at / factor, colour: STOP_COLOURS[i] }] : [];
+    });
+  }
+
+  #drawEvents() {
+    const { curve } = this;
+    const { stops } = this.header.elements;
+    const size = curve.cycle.length < 200 ? 5 : 2.5;
+    const dots = stops.map((_, k) => {
+      const [x, y] = ofStop(curve, k, curve.cycle, curve.speed);
+      return { kind: "points", x, y, colour: STOP_COLOURS[k], size };
+    });
+    let fastest = 0;
+    for (const speed of curve.speed) fastest = Math.max(fastest, speed);
+    legend(this.section, stops.map((_, k) => [stopName(stops, k), STOP_COLOURS[k]]));
+    this.section.show(dots, [], { x: [-0.015, 1.015], y: [0, fastest > 0 ? 1.08 * fastest : 1] });
+    if (curve.cycle.length === 0) this.section.say("no stop is met");
+  }
+
+  #drawForces() {
+    const { curve } = this;
+    const { stops } = this.header.elements;
+    const [low, high] = [curve.t[0], curve.t.at(-1)];
+    // A wall that only hits has no force.
+    const lines = stops
+      .map((_, k) => ({ x: curve.t, y: curve[`force${k}`], colour: STOP_COLOURS[k] }))
+      .filter(({ y }, k) => stops[k].type === "soft" || y.some((value) => value !== 0));
+    const impulses = stops.map((_, k) => {
+      const [x, y] = ofStop(curve, k, curve.event_t, curve.impulse);
+      const isSeen = x.map((t) => t >= low && t <= high);
+      return { kind: "points", x: x.filter((_, i) => isSeen[i]), y: y.filter((_, i) => isSeen[i]), colour: STOP_COLOURS[k], size: 4 };
+    });
+    const hasWall = stops.some((stop) => stop.type === "wall");
+    const words = lines.length > 0 ? (hasWall ? ["Forces and impulses at stops", "force (line), impulse (squares)"] : ["Forces at stops", "force"]) : ["Impulses at stops", "impulse"];
+    this.forces.rename(words[0]);
+    this.forces.label("time t", words[1]);
+    legend(this.forces, stops.map((_, k) => [stopName(stops, k), STOP_COLOURS[k]]));
+    this.forces.show([...lines, ...impulses]);
+    if (curve.event_t.length === 0) this.forces.say("no stop is met");
+  }
+
+  #showFacts() {
+    const { header } = this;
+    const { stops } = header.elements;
+    const events = header.stops.reduce((sum, it) => sum + it.n_impacts + it.n_entries, 0);
+    const more = [count(header.n_contacts, "contact"), count(header.n_grazes, "graze"), `computed in ${shown(header.milliseconds, 2)} ms`];
+    if (header.is_cut) more.push("the page follows a second of computing or 50,000 impacts");
+    this.outcome.show(OUTCOMES[header.outcome] ?? header.outcome, more.join(", "));
+    const rows = header.stops.map((it, k) => {
+      const met = stops[k].type === "wall" ? count(it.n_impacts, "impact") : `${it.n_entries} ${it.n_entries === 1 ? "entry" : "entries"}`;
+      const most = stops[k].type === "wall" ? `impulse ${shown(it.largest_impulse, 3)}` : `force ${shown(it.largest_force, 3)}`;
+      return `${stopName(stops, k)}: ${met}, largest ${most}`;
+    });
+    this.stops.show(count(events, "impact"), rows.join("; "));
+    const { loads, impacts, dashpots } = header.energy;
+    const parts = [`impacts take ${shown(impacts, 3)}`, `dashpots ${shown(dashpots, 3)}`];
+    this.energy.show(loads === null ? "–" : `the force gives ${shown(loads, 3)}`, loads === null ? "" : parts.join(", "));
+    this.events = count(events, "impact");
+    this.summary.textContent = this.events;
+  }
+
+  #showOrbit() {
+    const isKnown = this.known?.asked === this.asked;
+    this.orbit.root.classList.toggle("stale", !isKnown);
+    if (!isKnown) {
+      if (!this.known) this.orbit.show("…", "");
+      return;
+    }
+    const { orbit } = this.known;
+    if (orbit === null) {
+      this.orbit.show("none found", "the motion does not repeat within 12 forcing periods after 200 of them");
+      return;
+    }
+    const name = `(${orbit.n_impacts}, ${orbit.n_periods}) ${orbit.is_stable ? "stable" : "not stable"}`;
+    const counts = `${count(orbit.n_impacts, "impact")} in ${count(orbit.n_periods, "forcing period")}`;
+    this.orbit.show(name, `${counts}, T = ${shown(orbit.period)}; multipliers ${multipliersText(orbit.multipliers)}`, unitCircle(orbit.multipliers));
+    this.summary.textContent = `${name}; ${this.events}`;
+  }
+
+  /** A time under the pointer is shown while it is there; then that of the player again. */
+  #hover(time) {
+    this.player.peek(time ?? null);
+  }
+
+  /** Move the picture to a time, and mark it in the other plots. */
+  #show(time) {
+    const { curve } = this;
+    if (curve === null) return;
+    const { n } = this.header.elements;
+    const x = Array.from({ length: n }, (_, i) => between(curve.t, curve[`x${i}`], time));
+    // A motion that grows beyond all numbers leaves the picture as it was.
+    if (!x.every(Number.isFinite)) return;
+    this.picture.draw(x);
+    this.motion.point(time, x[0]);
+    const times = curve.portrait_t;
+    const isSeen = time >= times[0] && time <= times.at(-1);
+    const index = isSeen ? bisect(times, time) : 0;
+    this.portrait.point(isSeen ? at(curve, "portrait_x", this.chosen.on, index) : null, at(curve, "portrait_v", this.chosen.on, index));
+  }
+}
+
+const isOne = (on) => on.filter((part) => part !== 0).length === 1;
+const keyOf = ({ name, values }) => JSON.stringify([name, values]);
+
+/** Directions of the portrait: each distance of neighbours, then each mass. */
+function directionsOf(n) {
+  const unit = (i, minus) => Array.from({ length: n }, (_, k) => (k === i ? 1 : k === minus ? -1 : 0));
+  const rows = [];
+  for (let i = 1; i < n; i += 1) rows.push({ key: `${i}-${i - 1}`, name: `x${i + 1} − x${i}`, on: unit(i, i - 1) });
+  for (let i = 0; i < n; i += 1) rows.push({ key: `${i}`, name: `x${i + 1}`, on: unit(i, -1) });
+  return rows;
+}
+
+/** Put names in their colours into the caption of a plot. */
+function legend(plot, rows) {
+  plot.key.replaceChildren(
+    ...rows.flatMap(([name, colour]) => {
+      const text = element("span", {}, `■ ${name}`);
+      text.style.color = `var(${colour})`;
+      return [text, " "];
+    }),
+  );
+  plot.key.title = plot.key.textContent;
+}
+
+/** Return one value along a direction. */
+const at = (arrays, name, on, i) => on.reduce((sum, part, m) => (part === 0 ? sum : sum + part * arrays[`${name}${m}`][i]), 0);
+
+/** Return the curve along a direction. */
+function along(arrays, name, on) {
+  const k = on.findIndex((part) => part !== 0);
+  return arrays[`${name}${k}`].map((_, i) => at(arrays, name, on, i));
+}
+
+/** Return a curve at a time between its points. */
+function between(times, values, time) {
+  let i = bisect(times, time);
+  if (times[i] > time && i > 0) i -= 1;
+  const width = times[i + 1] - times[i];
+  return width > 0 ? values[i] + (values[i + 1] - values[i]) * ((time - times[i]) / width) : values[i];
+}
+
+/** Return two columns of the events at a stop. */
+const ofStop = ({ event_stop: stop }, k, ...columns) => columns.map((column) => column.filter((_, i) => stop[i] === k));
+
+function stopName(stops, k) {
+  const { type, on, side } = stops[k];
+  const same = stops.filter((stop) => stop.type === type).length > 1;
+  const where = same && !isOne(on) ? (side === "below" ? " left" : " right") : same ? ` ${k + 1}` : "";
+  return `${type === "wall" ? "wall" : "soft stop"}${where}`;
+}
