@@ -163,7 +163,7 @@ def test_one_coordinate_has_the_measures_of_the_oscillator() -> None:
     names = [
         "max_displacement", "min_displacement", "peak_displacement", "peak_stop_force",
         "contact_share", "peak_impact_velocity", "impacts_per_period", "period",
-        "largest_lyapunov_exponent",
+        "largest_lyapunov_exponent", "rms_displacement", "peak_acceleration", "mean_power",
     ]  # fmt: skip
     values = [2.4, 2.5]
 
@@ -175,6 +175,70 @@ def test_one_coordinate_has_the_measures_of_the_oscillator() -> None:
     for name in names:
         np.testing.assert_allclose(ours[name], known[name].values, rtol=1e-6, atol=1e-9)
         assert ours[name].attrs == known[name].attrs
+
+
+@pytest.mark.parametrize(("structure", "loads"), CASES, ids=NAMES)
+def test_means_are_those_of_densely_sampled_runs(structure: pc.Structure, loads: pc.Loads) -> None:
+    names = ["rms_displacement", "mean_power", "peak_acceleration"]
+
+    found = pc.sweep(
+        names, structure, loads, over={OMEGA: [0.9]}, on=(1, -1), transient=20, periods=20
+    ).isel({OMEGA: 0})
+
+    run, period = followed(structure, 0.9, 40)
+    # Middles of intervals: no sample is an instant of the span's ends.
+    t = 20 * period + 20 * period * (np.arange(400_000) + 0.5) / 400_000
+    y, _ = run.displacement((1, -1), t)
+    _, v = run(t)
+    force = run.forces(t[::100])
+    assert float(found.rms_displacement) == pytest.approx(np.sqrt(np.mean(y * y)), rel=1e-6)
+    push = 0.3 * np.cos(0.9 * t) if structure is ABSORBER else 0.3 + 1.4 * np.cos(0.9 * t)
+    assert float(found.mean_power) == pytest.approx(np.mean(push * v[:, 0]), rel=1e-3)
+    # M x'' is the sum of all forces.
+    total = force.spring.values + force.damping.values + force.loads.values
+    total = total + force.stops.values.T @ structure.stop_directions
+    acceleration = np.linalg.solve(structure.mass_matrix, total.T)
+    sampled = np.abs(acceleration[0] - acceleration[1]).max()
+    assert sampled <= float(found.peak_acceleration) * (1.0 + 1e-12)
+    assert float(found.peak_acceleration) == pytest.approx(sampled, rel=0.1)
+
+
+@pytest.mark.parametrize(("structure", "loads"), CASES, ids=NAMES)
+@pytest.mark.parametrize("direction", ["up", "both"])
+def test_passages_of_a_place_are_those_of_plain_runs(
+    structure: pc.Structure, loads: pc.Loads, direction: Any
+) -> None:
+    found = pc.bifurcation_diagram(
+        structure, loads, over={OMEGA: [0.8, 0.9]}, on=(1, -1), follow=(), transient=20, points=30,
+        section={"at": "0.1", "direction": direction},
+    )  # fmt: skip
+
+    for i, omega in enumerate([0.8, 0.9]):
+        run, period = followed(structure, omega, 49)
+        section = run.section(at=0.1, direction=direction, on=(1, -1))
+        t, v = section.t.values, (section.v.values * [1.0, -1.0]).sum(axis=1)
+        kept = (t >= 20 * period) & (t <= 49 * period)
+        t, v = t[kept][-30:], v[kept][-30:]
+        ours = found.isel({"branch": 0, OMEGA: i})
+        filled = np.isfinite(ours.v.values)
+        assert filled.sum() == len(t)
+        assert len(t) > 5
+        assert ours.cycle.values[filled] == pytest.approx(t / period % 1.0, abs=1e-12)
+        assert np.abs(ours.v.values[filled] - v).max() < 1e-9
+
+
+def test_one_coordinate_passes_a_place_as_the_oscillator_does() -> None:
+    osc = pc.impact_oscillator("0.8", wall="0.2", side="above", damping="0.05")
+    structure = pc.Structure(1, 1, "0.1", stops=osc.stops)
+    keywords: dict[str, Any] = {"section": {"at": "-0.3"}, "transient": 50, "points": 40}
+
+    ours = pc.bifurcation_diagram(structure, pc.cosine(2), over={OMEGA: [1.8, 2.0]}, **keywords)
+    known = pc.bifurcation_diagram(
+        osc, pc.cosine(2), over={"forcing.omega": [1.8, 2.0]}, **keywords
+    )
+
+    for name in ("cycle", "v", "period"):
+        np.testing.assert_allclose(ours[name].values, known[name].values, atol=1e-9)
 
 
 @pytest.mark.parametrize("section", ["stroboscopic", "impacts"])
@@ -268,8 +332,10 @@ def test_linear_motions_have_the_exponents_of_their_modes() -> None:
          "on = None: not said on what it acts; the coordinates are 0 to 1"),
         (lambda: pc.sweep("max_displacement", ABSORBER, LOADS, over={}, on=2),
          "no such coordinate; the coordinates are 0 to 1"),
-        (lambda: pc.sweep("mean_power", ABSORBER, LOADS, over={}, on=0),
-         "measure = 'mean_power': not for structures; there are peak_displacement"),
+        (lambda: pc.sweep("dissipated_energy", ABSORBER, LOADS, over={}, on=0),
+         "measure = 'dissipated_energy': not for structures; there are peak_displacement"),
+        (lambda: pc.sweep("rms_displacement", ABSORBER, LOADS, over={}),
+         "on = None: not said on what it acts; the coordinates"),
         (lambda: pc.sweep("period", ABSORBER, over={}),
          "section = 'stroboscopic'"),
         (lambda: pc.sweep(
@@ -289,8 +355,8 @@ def test_linear_motions_have_the_exponents_of_their_modes() -> None:
             ABSORBER, LOADS, over={OMEGA: (1, 2)}, section="impacts", on=2),
          "on = 2: at impacts not the number of a stop; the stops are 0 to 1"),
         (lambda: pc.bifurcation_diagram(
-            ABSORBER, LOADS, over={OMEGA: (1, 2)}, section={"at": 0.1}, on=0),
-         "no section of a structure"),
+            ABSORBER, LOADS, over={OMEGA: (1, 2)}, section={"at": 0.1}),
+         "on = None: not said on what"),
         (lambda: pc.bifurcation_diagram(ABSORBER, None, over={"structure.mass.0.0": (1, 2)}, on=0),
          "section = 'stroboscopic': "),
     ],
