@@ -494,3 +494,50 @@ def test_basins_over_directions_are_those_of_the_starts_there() -> None:
 def test_wrong_planes_of_starts_are_told_in_a_sentence(call: Any, sentence: str) -> None:
     with pytest.raises(pc.ParameterError, match=re.escape(sentence)):
         call()
+
+
+def test_basin_fractions_of_a_part_that_moves_alone_are_those_of_the_oscillator() -> None:
+    osc = pc.impact_oscillator("0.7", wall="1", side="above", damping="0.05")
+    # A second mass that nothing couples and nothing drives rests.
+    structure = pc.Structure(
+        [1, 1], [1, 1], ["0.1", "0.1"], stops=[pc.Wall("1", "above", "0.7", on=0)]
+    )
+    gaps = [0.7, 1.2]
+    names = ["max_displacement"]
+
+    ours = pc.basin_fractions(
+        structure, pc.Loads({0: pc.cosine("1.5")}), over={"structure.stops.0.at": gaps}, on=0,
+        x0=[(-4, 0.7), 0], v0=[(-4, 4), 0], n_starts=40, measures=names,
+    )  # fmt: skip
+    known = pc.basin_fractions(
+        osc, pc.cosine("1.5"), over={"oscillator.stops.0.at": gaps}, x0=(-4, 0.7), v0=(-4, 4),
+        n_starts=40, measures=names,
+    )  # fmt: skip
+
+    assert ours.name.values.tolist() == known.name.values.tolist()
+    np.testing.assert_array_equal(ours.exists.values, known.exists.values)
+    # Other numbers are drawn, of four in place of two: they agree within their errors.
+    error = np.hypot(ours.fraction_error.values, known.fraction_error.values)
+    assert (np.abs(ours.fraction.values - known.fraction.values) <= 4.0 * error + 1e-12).all()
+    assert float(abs(ours.x.sel(coordinate=1)).max()) < 1e-9
+    np.testing.assert_allclose(
+        ours.max_displacement.values, known.max_displacement.values, rtol=1e-9
+    )
+
+
+@pytest.mark.parametrize(
+    ("keywords", "sentence"),
+    [
+        ({"x0": (-1, 1, 0)}, "not 2 ranges or values, one for each coordinate"),
+        ({"v0": [(1, -1), 0], "x0": [0, 0]}, "v0.0 = (1, -1): not a range from a low"),
+        ({"measures": ["max_displacement"]}, "on = None: not said on what it acts"),
+    ],
+)  # fmt: skip
+def test_ranges_of_starts_that_do_not_fit_are_told(keywords: dict[str, Any], sentence: str) -> None:
+    structure = pc.Structure([1, 1], [1, 1], stops=[pc.Wall(1, "above", "0.7", on=0)])
+
+    with pytest.raises(pc.ParameterError, match=re.escape(sentence)):
+        pc.basin_fractions(
+            structure, pc.Loads({0: pc.cosine(1)}), over={"structure.stops.0.at": [1, 2]},
+            **keywords,
+        )  # fmt: skip

@@ -76,7 +76,7 @@ def follow_structures(
     wishes = batch.Wishes(plan.max_impacts, plan.section, plan.of_stop, is_seen, PATIENCE)
     order = np.argsort(which, kind="stable")
     cuts = np.flatnonzero(np.diff(which[order])) + 1
-    for rows in np.split(order, cuts):
+    for rows in np.split(order, cuts) if k else ():
         own = batch.StructureMembers(*(cast("Any", array[rows]) for array in members))
         _follow(systems[int(which[rows[0]])], own, wishes, on)
         for whole, part in zip(members, own, strict=True):
