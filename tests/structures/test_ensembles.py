@@ -164,7 +164,7 @@ def test_one_coordinate_has_the_measures_of_the_oscillator() -> None:
     names = [
         "max_displacement", "min_displacement", "peak_displacement", "peak_stop_force",
         "contact_share", "peak_impact_velocity", "impacts_per_period", "period",
-        "largest_lyapunov_exponent",
+        "largest_lyapunov_exponent", "rms_displacement", "peak_acceleration", "mean_power",
     ]  # fmt: skip
     values = [2.4, 2.5]
 
@@ -176,6 +176,70 @@ def test_one_coordinate_has_the_measures_of_the_oscillator() -> None:
     for name in names:
         np.testing.assert_allclose(ours[name], known[name].values, rtol=1e-6, atol=1e-9)
         assert ours[name].attrs == known[name].attrs
+
+
+@pytest.mark.parametrize(("structure", "loads"), CASES, ids=NAMES)
+def test_means_are_those_of_densely_sampled_runs(structure: pc.Structure, loads: pc.Loads) -> None:
+    names = ["rms_displacement", "mean_power", "peak_acceleration"]
+
+    found = pc.sweep(
+        names, structure, loads, over={OMEGA: [0.9]}, on=(1, -1), transient=20, periods=20
+    ).isel({OMEGA: 0})
+
+    run, period = followed(structure, 0.9, 40)
+    # Middles of intervals: no sample is an instant of the span's ends.
+    t = 20 * period + 20 * period * (np.arange(400_000) + 0.5) / 400_000
+    y, _ = run.displacement((1, -1), t)
+    _, v = run(t)
+    force = run.forces(t[::100])
+    assert float(found.rms_displacement) == pytest.approx(np.sqrt(np.mean(y * y)), rel=1e-6)
+    push = 0.3 * np.cos(0.9 * t) if structure is ABSORBER else 0.3 + 1.4 * np.cos(0.9 * t)
+    assert float(found.mean_power) == pytest.approx(np.mean(push * v[:, 0]), rel=1e-3)
+    # M x'' is the sum of all forces.
+    total = force.spring.values + force.damping.values + force.loads.values
+    total = total + force.stops.values.T @ structure.stop_directions
+    acceleration = np.linalg.solve(structure.mass_matrix, total.T)
+    sampled = np.abs(acceleration[0] - acceleration[1]).max()
+    assert sampled <= float(found.peak_acceleration) * (1.0 + 1e-12)
+    assert float(found.peak_acceleration) == pytest.approx(sampled, rel=0.1)
+
+
+@pytest.mark.parametrize(("structure", "loads"), CASES, ids=NAMES)
+@pytest.mark.parametrize("direction", ["up", "both"])
+def test_passages_of_a_place_are_those_of_plain_runs(
+    structure: pc.Structure, loads: pc.Loads, direction: Any
+) -> None:
+    found = pc.bifurcation_diagram(
+        structure, loads, over={OMEGA: [0.8, 0.9]}, on=(1, -1), follow=(), transient=20, points=30,
+        section={"at": "0.1", "direction": direction},
+    )  # fmt: skip
+
+    for i, omega in enumerate([0.8, 0.9]):
+        run, period = followed(structure, omega, 49)
+        section = run.section(at=0.1, direction=direction, on=(1, -1))
+        t, v = section.t.values, (section.v.values * [1.0, -1.0]).sum(axis=1)
+        kept = (t >= 20 * period) & (t <= 49 * period)
+        t, v = t[kept][-30:], v[kept][-30:]
+        ours = found.isel({"branch": 0, OMEGA: i})
+        filled = np.isfinite(ours.v.values)
+        assert filled.sum() == len(t)
+        assert len(t) > 5
+        assert ours.cycle.values[filled] == pytest.approx(t / period % 1.0, abs=1e-12)
+        assert np.abs(ours.v.values[filled] - v).max() < 1e-9
+
+
+def test_one_coordinate_passes_a_place_as_the_oscillator_does() -> None:
+    osc = pc.impact_oscillator("0.8", wall="0.2", side="above", damping="0.05")
+    structure = pc.Structure(1, 1, "0.1", stops=osc.stops)
+    keywords: dict[str, Any] = {"section": {"at": "-0.3"}, "transient": 50, "points": 40}
+
+    ours = pc.bifurcation_diagram(structure, pc.cosine(2), over={OMEGA: [1.8, 2.0]}, **keywords)
+    known = pc.bifurcation_diagram(
+        osc, pc.cosine(2), over={"forcing.omega": [1.8, 2.0]}, **keywords
+    )
+
+    for name in ("cycle", "v", "period"):
+        np.testing.assert_allclose(ours[name].values, known[name].values, atol=1e-9)
 
 
 @pytest.mark.parametrize("section", ["stroboscopic", "impacts"])
@@ -294,8 +358,10 @@ def test_linear_motions_have_the_exponents_of_their_modes() -> None:
          "on = None: not said on what it acts; the coordinates are 0 to 1"),
         (lambda: pc.sweep("max_displacement", ABSORBER, LOADS, over={}, on=2),
          "no such coordinate; the coordinates are 0 to 1"),
-        (lambda: pc.sweep("mean_power", ABSORBER, LOADS, over={}, on=0),
-         "measure = 'mean_power': not for structures; there are peak_displacement"),
+        (lambda: pc.sweep("dissipated_energy", ABSORBER, LOADS, over={}, on=0),
+         "measure = 'dissipated_energy': not for structures; there are peak_displacement"),
+        (lambda: pc.sweep("rms_displacement", ABSORBER, LOADS, over={}),
+         "on = None: not said on what it acts; the coordinates"),
         (lambda: pc.sweep("period", ABSORBER, over={}),
          "section = 'stroboscopic'"),
         (lambda: pc.sweep(
@@ -315,8 +381,8 @@ def test_linear_motions_have_the_exponents_of_their_modes() -> None:
             ABSORBER, LOADS, over={OMEGA: (1, 2)}, section="impacts", on=2),
          "on = 2: at impacts not the number of a stop; the stops are 0 to 1"),
         (lambda: pc.bifurcation_diagram(
-            ABSORBER, LOADS, over={OMEGA: (1, 2)}, section={"at": 0.1}, on=0),
-         "no section of a structure"),
+            ABSORBER, LOADS, over={OMEGA: (1, 2)}, section={"at": 0.1}),
+         "on = None: not said on what"),
         (lambda: pc.bifurcation_diagram(ABSORBER, None, over={"structure.mass.0.0": (1, 2)}, on=0),
          "section = 'stroboscopic': "),
     ],
@@ -454,3 +520,50 @@ def test_basins_over_directions_are_those_of_the_starts_there() -> None:
 def test_wrong_planes_of_starts_are_told_in_a_sentence(call: Any, sentence: str) -> None:
     with pytest.raises(pc.ParameterError, match=re.escape(sentence)):
         call()
+
+
+def test_basin_fractions_of_a_part_that_moves_alone_are_those_of_the_oscillator() -> None:
+    osc = pc.impact_oscillator("0.7", wall="1", side="above", damping="0.05")
+    # A second mass that nothing couples and nothing drives rests.
+    structure = pc.Structure(
+        [1, 1], [1, 1], ["0.1", "0.1"], stops=[pc.Wall("1", "above", "0.7", on=0)]
+    )
+    gaps = [0.7, 1.2]
+    names = ["max_displacement"]
+
+    ours = pc.basin_fractions(
+        structure, pc.Loads({0: pc.cosine("1.5")}), over={"structure.stops.0.at": gaps}, on=0,
+        x0=[(-4, 0.7), 0], v0=[(-4, 4), 0], n_starts=40, measures=names,
+    )  # fmt: skip
+    known = pc.basin_fractions(
+        osc, pc.cosine("1.5"), over={"oscillator.stops.0.at": gaps}, x0=(-4, 0.7), v0=(-4, 4),
+        n_starts=40, measures=names,
+    )  # fmt: skip
+
+    assert ours.name.values.tolist() == known.name.values.tolist()
+    np.testing.assert_array_equal(ours.exists.values, known.exists.values)
+    # Other numbers are drawn, of four in place of two: they agree within their errors.
+    error = np.hypot(ours.fraction_error.values, known.fraction_error.values)
+    assert (np.abs(ours.fraction.values - known.fraction.values) <= 4.0 * error + 1e-12).all()
+    assert float(abs(ours.x.sel(coordinate=1)).max()) < 1e-9
+    np.testing.assert_allclose(
+        ours.max_displacement.values, known.max_displacement.values, rtol=1e-9
+    )
+
+
+@pytest.mark.parametrize(
+    ("keywords", "sentence"),
+    [
+        ({"x0": (-1, 1, 0)}, "not 2 ranges or values, one for each coordinate"),
+        ({"v0": [(1, -1), 0], "x0": [0, 0]}, "v0.0 = (1, -1): not a range from a low"),
+        ({"measures": ["max_displacement"]}, "on = None: not said on what it acts"),
+    ],
+)  # fmt: skip
+def test_ranges_of_starts_that_do_not_fit_are_told(keywords: dict[str, Any], sentence: str) -> None:
+    structure = pc.Structure([1, 1], [1, 1], stops=[pc.Wall(1, "above", "0.7", on=0)])
+
+    with pytest.raises(pc.ParameterError, match=re.escape(sentence)):
+        pc.basin_fractions(
+            structure, pc.Loads({0: pc.cosine(1)}), over={"structure.stops.0.at": [1, 2]},
+            **keywords,
+        )  # fmt: skip

@@ -12,7 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from percuss.arrays import Floats, Integers
-from percuss.ensembles.attractors import Attractor, StrobedSystem, label_starts
+from percuss.ensembles.attractors import (
+    AnyStrobed,
+    Attractor,
+    StrobedStructure,
+    StrobedSystem,
+    label_starts,
+)
 from percuss.ensembles.basins import (
     COLUMN_UNITS,
     about_measure,
@@ -26,15 +32,27 @@ from percuss.ensembles.basins import (
 from percuss.ensembles.classification import STAGE, Arrays, Classification, Rules
 from percuss.ensembles.datasets import attributes_of, coordinates_of, with_units
 from percuss.ensembles.engines import Engine
-from percuss.ensembles.grid import Grid, Group, make_grid, walls_of, whole
+from percuss.ensembles.grid import (
+    AnyGroup,
+    Grid,
+    Group,
+    StructureGroup,
+    make_grid,
+    off_the_walls,
+    walls_of,
+    whole,
+)
 from percuss.ensembles.job import Answer, Dimension
 from percuss.ensembles.run_job import execution_of, keep, run_job
-from percuss.ensembles.sweep import named_measures
+from percuss.ensembles.sweep import check_structure, named_measures
 from percuss.errors import ParameterError
+from percuss.model.acting_sets import StructureSystem, within_walls
 from percuss.model.exact import Phase, as_float, real
 from percuss.model.forcing import Forcing
-from percuss.model.oscillator import Oscillator
+from percuss.model.loads import Loads, loads_of
+from percuss.model.oscillator import On, Oscillator
 from percuss.model.start import Start
+from percuss.model.structure import Structure, StructureStart
 from percuss.model.system import law
 from percuss.progress import Report
 
@@ -50,12 +68,13 @@ VALUES, OF_TWO = 51, 21
 
 
 def basin_fractions(
-    osc: Oscillator,
-    force: Forcing | None,
+    osc: Oscillator | Structure,
+    force: Forcing | Loads | None,
     *,
     over: Mapping[str, object],
-    x0: tuple[Phase, Phase] | None = None,
-    v0: tuple[Phase, Phase] | None = None,
+    on: On | None = None,
+    x0: Sequence[Any] | None = None,
+    v0: Sequence[Any] | None = None,
     start: Sequence[Any] | None = None,
     t0: Phase = 0.0,
     n_starts: int = 1000,
@@ -82,12 +101,15 @@ def basin_fractions(
     Parameters
     ----------
     osc, force
-        The oscillator, and a forcing with a period.
+        The oscillator, and a forcing with a period; or a structure, and loads with a period.
     over
         One path or two, and for each a range (low, high), which stands for 51 values, or for 21
         where there are two, or the values themselves.
+    on
+        The coordinate, direction or point of a structure of which measures are taken.
     x0, v0
-        Ranges (low, high) in which the starts are drawn uniformly [length], [length/time].
+        Ranges (low, high) in which the starts are drawn uniformly [length], [length/time]. Of a
+        structure each has a range, or one value, for every coordinate; default: zeros.
     start
         The same as (x0, v0) or (x0, v0, t0), in place of these: ``start=((-4, 0.7), (-4, 4))``.
     t0
@@ -107,7 +129,7 @@ def basin_fractions(
         Over the attractors and the paths: `fraction`, and `fraction_error`, its standard error;
         `exists`; `kind`, `name`, `n_periods`, `n_impacts`, `x`, `v_strobe`, `exponent`,
         `exponent_error`, `residual` and the measures as in `basins`, NaN and empty where it does
-        not exist.
+        not exist; `x` and `v_strobe` of a structure over `coordinate`, too.
         Over the paths: `undecided`, the undecided part of the starts, and `n_starts`, those outside
         the walls. Attractors are numbered as they appear. The attribute `failed` counts the starts
         inside walls, at all values.
@@ -134,31 +156,64 @@ def basin_fractions(
     [['(1, 1)', '(1, 1)', '(1, 1)'], ['', '(0, 1)', '(0, 1)']]
     """
     execution = execution_of(store, engine, n_workers, progress)
+    if isinstance(osc, Structure):
+        force = loads_of(osc, force)
+    elif on is not None:
+        raise ParameterError("on", on, "given for an oscillator, which has one displacement")
     if force is None or force.period is None:
-        raise ParameterError("forcing.period", None, "basins need a periodic forcing")
+        path = "loads.period" if isinstance(osc, Structure) else "forcing.period"
+        raise ParameterError(path, None, "basins need a periodic forcing")
     periods, n_starts = whole("periods", periods, STAGE), whole("n_starts", n_starts, 1)
     seed, escape = whole("seed", seed, 0), real("escape", escape)
     x0_range, v0_range, t0 = start_ranges(start, x0, v0, t0)
-    grid = make_grid(osc, force, Start(0.0, 0.0, t0), over, VALUES)
+    begin = _begin(osc, t0)
+    grid = make_grid(osc, force, begin, over, VALUES, on)
     names = named_measures(measures, grid.axes)
     if len(grid.axes) == 2:
-        grid = make_grid(osc, force, Start(0.0, 0.0, t0), over, OF_TWO)
+        grid = make_grid(osc, force, begin, over, OF_TWO, on)
     if len(grid.axes) not in (1, 2) or any(axis.of_start for axis in grid.axes):
         given = [axis.path for axis in grid.axes]
         reason = "fractions have one axis or two, parameters of the motion"
         raise ParameterError("over", given, reason)
-    box = (_range("x0", x0_range), _range("v0", v0_range))
+    if isinstance(osc, Structure):
+        check_structure(names, grid)
+        box = (*_ranges("x0", x0_range, osc.n), *_ranges("v0", v0_range, osc.n))
+    else:
+        box = (_range("x0", x0_range), _range("v0", v0_range))
     rules = Rules(as_float(t0), False, periods, escape)
     identity = grid.identity() | {
         "kind": "basin fractions", "box": repr(box), "n_starts": n_starts, "seed": seed,
     }  # fmt: skip
     identity |= {"measures": list(names)} if names else {}
     drawn = Scattered(grid, box, n_starts, seed)
-    job = Classification(drawn, rules, tuple(identity.items()))
+    count = osc.n if isinstance(osc, Structure) else 1
+    job = Classification(drawn, rules, tuple(identity.items()), count)
     answer = run_job(job, execution)
     warn_without_starts(drawn, answer)
     followed = follow_attractors(grid, rules, answer.arrays, n_starts)
     return keep(_dataset(grid, answer, followed, names, rules.t0), execution)
+
+
+def _begin(osc: Oscillator | Structure, t0: Phase) -> Start | StructureStart:
+    """Return a start at rest, in whose place others are drawn."""
+    if not isinstance(osc, Structure):
+        return Start(0.0, 0.0, t0)
+    rest = within_walls(osc, np.zeros(2 * osc.n))
+    return StructureStart(rest[: osc.n].tolist(), rest[osc.n :].tolist(), t0)
+
+
+def _ranges(name: str, given: object, n: int) -> list[tuple[float, float]]:
+    """Return the ranges of n coordinates, of which a single value is one of no width."""
+    if given is None:
+        return [(0.0, 0.0)] * n
+    parts = () if isinstance(given, str) or not hasattr(given, "__iter__") else tuple(given)
+    if len(parts) != n:
+        raise ParameterError(name, given, f"not {n} ranges or values, one for each coordinate")
+    return [
+        _range(f"{name}.{i}", part) if hasattr(part, "__len__") and not isinstance(part, str)
+        else (real(f"{name}.{i}", as_float(part)),) * 2
+        for i, part in enumerate(parts)
+    ]  # fmt: skip
 
 
 def _range(name: str, ends: object) -> tuple[float, float]:
@@ -176,7 +231,7 @@ class Scattered:
     """The same random starts at each point of a grid; the starts are the fastest axis."""
 
     grid: Grid
-    box: tuple[tuple[float, float], tuple[float, float]]
+    box: tuple[tuple[float, float], ...]
     n_starts: int
     seed: int
 
@@ -191,12 +246,12 @@ class Scattered:
         numbers = tuple(float(i) for i in range(self.n_starts))
         return (*self.grid.dimensions, Dimension("start", numbers))
 
-    def groups(self, first: int, last: int) -> tuple[list[Group], dict[int, str]]:
+    def groups(self, first: int, last: int) -> tuple[list[AnyGroup], dict[int, str]]:
         """Return the starts from first to last, in groups of one shape of law."""
-        draw = np.random.default_rng(self.seed).random((self.n_starts, 2))
+        draw = np.random.default_rng(self.seed).random((self.n_starts, len(self.box)))
         low, high = np.array(self.box).T
         places = low + draw * (high - low)
-        groups: list[Group] = []
+        groups: list[AnyGroup] = []
         faults: dict[int, str] = {}
         for k in range(first // self.n_starts, (last - 1) // self.n_starts + 1):
             begin = k * self.n_starts
@@ -204,10 +259,16 @@ class Scattered:
             rows = begin + numbers - first
             # The start of the grid may be inside a wall; the law does not depend on it.
             try:
-                own_law, t0 = law_at(self.grid, k)
+                osc, force, start = self.grid.point(k)
             except ParameterError as error:
                 faults |= {int(row): str(error) for row in rows}
                 continue
+            t0 = as_float(start.t0)
+            if isinstance(osc, Structure):
+                system = StructureSystem(osc, force)
+                groups.append(self._of_structure(system, places[numbers], t0, rows, faults))
+                continue
+            own_law = law(osc, force)
             walls = walls_of(own_law[np.newaxis])
             inside = (places[numbers, 0] < walls[0][0]) | (places[numbers, 0] > walls[1][0])
             faults |= {int(row): "inside a wall" for row in rows[inside]}
@@ -217,11 +278,29 @@ class Scattered:
             groups.append(Group(own_law[np.newaxis], which, starts, rows[~inside]))
         return groups, faults
 
+    def _of_structure(
+        self,
+        system: StructureSystem,
+        places: Floats,
+        t0: float,
+        rows: Integers,
+        faults: dict[int, str],
+    ) -> StructureGroup:
+        """Return the starts of one structure, and add the faults of those behind a wall."""
+        starts = np.column_stack([places, np.full(len(places), t0)])
+        which, every = np.zeros(len(rows), dtype=np.int64), np.arange(len(rows))
+        behind: dict[int, str] = {}
+        free = off_the_walls((system,), which, every, starts, behind)
+        faults |= {int(rows[i]): text for i, text in behind.items()}
+        return StructureGroup((system,), which[free], starts[free], rows[free], self.grid.direction)
 
-def law_at(grid: Grid, k: int) -> tuple[Floats, float]:
-    """Return the law at a point, and the time of the starts."""
-    osc, force, start = grid.point(k)
-    return law(osc, force), as_float(start.t0)
+
+def _strobed_at(grid: Grid, k: int, t0: float) -> AnyStrobed:
+    """Return the system at a point of the parameters."""
+    osc, force, _ = grid.point(k)
+    if isinstance(osc, Structure):
+        return StrobedStructure(StructureSystem(osc, force), t0, grid.direction)
+    return StrobedSystem.of(osc, force, t0)
 
 
 def _dataset(
@@ -273,6 +352,8 @@ def _dataset(
             {},
         ),
     }
+    if isinstance(grid.osc, Structure):
+        columns |= _strobes_of(followed, n, grid.osc.n, paths)
     data = {
         name: (names, values.reshape(*values.shape[:-1], *grid.shape), about)
         for name, (names, values, about) in columns.items()
@@ -285,15 +366,27 @@ def _dataset(
     return with_units(dataset, grid.osc.units)
 
 
+def _strobes_of(
+    followed: Sequence[AttractorsAt], n: int, n_coordinates: int, paths: tuple[str, ...]
+) -> dict[str, tuple[tuple[str, ...], NDArray[Any], dict[str, str]]]:
+    """Return a strobe of each attractor of a structure, by coordinate."""
+    places = np.full((n, 2 * n_coordinates, len(followed)), np.nan)
+    for k, at_point in enumerate(followed):
+        for number, attractor in at_point.attractors.items():
+            if attractor.strobes.shape[1] == 2 * n_coordinates:
+                places[number, :, k] = attractor.strobes[0]
+    dims = ("attractor", "coordinate", *paths)
+    parts = {"x": places[:, :n_coordinates], "v_strobe": places[:, n_coordinates:]}
+    return {name: (dims, part, {"units": COLUMN_UNITS[name]}) for name, part in parts.items()}
+
+
 def _measured(
     grid: Grid, k: int, at_point: AttractorsAt, names: Sequence[str], t0: float
 ) -> Iterator[tuple[int, dict[str, float]]]:
     """Yield the measures of the attractors at a point of the parameters, by number."""
     if not names or not at_point.attractors:
         return
-    osc, force, _ = grid.point(k)
-    assert force is not None
-    system = StrobedSystem.of(osc, force, t0)
+    system = _strobed_at(grid, k, t0)
     for number, attractor in at_point.attractors.items():
         yield number, measures_of(system, attractor, names)
 
@@ -351,13 +444,11 @@ def follow_attractors(
     for k in range(grid.size):
         own = {name: array[k * n_starts : (k + 1) * n_starts] for name, array in arrays.items()}
         try:
-            osc, force, _ = grid.point(k)
+            system = _strobed_at(grid, k, rules.t0)
         except ParameterError:
             # An impossible model has neither starts nor attractors.
             points.append(NO_MOTION)
             continue
-        assert force is not None
-        system = StrobedSystem.of(osc, force, rules.t0)
         known = [
             numbered
             for before in points_before(points, grid.shape, k)
@@ -442,8 +533,14 @@ def _seeds(attractor: Attractor) -> Floats:
     return points[:: max(1, len(points) // SEEDS)][:SEEDS] if len(points) > SEEDS else points
 
 
-def _classes(system: StrobedSystem, rules: Rules, places: Sequence[Floats]) -> Arrays:
+def _classes(system: AnyStrobed, rules: Rules, places: Sequence[Floats]) -> Arrays:
     """Return the classes of points of the attractors before."""
+    if isinstance(system, StrobedStructure):
+        structure = system.system.structure
+        inside = [within_walls(structure, place) for place in places]
+        states = np.reshape(inside, (len(places), 2 * structure.n))
+        begin = np.column_stack([states, np.full(len(places), rules.t0)])
+        return replace(rules, within=False).follow(system.group(begin))[0]
     starts = np.column_stack([np.reshape(places, (len(places), 2)), np.full(len(places), rules.t0)])
     low, high = walls_of(system.law[np.newaxis])
     # A wall may have moved past them.

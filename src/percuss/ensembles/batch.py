@@ -57,6 +57,8 @@ class Plan:
         Whether extremes of x and the work of the dashpots are recorded: it takes twice as long.
     with_loads
         Whether the loads are recorded: peaks of forces, and means: it takes five times as long.
+    with_means
+        Whether means and accelerations of a structure are recorded, from runs of their own.
     max_impacts
         Impacts from the start after which a motion ends, >= 1.
     edges
@@ -81,6 +83,7 @@ class Plan:
     n_points: int = 1
     with_extremes: bool = False
     with_loads: bool = False
+    with_means: bool = False
     max_impacts: int = MOST_IMPACTS
     edges: Floats | None = None
     level: float = 0.0

@@ -113,8 +113,8 @@ def bifurcation_diagram(
         ``{"at": 0.3, "direction": "up"}`` (cycle, v) where x passes 0.3 (`Trajectory.section`).
     on
         Of a structure the coordinate, direction or point whose y = c . x and velocity are the
-        points of a stroboscopic section; needed there where there are several coordinates. At
-        impacts the number of a stop, whose impacts alone are kept; None keeps those of all.
+        points of a stroboscopic section, or that passes a place; needed there where there are
+        several coordinates. At impacts the number of a stop, whose impacts alone are kept; None keeps those of all.
     starts
         Starts, each a `Start` or x0, v0; of a structure each a `StructureStart` or x0, v0 with a
         number for each coordinate; default: at rest at 0. Followed branches begin at the first one;
@@ -300,10 +300,7 @@ def _check(grids: list[Grid], section: PoincareSection, follow: Sequence[str], p
         raise ParameterError("points", points, f"{points:,} at each of {problem}")
     grid = grids[0]
     check_counted(grid.force, grid.period_path)
-    if isinstance(grid.osc, Structure) and section.kind == "passages":
-        reason = 'no section of a structure; take "stroboscopic", a cycle, or "impacts"'
-        raise ParameterError("section", section.given, reason)
-    if isinstance(grid.osc, Structure) and section.kind == "stroboscopic" and not grid.on:
+    if isinstance(grid.osc, Structure) and section.kind != "impacts" and not grid.on:
         # The sentence that says of what the displacement may be.
         grid.osc.direction(None)
 

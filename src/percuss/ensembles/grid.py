@@ -30,8 +30,8 @@ from percuss.model.system import law, region_rows, stop_rows
 from percuss.model.units import FORCE, in_units
 
 __all__ = [
-    "POINTS", "AnyGroup", "Axis", "Grid", "Group", "StructureGroup", "make_grid", "units_of",
-    "values_of", "walls_of", "whole",
+    "POINTS", "AnyGroup", "Axis", "Grid", "Group", "StructureGroup", "make_grid", "off_the_walls",
+    "units_of",    "values_of", "walls_of", "whole",
 ]  # fmt: skip
 
 
@@ -361,7 +361,7 @@ class Grid:
             inside = _between(laws, which, rows, starts, faults)
             return Group(laws, which[inside], starts[rows[inside]], rows[inside], stops)
         systems = tuple(system for system, _ in group)
-        inside = _off_the_walls(systems, which, rows, starts, faults)
+        inside = off_the_walls(systems, which, rows, starts, faults)
         own = starts[rows[inside]]
         return StructureGroup(systems, which[inside], own, rows[inside], self.direction)
 
@@ -415,7 +415,7 @@ def _between(
     return np.asarray(~((x0 < low) | (x0 > high)))
 
 
-def _off_the_walls(
+def off_the_walls(
     systems: Sequence[StructureSystem],
     which: Integers,
     rows: Integers,

@@ -112,6 +112,8 @@ class Measure:
     needs_extremes, needs_loads, needs_strobes, needs_peaks, needs_tangent
         What the kernels must record for it: extremes and work; loads; a strobe in each period;
         the fastest impacts of intervals of time; the growth of a perturbation.
+    is_mean
+        Whether structures need a run of its own for it: a mean over time, or an acceleration.
     without
         Why a motion that came to its end may have no such number.
     """
@@ -126,6 +128,7 @@ class Measure:
     needs_strobes: bool = False
     needs_peaks: bool = False
     needs_tangent: bool = False
+    is_mean: bool = False
     without: str = ""
 
     @property
@@ -305,15 +308,17 @@ MEASURES: dict[str, Measure] = {
         "length/time^2",
         "largest magnitude of the acceleration, both limits at a jump, impacts left out",
         _peak_acceleration,
-        of_structures=False,
+        of_displacement=True,
         needs_loads=True,
+        is_mean=True,
     ),
     "rms_displacement": Measure(
         "length",
         "square root of the mean of x^2 over time",
         _rms_displacement,
-        of_structures=False,
+        of_displacement=True,
         needs_loads=True,
+        is_mean=True,
     ),
     "contact_share": Measure(
         "1",
@@ -325,8 +330,8 @@ MEASURES: dict[str, Measure] = {
         "mass length^2/time^3",
         "mean power per unit mass of the forcing",
         _mean_power,
-        of_structures=False,
         needs_loads=True,
+        is_mean=True,
     ),
     "largest_lyapunov_exponent": Measure(
         "1/time",
@@ -436,6 +441,7 @@ def _plan(
         plan,
         with_extremes=any(measure.needs_extremes for measure in measures),
         with_loads=any(measure.needs_loads for measure in measures),
+        with_means=any(measure.is_mean for measure in measures),
         max_impacts=max_impacts,
         edges=edges,
     )

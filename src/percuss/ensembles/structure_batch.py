@@ -9,6 +9,7 @@ import numpy as np
 
 from percuss.arrays import Floats, Integers
 from percuss.ensembles.batch import MOST_SEARCHES, NO_MODES, BatchResult, Plan, put_in_order
+from percuss.ensembles.structure_runs import needs_runs, observe_runs
 from percuss.ensembles.threads import check_wanted, stop_flag
 from percuss.errors import ConvergenceError
 from percuss.kernels import observables
@@ -44,7 +45,7 @@ def follow_structures(
     starts
         (n_motions, 2 n + 1) array of x [length], v [length/time] and t [time].
     plan
-        When, and what is recorded; no passages of a displacement.
+        When, and what is recorded.
     on
         (n,) direction c of the displacement y = c . x that is observed.
     """
@@ -75,14 +76,14 @@ def follow_structures(
     wishes = batch.Wishes(plan.max_impacts, plan.section, plan.of_stop, is_seen, PATIENCE)
     order = np.argsort(which, kind="stable")
     cuts = np.flatnonzero(np.diff(which[order])) + 1
-    for rows in np.split(order, cuts):
+    for rows in np.split(order, cuts) if k else ():
         own = batch.StructureMembers(*(cast("Any", array[rows]) for array in members))
         _follow(systems[int(which[rows[0]])], own, wishes, on)
         for whole, part in zip(members, own, strict=True):
             whole[rows] = part
     put_in_order(members.points, members.values)
     points = _points(members.points, systems, which, plan, on, c)
-    return BatchResult(
+    result = BatchResult(
         members.status,
         members.state,
         members.counters[:, columns.N_IMPACTS].copy(),
@@ -94,6 +95,9 @@ def follow_structures(
         members.ends,
         members.points[:, :, :c],
     )
+    if needs_runs(plan):
+        observe_runs(result, systems, which, starts, plan, on)
+    return result
 
 
 def _follow(

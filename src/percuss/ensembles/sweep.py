@@ -109,7 +109,8 @@ def sweep(
         {}, there is one point.
     on
         Of a structure the coordinate, direction or point whose displacement is measured: needed
-        for measures of a displacement where there are several coordinates.
+        for measures of a displacement or an acceleration, and where "period" is found at a place,
+        where there are several coordinates.
     start
         Where the motions start: a `Start`, or x0 [length], v0 [length/time] and where wanted
         t0 [time]; of a structure a `StructureStart`, or these with a number for each coordinate;
@@ -292,8 +293,7 @@ def _work(
     if needs_period and is_free(grid.force) and section.kind == "stroboscopic":
         raise ParameterError("section", section.given, NO_STROBES)
     if needs_period and isinstance(grid.osc, Structure) and section.kind == "passages":
-        reason = 'no section of a structure; take "stroboscopic", a cycle, or "impacts"'
-        raise ParameterError("section", section.given, reason)
+        _check_direction(grid)
     if needs_period:
         # Those of one motion at least are in memory at once.
         problem = too_large([1], observables.POINT_COLUMNS * (window.periods + 1))
@@ -309,9 +309,14 @@ def check_structure(names: Sequence[str], grid: Grid) -> None:
         if not MEASURES[name].of_structures:
             known = ", ".join(name for name, one in MEASURES.items() if one.of_structures)
             raise ParameterError("measure", name, f"not for structures; there are {known}")
-        if MEASURES[name].of_displacement and not grid.on:
-            # The sentence that says of what the displacement may be.
-            cast("Structure", grid.osc).direction(None)
+        if MEASURES[name].of_displacement:
+            _check_direction(grid)
+
+
+def _check_direction(grid: Grid) -> None:
+    if not grid.on:
+        # The sentence that says of what the displacement may be.
+        cast("Structure", grid.osc).direction(None)
 
 
 @dataclass(frozen=True, slots=True)
