@@ -280,6 +280,21 @@ def test_a_start_in_contact() -> None:
     assert np.isfinite(run.sensitivity(["start.x0"]).contacts.release[0, 0])
 
 
+def test_at_rest_on_a_wall_with_nothing_to_hold_it_there() -> None:
+    osc = pc.Oscillator(stops=(pc.Wall(at=0, side="below", restitution="0.5"),))
+    found = pc.simulate(osc, t_end=3).sensitivity(["start.v0", "oscillator.stiffness"])
+    assert not found.differentiable
+    np.testing.assert_array_equal(found.grazes.sides, [0, 0])
+    dx, dv = found(2.0)
+    # Away from the wall it would fly, and into it rebound.
+    np.testing.assert_array_equal(dx, [np.nan, 0])
+    np.testing.assert_array_equal(dv, [np.nan, 0])
+    # A force that begins to press takes it back in no time.
+    held = pc.simulate(osc, pc.sine(1, amplitude=-1), t_end=3).sensitivity(["start.v0"])
+    assert held.differentiable
+    assert held(2.0)[0] == 0.0
+
+
 def grazing(speed: str) -> pc.Trajectory:
     """Return a run of x = speed sin t, towards a wall at 1."""
     osc = pc.Oscillator(stops=(pc.Wall(at=1, side="above", restitution="0.8"),))

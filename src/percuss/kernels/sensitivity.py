@@ -313,6 +313,9 @@ def come_to_contact(varied: VariedRecord, n: int, phases: Floats, out: Floats) -
     region = int(marks[n, NEXT_REGION])
     bound = int(marks[n, BOUND])
     chatters = is_tail(events, marks, n - 1)
+    drive, slope, bend = force_and_slopes(law, phases)
+    # At rest on the wall, and nothing holds it there: what lifts it does so for good.
+    idle = constant_force(law, region, place(law, region, bound)) + drive == slope == bend == 0.0
     for p in range(out.shape[1]):
         rows = change.rows[p]
         row = out[n, p]
@@ -328,6 +331,13 @@ def come_to_contact(varied: VariedRecord, n: int, phases: Floats, out: Floats) -
         row[BASE] = moved
         row[OFF] = 0.0
         row[SPEED] = 0.0
+        if idle:
+            t, t_low = events[n, EVENT_T], events[n, EVENT_T_LOW]
+            push, rate = moved_drive(law, rows, change.unit, t, t_low, phases)
+            push += moved_constant_force(law, rows, region, place(law, region, bound), moved)
+            if math.isnan(row[DT]) or push != 0.0 or rate != 0.0:
+                row[BASE] = math.nan
+                row[SPEED] = math.nan
 
 
 @kernel
@@ -422,7 +432,7 @@ def columns_at(
         if marks[row, KIND] == CONTACT:
             for p in range(out.shape[1]):
                 motion[0, i, p] = out[row, p, BASE]
-                motion[1, i, p] = 0.0
+                motion[1, i, p] = out[row, p, SPEED]
         elif is_tail(events, marks, row):
             tail_columns(varied, out, row, s, i, motion)
         else:

@@ -163,7 +163,8 @@ class MovedGrazes:
         (n_grazes,) array, index into the oscillator's `stops`.
     reach
         (n_grazes, n_parameters) array, derivatives of the distance by which the turning point would
-        lie beyond the wall. NaN where the mass comes to rest on the wall by the graze.
+        lie beyond the wall. NaN where the mass comes to rest on the wall by the graze, or
+        is at rest on it without a force.
     speed
         (n_grazes, n_parameters) array, sqrt(2 abs(a) abs(reach)) with the acceleration a there.
     """

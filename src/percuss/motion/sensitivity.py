@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from percuss.arrays import Floats
+from percuss.arrays import Flags, Floats
 from percuss.kernels import record as columns
 from percuss.kernels import sensitivity as engine
 from percuss.kernels.flight import constant_force, force_and_slopes, place, set_phases
@@ -177,8 +177,7 @@ def sensitivity_of(
     none = MovedGrazes(touches, np.zeros(len(touches), np.int64), jumps, jumps)
     begin = moved.begin if begin is None else begin
     found = _carried(run, moved, varied, begin, none)
-    marks = run.record[1]
-    if len(touches) or (marks[:, columns.KIND] == columns.SLOW_LANDING).any():
+    if len(touches) or _unheld(found).any():
         passing = varied._replace(jumps=np.zeros_like(jumps))
         grazes = _grazes(_carried(run, moved, passing, begin, none))
         return dataclasses.replace(found, grazes=grazes)
@@ -220,11 +219,18 @@ def _carried(
     )
 
 
+def _unheld(d: Sensitivity) -> Flags:
+    """Return which events leave the mass on a wall within rounding, or with nothing to hold it."""
+    kinds = d.run.record[1][:, columns.KIND]
+    unknown = np.isnan(d.columns[..., engine.SPEED]).any(axis=1)
+    return np.asarray((kinds == columns.SLOW_LANDING) | ((kinds == columns.CONTACT) & unknown))
+
+
 def _grazes(passing: Sensitivity) -> MovedGrazes:
     """Return how the grazes of walls depend on the parameters, from columns that pass them."""
     run, moved = passing.run, passing.moved
     events, marks = run.record
-    landed = marks[:, columns.KIND] == columns.SLOW_LANDING
+    landed = _unheld(passing)
     instants = np.concatenate([passing.varied.touches, events[landed, columns.EVENT_T]])
     order = np.argsort(instants, kind="stable")
     n = len(passing.varied.touches)

@@ -48,6 +48,8 @@ __all__ = ["ClosedMotion", "OrbitSensitivity", "sensitivity_of_orbit"]
 
 # Frequencies that a parameter moves in proportion do so to this part.
 ALIKE = 1e-12
+# Two multipliers whose distance is below this part of them are equal to rounding.
+EQUAL = 1e-7
 # A multiplier this near to 1 is there: the orbit is on a fold, or one of a family.
 ON_FOLD = 1e-9
 
@@ -233,7 +235,7 @@ def _multipliers(orbit: ClosedMotion, motion: Sensitivity) -> Complexes:
                 continue
             apart = 2.0 * value - trace
             change = value * moved_trace - relative * determinant
-            found[i, p] = change / apart if abs(apart) > ON_FOLD else np.nan
+            found[i, p] = change / apart if abs(apart) > EQUAL * abs(value) else np.nan
     return found
 
 
