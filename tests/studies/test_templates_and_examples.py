@@ -15,6 +15,7 @@ import pytest
 import percuss as pc
 from percuss.errors import ParameterError
 from percuss.execution import Execution
+from percuss.motion.structures import StructureTrajectory
 from percuss.motion.trajectory import Trajectory
 from percuss.studies.kinds.motion import Motion
 from percuss.studies.reading import load_study, parse_study
@@ -24,9 +25,13 @@ from percuss.studies.templates import template_names, template_text
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
 
 
-def run_of(study: Study) -> Trajectory:
+def answer_of(study: Study) -> Trajectory | StructureTrajectory:
     assert isinstance(study.question, Motion)
-    run = study.question.answer(study, Execution())
+    return study.question.answer(study, Execution())
+
+
+def run_of(study: Study) -> Trajectory:
+    run = answer_of(study)
     assert isinstance(run, Trajectory)
     return run
 
@@ -47,7 +52,7 @@ def example(name: str) -> Study:
 def test_a_template_runs_to_its_end_and_meets_its_stops(name: str) -> None:
     study = parse_study(template_text(name))
 
-    run = run_of(study)
+    run = answer_of(study)
 
     assert run.outcome.name == "reached_t_end"
     assert len(run.impacts) + len(run.crossings) >= 10
@@ -61,7 +66,7 @@ def test_the_ends_that_a_template_names_are_those_of_its_periods(name: str) -> N
 
     study = parse_study(text)
     assert isinstance(study.question, Motion)
-    assert study.question.t_end(study.forcing) == pytest.approx(t_end, abs=0.05)
+    assert study.question.t_end(study.force) == pytest.approx(t_end, abs=0.05)
 
 
 @pytest.mark.parametrize("name", template_names())

@@ -67,8 +67,12 @@ def checked_start(
         faults.add_from_model(problems)
     faults.add_from_model(phase_faults(f"{dotted}.{names['t0']}", start.t0))
     is_right = not faults.is_wrong("structure")
-    if faults.is_wrong(dotted) or not (is_right or has_size(structure)):
+    if not (is_right or has_size(structure)):
         return cast("StructureStart", start)
+    zeros = (0.0,) * structure.n
+    if faults.is_wrong(dotted):
+        # Its numbers are no parameters, but there is one for each coordinate.
+        return StructureStart(zeros, zeros)
     try:
         # Of a structure with faults the size is known, but not where its walls are.
         bare = draft(Structure, **structure_fields(structure.mass, structure.stiffness))
@@ -80,7 +84,7 @@ def checked_start(
         is_given = place[0] != "start" or "start" in study.document
         reason = error.reason if is_given else f"missing; by default {error}"
         faults.add(path if is_given else ("start",), reason, shown(error.value) if is_given else "")
-        return cast("StructureStart", start)
+        return StructureStart(zeros, zeros)
 
 
 def check_on(on: On | None, path: Path, study: StudyDraft, *, is_needed: bool = False) -> None:
@@ -239,8 +243,8 @@ def draw_motion(
 
     on = shown_directions(study)
     figure.set_size_inches(8.0, 1.6 + 1.5 * len(on))
-    own = {"window": window, "units": study.draw.units()}
-    plot_coordinates(run, figure, on=on, title=study.title or None, **own)
+    plot_coordinates(run, figure, on=on, window=window, units=study.draw.units())
+    figure.suptitle(study.title, parse_math=False)
 
 
 def report_of_motion(run: StructureTrajectory) -> dict[str, str]:

@@ -7,7 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeAlias, cast
 
 from percuss.execution import Execution
 from percuss.io.study_text import model_tables, toml_text
@@ -382,12 +382,28 @@ def study_text(study: Study) -> str:
         {
             "study": {"kind": study.kind, "title": study.title},
             **model_tables(study.model, study.force, study.question),
-            **study.question.tables(),
+            **_tables_of(study),
             **certify,
             "save": as_written(study.save),
             "draw": as_written(study.draw),
         }
     )
+
+
+def _tables_of(study: Study) -> dict[str, Any]:
+    """Return the tables of the question without the keys that only other models have."""
+    question, tables = study.question, study.question.tables()
+    is_other = "of_oscillators" if study.structure is not None else "of_structures"
+    others: Any = getattr(question, is_other)
+    left = {question.kind: others}
+    if hasattr(question, "sought"):
+        left["orbit"] = getattr(question.sought, is_other)
+    names = {TABLES.get(name) for name in others}
+    return {
+        table: {key: value for key, value in keys.items() if key not in left.get(table, ())}
+        for table, keys in cast("dict[str, dict[str, Any]]", tables).items()
+        if table not in names
+    }
 
 
 def kind_names() -> list[str]:

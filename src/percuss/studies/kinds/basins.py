@@ -111,19 +111,6 @@ class Basins(Question):
                 study.faults.add(("over", path), reason)
         return replace(self, start=start, over=over)
 
-    def tables(self) -> dict[str, object]:
-        """Return the tables of the question, those of a structure only where it is one."""
-        tables: dict[str, Any] = Question.tables(self)
-        if not self.over:
-            del tables["over"], tables["start"]
-            return tables
-        own = {
-            name: value
-            for name, value in tables["basins"].items()
-            if name not in self.of_oscillators
-        }
-        return {**tables, "basins": own}
-
     def _check_impacts(self, axes: dict[str, AxisValues], study: StudyDraft) -> None:
         """Add the faults of starts at a wall."""
         if not set(axes) & set(IMPACTS) or study.faults.is_wrong("oscillator"):

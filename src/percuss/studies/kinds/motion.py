@@ -12,6 +12,7 @@ from percuss.model import exact
 from percuss.model.exact import as_float, phase_problem
 from percuss.model.faults import draft, positive_faults
 from percuss.model.forcing import Forcing
+from percuss.model.loads import Loads
 from percuss.model.oscillator import Oscillator, SoftStop
 from percuss.model.start import end_after_periods, periods_faults, start_faults
 from percuss.model.units import FORCE, in_units
@@ -71,16 +72,21 @@ class Motion(Question):
     start: StartState
     limits: Limits
 
-    def end(self, forcing: Forcing | None) -> exact.Phase | None:
-        """Return the exact time of the end, None if only the number of impacts limits the run."""
+    def end(self, forcing: Forcing | Loads | None) -> exact.Phase | None:
+        """Return the exact time of the end, None if only the number of impacts limits the run.
+
+        Under loads of a structure the end after whole periods is a double, as `simulate` has it.
+        """
         limits = self.limits
         if limits.t_end is not None or limits.periods is None:
             return limits.t_end
         if forcing is None or forcing.period is None:
             return None
+        if isinstance(forcing, Loads):
+            return as_float(self.start.t0) + as_float(limits.periods) * forcing.period
         return end_after_periods(forcing, self.start.t0, limits.periods)
 
-    def t_end(self, forcing: Forcing | None) -> float | None:
+    def t_end(self, forcing: Forcing | Loads | None) -> float | None:
         """Return the time of the end as a float."""
         end = self.end(forcing)
         return None if end is None else as_float(end)

@@ -1,0 +1,170 @@
+"""Studies of every kind that a structure has: their texts, their faults, and what they write."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.studies.texts import faults_of
+
+import percuss as pc
+from percuss.errors import ParameterError
+from percuss.io import load_netcdf
+from percuss.studies import Certify, parse_study, run_study
+from percuss.studies.link import link_of
+from percuss.studies.reading import known_keys
+from percuss.studies.study import kind_named, kind_names
+
+MODEL = """\
+[structure]
+chain = {masses = [1, 1], springs = [1, 1, 0], dashpots = "0.05"}
+[[structure.stops]]
+type = "soft"
+at = "0.5"
+side = "above"
+stiffness = 8
+damping = "0.1"
+on = 1
+[[loads]]
+on = 0
+[[loads.harmonics]]
+amplitude = "0.3"
+omega = "0.9"
+"""
+KINDS = {
+    "motion": "[start]\nv0 = [0, 1]\n[run]\nperiods = 10\n[draw]\non = [1, [1, -1]]\n",
+    "orbit": "[orbit]\nx0 = [0, 0]\nv0 = [0, 0]\n",
+    "branch": '[over]\n"loads.0.omega" = ["0.7", "1.2"]\n[branch]\nmax_points = 3\n',
+    "curve": '[over]\n"loads.0.omega" = ["0.4", "1.2"]\n"loads.0.amplitude" = ["0.1", 1]\n',
+    "sweep": (
+        '[over]\n"start.x0.1" = [0, "0.1"]\n'
+        '[sweep]\nmeasure = ["peak_displacement", "period"]\non = [1, -1]\n'
+        "transient = 20\nperiods = 8\n"
+    ),
+    "diagram": (
+        '[over]\n"structure.stops.0.at" = ["0.4", "0.5"]\n'
+        '[diagram]\non = 1\ntransient = 10\npoints = 8\nstarts = [[[0, 0], ["0.1", 0]]]\n'
+    ),
+    "basins": (
+        '[over]\n"start.x0.0" = [0, "0.1"]\n"start.v0.1" = [0, "0.1"]\n[basins]\nperiods = 40\n'
+    ),
+    "lyapunov": "[lyapunov]\ntransient = 4\nperiods = 64\n",
+}
+
+
+def text_of(kind: str, more: str = "") -> str:
+    return f'[study]\nkind = "{kind}"\n{MODEL}{KINDS[kind]}{more}'
+
+
+def test_the_kinds_here_are_all_that_structures_have() -> None:
+    assert [name for name in kind_names() if kind_named(name).for_structures] == list(KINDS)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_study_of_a_structure_is_read_back_equal_from_its_text(kind: str) -> None:
+    study = parse_study(text_of(kind))
+
+    again = parse_study(study.text())
+    assert again.question == study.question
+    assert again.text() == study.text()
+
+
+@pytest.mark.parametrize(
+    ("kind", "old", "new", "told"),
+    [
+        ("motion", "[1, -1]]", "[0, 0]]", "draw.on.1 = [0, 0]: a direction of zeros; what acts"),
+        ("motion", "[0, 1]", "[0]", "start.v0 = [0]: 1 numbers for 2 coordinates"),
+        ("motion", "periods = 10", "periods = 0", "run.periods = 0: not positive"),
+        ("orbit", "v0 = [0, 0]\n", "", "orbit.v0: missing; a guess is a state, x0 and v0"),
+        ("orbit", "v0 = [0, 0]", "v0 = [0]", "orbit.v0 = [0]: 1 numbers for 2 coordinates"),
+        ("orbit", "[orbit]", "[orbit]\nimpacts = 1", "orbit.impacts: unknown key; known here: "),
+        ("branch", "loads.0.omega", "loads.0.omgea", "over.loads.0.omgea: no such parameter"),
+        ("branch", "[branch]", '[draw]\nquantity = "impact_velocity"\n[branch]',
+         'draw.quantity = "impact_velocity": not amplitude or multiplier'),
+        ("branch", "[branch]", "[draw]\ncoordinate = 2\n[branch]",
+         "draw.coordinate = 2: no such coordinate; the coordinates are 0 to 1"),
+        ("curve", '"0.1", 1]\n', '"0.1", 1]\n[curve]\npoints = ["grazing"]\n',
+         'curve.points.0 = "grazing": not fold, period_doubling or torus'),
+        ("sweep", "on = [1, -1]\n", "", "sweep.on: not said on what it acts; the coordinates"),
+        ("sweep", '"period"]', '"rms_displacement", "period"]\nsection = {at = 0}',
+         "no section of a structure"),
+        ("sweep", "start.x0.1", "start.x0.2", "over.start.x0.2: no such parameter"),
+        ("diagram", "on = 1\ntransient", "on = 2\ntransient", "diagram.on = 2: no such coordinate"),
+        ("diagram", "[[[0, 0]", "[[[0, 0, 0]", "diagram.starts.0.0 = [0, 0, 0]: 3 numbers for 2"),
+        ("basins", "start.v0.1", "loads.0.omega", "over.loads.0.omega: no number of the start"),
+        ("basins", "periods = 40", "x0 = [0, 1]", "basins.x0: unknown key; known here: "),
+        ("lyapunov", "[[loads.harmonics]]\namplitude", "[[loads.harmonics]]\nampl",
+         "loads.0.harmonics.0.amplitude: missing"),
+    ],
+)  # fmt: skip
+def test_what_a_structure_does_not_have_is_told(kind: str, old: str, new: str, told: str) -> None:
+    text = text_of(kind)
+    assert old in text
+
+    found = faults_of(text.replace(old, new))
+
+    assert any(told in fault for fault in found), found
+    assert len(found) <= 2
+
+
+def test_loads_without_a_period_are_told_where_one_is_needed() -> None:
+    text = text_of("lyapunov").replace("[lyapunov]", "[[loads]]\non = 1\nconstant = 1\n[lyapunov]")
+    other = '[[loads]]\non = 1\nharmonics = [{amplitude = 1, omega = "1.3"}]\n[lyapunov]'
+
+    assert parse_study(text).force is not None
+    assert faults_of(text.replace("[lyapunov]", other)) == [
+        (
+            "s.toml:3: structure.loads_period: missing, as the loads have no common period; exponents "
+            "are taken over forcing periods"
+        )
+    ]
+
+
+def test_a_structure_is_neither_certified_nor_shown_on_the_page(tmp_path: Path) -> None:
+    study = parse_study(text_of("orbit"))
+    wanted = type(study)(study.model, study.force, study.question, certify=Certify(12))
+
+    with pytest.raises(ParameterError, match="of structures there are no proofs"):
+        run_study(wanted, tmp_path)
+    with pytest.raises(ParameterError, match="not on the page"):
+        link_of(study)
+
+
+def test_keys_of_the_other_model_are_unknown() -> None:
+    assert known_keys(kind_named("basins"), of_structure=True)["basins"] == [
+        "periods", "escape", "measures", "on",
+    ]  # fmt: skip
+    assert "on" not in known_keys(kind_named("sweep"))["sweep"]
+    assert known_keys(kind_named("orbit"), of_structure=True)["orbit"] == ["periods", "x0", "v0"]
+
+
+def test_an_orbit_and_a_branch_are_those_of_python_and_are_written(tmp_path: Path) -> None:
+    study = parse_study(text_of("branch"))
+    structure, loads = study.model, study.force
+    assert isinstance(structure, pc.Structure)
+    assert isinstance(loads, pc.Loads)
+
+    result = run_study(study, tmp_path / "branch")
+
+    own = pc.continue_orbit(
+        pc.find_orbit(structure, loads), {"loads.0.omega": ("0.7", "1.2")}, max_points=3
+    )
+    np.testing.assert_array_equal(result.answer.values, own.values)
+    assert {file.name for file in result.files} >= {"branch.nc", "branch.csv", "branch.png"}
+    tree = load_netcdf(tmp_path / "branch" / "branch.nc")
+    np.testing.assert_array_equal(tree["amplitude"].values, own.amplitude)
+    # The record of a table repeats the study.
+    again = parse_study((tmp_path / "branch" / "branch.csv.toml").read_text())
+    assert again == study or again.text() == study.text()
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_kind_runs_and_draws(kind: str, tmp_path: Path) -> None:
+    study = parse_study(text_of(kind).replace('"0.7", "1.2"', '"0.4", "1.2"'))
+
+    result = run_study(study, tmp_path / kind)
+
+    assert result.report
+    assert all(file.exists() for file in result.files)
