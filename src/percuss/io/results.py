@@ -115,21 +115,11 @@ def orbit_columns(orbits: Sequence[PeriodicOrbit]) -> Columns:
     return columns | {"stops": np.array(stops, dtype=object)}
 
 
-def branch_columns(branch: Branch | StructureBranch) -> Columns:
+def branch_columns(branch: Branch) -> Columns:
     """Return a branch as a table, one row an orbit."""
     special = np.full(len(branch), "", dtype=object)
     for point in branch.special_points:
         special[point.row] = point.kind
-    if isinstance(branch, StructureBranch):
-        amplitudes = {f"amplitude_{i}": column for i, column in enumerate(branch.amplitude.T)}
-        return {
-            branch.path: branch.values,
-            "n_impacts": branch.n_impacts,
-            **amplitudes,
-            **_of_multipliers(branch.multipliers),
-            "stability": branch.stability,
-            "special_point": special,
-        }
     velocities = {
         f"impact_velocity_{i}": column for i, column in enumerate(branch.impact_velocity.T)
     }
@@ -159,6 +149,15 @@ def structure_branch_columns(branch: StructureBranch) -> Columns:
         "special_point": special,
         **_of_multipliers(branch.multipliers),
     }
+
+
+def _columns_of_any(branch: Branch | StructureBranch) -> Columns:
+    """Return a branch of a response chart as a table."""
+    from percuss.orbits.bifurcations.branch import Branch
+
+    return (
+        branch_columns(branch) if isinstance(branch, Branch) else structure_branch_columns(branch)
+    )
 
 
 def structure_curve_columns(curve: StructureCurve) -> Columns:
@@ -475,7 +474,7 @@ _KINDS: dict[str, ResultKind] = {
         lambda response: f"{len(response.branches)} branches were found",
         response_text,
         lambda response: {"response": response.to_xarray()},
-        {"response": lambda response: _many(branch_columns, "branch")(response.branches)},
+        {"response": lambda response: _many(_columns_of_any, "branch")(response.branches)},
     ),
     "Dataset": ResultKind(
         "dataset",
