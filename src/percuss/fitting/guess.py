@@ -33,6 +33,8 @@ FEWEST, MOST = 5, 16
 WORST = 2.5
 # At least this share of all windows is taken, the best ones.
 SHARE = 0.3
+# Samples of the windows that begin with the first one.
+FIRST_WINDOWS = (3, 4, 5, 6, 7, 8)
 # From node to node, in parts of the distance that was asked for.
 NEAREST, FARTHEST = 0.5, 1.25
 
@@ -97,14 +99,23 @@ def windows_of(osc: Oscillator, record: MeasuredRecord, values: Mapping[str, flo
     Windows
         Overlapping ones; of impact times the flights between them.
     """
+    return _windows(osc, record, values, None)
+
+
+def _windows(
+    osc: Oscillator, record: MeasuredRecord, values: Mapping[str, float], m: int | None
+) -> Windows:
+    """Return windows of so many samples, or as many as are of use."""
     osc, force, _ = replace_parameters(osc, record.force, record.start, values)
     bare = dataclasses.replace(osc, stops=())
     law = System(bare, force).law
     rates = law[FIRST_HARMONIC : FIRST_HARMONIC + int(law[0, N_HARMONICS]), OMEGA].tolist()
     fastest = max([0.0, *rates, math.sqrt(abs(as_float(osc.of_unit_mass().stiffness)))])
     cycle = 2.0 * math.pi / fastest if fastest > 0.0 else math.inf
-    samples, m = record.samples, 2
-    if len(samples) >= FEWEST:
+    samples = record.samples
+    if m is not None:
+        begin = np.arange(1)
+    elif len(samples) >= FEWEST:
         step = float(np.median(np.diff(samples.t))) or 1.0
         m = FEWEST
         if fastest > 0.0:
@@ -112,7 +123,7 @@ def windows_of(osc: Oscillator, record: MeasuredRecord, values: Mapping[str, flo
         m = min(m if fastest > 0.0 else MOST, len(samples))
         begin = np.arange(0, len(samples) - m + 1, max(1, m // 4))
     else:
-        samples = _impacts_as_displacements(osc, record)
+        samples, m = _impacts_as_displacements(osc, record), 2
         begin = np.arange(max(len(samples) - 1, 0))
     rows = begin[:, None] + np.arange(m)
     found = samples.taken(rows.ravel())
@@ -166,7 +177,11 @@ def extremes_of(windows: Windows) -> tuple[float, float]:
 
 
 def lay_out(
-    osc: Oscillator, record: MeasuredRecord, windows: Windows, cycles: float
+    osc: Oscillator,
+    record: MeasuredRecord,
+    windows: Windows,
+    values: Mapping[str, float],
+    cycles: float,
 ) -> tuple[Layout, Floats]:
     """Return the nodes of a record, and their first states.
 
@@ -178,6 +193,8 @@ def lay_out(
         What was measured.
     windows
         Its windows.
+    values
+        The parameters by their paths.
     cycles
         From node to node, in periods of the fastest part of the motion.
 
@@ -201,7 +218,7 @@ def lay_out(
     if only_impacts and not is_fixed and len(windows.t):
         first_state = _before_impact(osc, windows)
     else:
-        first_state = _first_state(windows, good, begin)
+        first_state = _first_state(osc, record, values)
     states = np.concatenate([first_state, good.states[chosen]])
     ends = np.append(t[1:], record.end)
     spans = np.stack([t, ends], axis=1)
@@ -210,13 +227,20 @@ def lay_out(
     return Layout(record, spans, np.append(first, len(record.samples)), is_fixed), states
 
 
-def _first_state(windows: Windows, good: Windows, begin: float) -> Floats:
-    """Return x and v at the begin, of the window there."""
-    for some in (good, windows):
-        at = np.flatnonzero(np.isfinite(some.first_states).all(axis=1))
-        if len(at) and (some.begin[at[0]] <= begin or some is windows):
-            return some.first_states[at[:1]]
-    return np.zeros((1, 2))
+def _first_state(osc: Oscillator, record: MeasuredRecord, values: Mapping[str, float]) -> Floats:
+    """Return x and v at the first sample: of the longest window that begins there and is a flight.
+
+    An impact may come after few samples.
+    """
+    samples, state = record.samples, np.zeros(2)
+    for m in FIRST_WINDOWS:
+        short = dataclasses.replace(record, samples=samples.taken(slice(0, m)))
+        window = _windows(osc, short, values, min(m, len(samples)))
+        is_known = np.isfinite(window.first_states).all()
+        if not is_known or (m > FIRST_WINDOWS[0] and window.misfits[0] > WORST):
+            break
+        state = window.first_states[0]
+    return state[None, :]
 
 
 def _before_impact(osc: Oscillator, windows: Windows) -> Floats:
@@ -247,6 +271,11 @@ def _chosen(osc: Oscillator, good: Windows, begin: float, end: float, cycles: fl
         length = 8.0 * width
     chosen: list[int] = []
     last = begin
+    # An impact soon after the start has a segment of its own.
+    early = np.flatnonzero(good.t <= begin + NEAREST * length)
+    if good.begin[0] > begin and len(early):
+        chosen = [int(early[np.argmax(clearance[early])])]
+        last = float(good.t[chosen[0]])
     while True:
         after = np.flatnonzero(good.t >= last + NEAREST * length)
         if not len(after):

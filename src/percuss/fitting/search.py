@@ -36,7 +36,9 @@ CYCLES = (1.0, 0.5, 0.33, 2.0)
 MENDINGS = 3
 # Shifts of a node's state that are tried, in its standard errors; and what one equation costs at
 # most then.
-SHIFT, MOST_COST = 2.0, 1e4
+SHIFTS_OF_X = (0.0, -2.0, 2.0)
+SHIFTS_OF_V = (0.0, -2.0, 2.0, -5.0, 5.0, -12.0, 12.0)
+MOST_COST = 1e4
 # Guesses in ranges: for one range, and the most.
 GUESSES, MOST_GUESSES = 8, 64
 # A mean square of the residuals above this many of its standard errors is not explained.
@@ -129,7 +131,7 @@ class FitSearch:
         layouts, states, errors = [], [], []
         for record in self.records:
             windows = windows_of(self.osc, record, named)
-            layout, nodes = lay_out(self.osc, record, windows, cycles)
+            layout, nodes = lay_out(self.osc, record, windows, named, cycles)
             layouts.append(layout)
             states.append(nodes)
             errors.append(_node_errors(record, windows))
@@ -233,18 +235,21 @@ class FitSearch:
                         near = int(np.argmin(np.abs(good.t - layout.spans[k - row, 0])))
                         own[k] = good.states[near]
             row += len(layout)
-        best, costs = own.copy(), np.full(len(own), math.inf)
-        for x in (0.0, -SHIFT, SHIFT):
-            for v in (0.0, -SHIFT, SHIFT):
-                nodes = own.copy()
-                nodes[rows] += problem.node_errors * (x, v)
-                trial = point_at(problem, point.values, nodes)
-                self.n_runs += 1
-                if trial is None:
-                    continue
-                local = _costs_of_nodes(problem, trial)
-                better = [k for k in rows if local[k] < costs[k]]
-                best[better], costs[better] = nodes[better], local[better]
+        best = own
+        # One of two neighbours at a time.
+        for some in (rows[::2], rows[1::2]):
+            base, costs = best.copy(), np.full(len(own), math.inf)
+            for x in SHIFTS_OF_X:
+                for v in SHIFTS_OF_V:
+                    nodes = base.copy()
+                    nodes[some] += problem.node_errors * (x, v)
+                    trial = point_at(problem, point.values, nodes)
+                    self.n_runs += 1
+                    if trial is None:
+                        continue
+                    local = _costs_of_nodes(problem, trial)
+                    better = [k for k in some if local[k] < costs[k]]
+                    best[better], costs[better] = nodes[better], local[better]
         return point_at(problem, point.values, best)
 
     def _reason(self, problem: FitProblem, descent: FitDescent) -> str:

@@ -19,6 +19,7 @@ from percuss.fitting.losses import Loss
 from percuss.fitting.measured import MeasuredSamples
 from percuss.fitting.shooting import Layout, Shots, shoot
 from percuss.kernels.condense import Chain, condense, expand
+from percuss.kernels.segments import DISPLACEMENT
 from percuss.model.oscillator import Oscillator
 from percuss.numerics import log
 from percuss.numerics.linear import least_squares, matmul, norm
@@ -47,6 +48,10 @@ KEPT, GOOD = 0.5, 2.0
 CLOSE = 1e-6
 # Most steps, and trials of a step; and how often links are loosened again.
 MOST_STEPS, MOST_TRIALS, MOST_LOOSENINGS = 60, 10, 4
+# The width of a kink, in intervals between samples.
+KINK = 0.1
+# Where no step makes the misfit smaller, one below this part of a standard error, squared, is none.
+NO_STEP = 0.01
 # Singular values below this part of the largest one count as zero.
 WEAK = 1e-11
 # The loss of the samples until the links are firm.
@@ -174,22 +179,18 @@ def equations_of(problem: FitProblem, shots: Shots) -> FitEquations:
         own = slice(sample, sample + len(some))
         counts = np.diff(layout.first)
         segments.append(np.repeat(np.arange(node, node + len(layout)), counts))
-        both = (some.values[:, None] - shots.values[own]) / some.noise[:, None]
-        # A sample beside a jump is on the side that suits it.
-        is_other = np.isfinite(shots.away[own]) & (np.abs(both[:, 1]) < np.abs(both[:, 0]))
-        side = is_other.astype(np.int64)
-        each = np.arange(len(some))
-        rights.append(both[each, side])
-        rows.append(shots.rows[own][each, side] / some.noise[:, None])
+        parts = _sided(some, shots, own)
+        rights.append(parts[0])
+        rows.append(parts[1])
         impacts = layout.record.impacts
         if len(impacts):
             theirs = shots.hits[
                 (shots.hits[:, 0] >= node) & (shots.hits[:, 0] < node + len(layout))
             ]
-            parts = _matched(impacts, theirs, node + len(layout) - 1)
-            segments.append(parts[0])
-            rights.append(parts[1])
-            rows.append(parts[2])
+            segment, right, row = _matched(impacts, theirs, node + len(layout) - 1)
+            segments.append(segment)
+            rights.append(right)
+            rows.append(row)
         sample += len(some)
         node += len(layout)
     segment = np.concatenate(segments)
@@ -197,6 +198,26 @@ def equations_of(problem: FitProblem, shots: Shots) -> FitEquations:
     return FitEquations(
         segment[order], np.concatenate(rights)[order], np.concatenate(rows)[order], defects, order
     )
+
+
+def _sided(some: MeasuredSamples, shots: Shots, own: slice) -> tuple[Floats, Floats]:
+    """Return residuals and rows of samples, those beside events on the side that suits them.
+
+    A displacement is the same on both sides, but its derivatives are not: next to the event they
+    pass from one to the other, or a search would go to and fro over the kink.
+    """
+    both = (some.values[:, None] - shots.values[own]) / some.noise[:, None]
+    rows = shots.rows[own] / some.noise[:, None, None]
+    right, row = both[:, 0].copy(), rows[:, 0].copy()
+    beside = np.flatnonzero(np.isfinite(shots.away[own]))
+    jumps = some.quantities[beside] != DISPLACEMENT
+    better = np.abs(both[beside, 1]) < np.abs(both[beside, 0])
+    other = beside[jumps & better]
+    right[other], row[other] = both[other, 1], rows[other, 1]
+    near = shots.away[own][beside] / (KINK * some.reach)
+    kink, share = beside[~jumps & (near < 1.0)], (0.5 - 0.5 * near)[~jumps & (near < 1.0)]
+    row[kink] += share[:, None] * (rows[kink, 1] - rows[kink, 0])
+    return right, row
 
 
 # A measured impact that no run has counts as this many standard deviations.
@@ -286,6 +307,10 @@ def descend(problem: FitProblem, start: FitPoint, weight: float = LOOSE) -> FitD
             found.reason = "the search was stopped"
             return found
         if trial is None:
+            moved = matmul(step.triangle[:, :-1], step.parameters(problem, found.point.values, 0.0))
+            if found.weight >= TAUT and norm(moved) ** 2 < NO_STEP:
+                found.is_settled = True
+                return found
             if found.weight <= LOOSE or loosened == MOST_LOOSENINGS:
                 found.reason = "no step makes the misfit smaller"
                 return found

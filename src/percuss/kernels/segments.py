@@ -284,8 +284,6 @@ def observe_sample(
     row = flight_at(events, t, True)
     observe_side(varied, segments, i, (0, row), space, results)
     results.away[i] = math.inf
-    if segments.quantities[i] == DISPLACEMENT:
-        return
     before = t - events[row, EVENT_T]
     after = events[row + 1, EVENT_T] - t if row + 1 < events.shape[0] else math.inf
     other = row + 1 if after < before else row - 1
