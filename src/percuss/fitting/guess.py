@@ -23,7 +23,7 @@ from percuss.model.oscillator import Oscillator, Wall
 from percuss.model.paths import replace_parameters
 from percuss.model.system import System
 
-__all__ = ["Windows", "extremes_of", "lay_out", "windows_of"]
+__all__ = ["Windows", "best_start", "extremes_of", "lay_out", "windows_of"]
 
 # A window turns the fastest part of the motion by this phase, in radians, if it holds so many
 # samples.
@@ -35,6 +35,8 @@ WORST = 2.5
 SHARE = 0.3
 # Samples of the windows that begin with the first one.
 FIRST_WINDOWS = (3, 4, 5, 6, 7, 8)
+# A residual counts as no more than this where states are tried.
+MOST_RESIDUAL = 100.0
 # From node to node, in parts of the distance that was asked for.
 NEAREST, FARTHEST = 0.5, 1.25
 
@@ -241,6 +243,56 @@ def _first_state(osc: Oscillator, record: MeasuredRecord, values: Mapping[str, f
             break
         state = window.first_states[0]
     return state[None, :]
+
+
+def best_start(
+    osc: Oscillator,
+    layout: Layout,
+    k: int,
+    values: Mapping[str, float],
+    states: Floats,
+    errors: Floats,
+    links: tuple[Floats | None, Floats | None],
+) -> tuple[Floats, Floats]:
+    """Return that of several states of a node which suits its segment, and where it leads.
+
+    Parameters
+    ----------
+    osc, layout, values
+        The oscillator, the record's nodes, and the parameters.
+    k
+        The segment.
+    states
+        (n, 2) array, what is tried.
+    errors
+        (2,) array, standard errors of a node.
+    links
+        Where the segment before ends, and the node after it; None where there is none.
+
+    Returns
+    -------
+    tuple of arrays
+        The state, and that at the segment's end.
+    """
+    some = layout.record.samples.taken(slice(int(layout.first[k]), int(layout.first[k + 1])))
+    n, m = len(states), len(some)
+    many = some.taken(np.tile(np.arange(m), n))
+    spans = np.tile(layout.spans[k], (n, 1))
+    record = dataclasses.replace(layout.record, samples=many, start=None)
+    shots = shoot(osc, (Layout(record, spans, np.arange(n + 1) * m, False),), values, states)
+    residuals = ((many.values - shots.values[:, 0]) / many.noise).reshape(n, m)
+    costs = _capped(residuals)
+    for state, wanted in ((states, links[0]), (shots.ends, links[1])):
+        if wanted is not None:
+            costs += _capped((state - wanted) / errors)
+    best = int(np.argmin(costs))
+    return shots.nodes[best], shots.ends[best]
+
+
+def _capped(residuals: Floats) -> Floats:
+    """Return sums of squares along the last axis, none of them large."""
+    squares = np.square(np.where(np.isfinite(residuals), residuals, MOST_RESIDUAL))
+    return np.asarray(np.minimum(squares, MOST_RESIDUAL**2).sum(axis=-1))
 
 
 def _before_impact(osc: Oscillator, windows: Windows) -> Floats:

@@ -10,7 +10,7 @@ import numpy as np
 
 from percuss.arrays import Flags, Floats, Integers
 from percuss.errors import ParameterError
-from percuss.fitting.guess import Windows, extremes_of, lay_out, windows_of
+from percuss.fitting.guess import Windows, best_start, extremes_of, lay_out, windows_of
 from percuss.fitting.losses import Loss
 from percuss.fitting.measured import MeasuredRecord
 from percuss.fitting.shooting import Layout
@@ -22,7 +22,6 @@ from percuss.fitting.solver import (
     FitProblem,
     descend,
     point_at,
-    squares_of_defects,
 )
 from percuss.model.oscillator import Oscillator, Wall
 from percuss.progress import Progress
@@ -34,11 +33,9 @@ __all__ = ["FitCandidate", "FitSearch"]
 CYCLES = (1.0, 0.5, 0.33, 2.0)
 # How often torn stretches are begun anew with the same nodes.
 MENDINGS = 3
-# Shifts of a node's state that are tried, in its standard errors; and what one equation costs at
-# most then.
-SHIFTS_OF_X = (0.0, -2.0, 2.0)
-SHIFTS_OF_V = (0.0, -2.0, 2.0, -5.0, 5.0, -12.0, 12.0)
-MOST_COST = 1e4
+# Shifts of a node's state that are tried, in its standard errors.
+_SIZES = (0.0, 0.3, -0.3, 1.0, -1.0, 3.0, -3.0, 9.0, -9.0, 25.0, -25.0)
+SHIFTS = np.array([(x, v) for x in _SIZES[:9] for v in _SIZES])
 # Guesses in ranges: for one range, and the most.
 GUESSES, MOST_GUESSES = 8, 64
 # A mean square of the residuals above this many of its standard errors is not explained.
@@ -219,38 +216,31 @@ class FitSearch:
     def _begun_anew(self, found: FitCandidate, wrong: Integers) -> FitPoint | None:
         """Return the point with better states of the nodes at the ends of some segments.
 
-        Whether a slow impact is met, or missed, is decided by less than the noise of a node: a few
-        states around that by its own samples are tried, for all such nodes at once.
+        Whether a slow impact is met, or missed, is decided by less than the noise of a node: states
+        around that by its own samples are tried.
         """
         problem, point = found.problem, found.descent.point
         named = dict(zip(self.paths, point.values.tolist(), strict=True))
-        own, row = point.shots.nodes.copy(), 0
-        rows = []
+        nodes, ends, row = point.shots.nodes.copy(), point.shots.ends.copy(), 0
         for layout in problem.layouts:
             good = windows_of(self.osc, layout.record, named).good()
             for k in np.union1d(wrong, wrong + 1).tolist():
-                if row + layout.is_fixed <= k < row + len(layout) and len(good.t):
-                    rows.append(k)
-                    if k > row:
-                        near = int(np.argmin(np.abs(good.t - layout.spans[k - row, 0])))
-                        own[k] = good.states[near]
+                if not row + layout.is_fixed <= k < row + len(layout):
+                    continue
+                centres = [nodes[k]]
+                if k > row and len(good.t):
+                    centres.append(
+                        good.states[np.argmin(np.abs(good.t - layout.spans[k - row, 0]))]
+                    )
+                before = ends[k - 1] if k > row else None
+                after = nodes[k + 1] if k + 1 < row + len(layout) else None
+                tried = np.concatenate([at + SHIFTS * problem.node_errors for at in centres])
+                nodes[k], ends[k] = best_start(
+                    self.osc, layout, k - row, named, tried, problem.node_errors, (before, after)
+                )
             row += len(layout)
-        best = own
-        # One of two neighbours at a time.
-        for some in (rows[::2], rows[1::2]):
-            base, costs = best.copy(), np.full(len(own), math.inf)
-            for x in SHIFTS_OF_X:
-                for v in SHIFTS_OF_V:
-                    nodes = base.copy()
-                    nodes[some] += problem.node_errors * (x, v)
-                    trial = point_at(problem, point.values, nodes)
-                    self.n_runs += 1
-                    if trial is None:
-                        continue
-                    local = _costs_of_nodes(problem, trial)
-                    better = [k for k in some if local[k] < costs[k]]
-                    best[better], costs[better] = nodes[better], local[better]
-        return point_at(problem, point.values, best)
+        self.n_runs += 1
+        return point_at(problem, point.values, nodes)
 
     def _reason(self, problem: FitProblem, descent: FitDescent) -> str:
         """Return why a descent has not found what explains the data; empty if it has."""
@@ -321,18 +311,6 @@ class FitSearch:
 
     def _n_unknowns(self) -> int:
         return len(self.paths) + sum(2 for record in self.records if record.start is None)
-
-
-def _costs_of_nodes(problem: FitProblem, point: FitPoint) -> Floats:
-    """Return what each node's own segment costs, and the links at both of its ends."""
-    right, segment = point.equations.right, point.equations.segment
-    squares = np.minimum(right * right, MOST_COST)
-    costs = np.zeros(len(point.shots.nodes))
-    np.add.at(costs, segment, squares)
-    links = np.minimum(squares_of_defects(problem, point.equations.defects), MOST_COST)
-    costs += links
-    costs[1:] += links[:-1]
-    return costs
 
 
 def replace_point(problem: FitProblem, descent: FitDescent, point: FitPoint) -> FitDescent:
