@@ -37,6 +37,8 @@ SHARE = 0.3
 FIRST_WINDOWS = (3, 4, 5, 6, 7, 8)
 # A residual counts as no more than this where states are tried.
 MOST_RESIDUAL = 100.0
+# A record of impacts ends after the last one, by this part of half a flight.
+LITTLE = 0.2
 # From node to node, in parts of the distance that was asked for.
 NEAREST, FARTHEST = 0.5, 1.25
 
@@ -206,21 +208,15 @@ def lay_out(
         One node, that at the start, where no window is known.
     """
     good = windows.good()
-    begin, is_fixed = record.begin, record.start is not None
-    only_impacts = not len(record.samples)
+    is_fixed = record.start is not None
+    if not len(record.samples):
+        return _between_impacts(record, good)
+    begin = record.begin
     if record.start is not None:
         begin = min(as_float(record.start.t0), begin)
-    elif only_impacts and len(windows.t):
-        begin -= float(windows.t[0] - windows.begin[0])
-    if only_impacts:
-        chosen = list(range(len(good.t)))
-    else:
-        chosen = _chosen(osc, good, begin, record.end, cycles)
+    chosen = _chosen(osc, good, begin, record.end, cycles)
     t = np.concatenate([[begin], good.t[chosen]])
-    if only_impacts and not is_fixed and len(windows.t):
-        first_state = _before_impact(osc, windows)
-    else:
-        first_state = _first_state(osc, record, values)
+    first_state = np.zeros((1, 2)) if is_fixed else _first_state(osc, record, values)
     states = np.concatenate([first_state, good.states[chosen]])
     ends = np.append(t[1:], record.end)
     spans = np.stack([t, ends], axis=1)
@@ -278,7 +274,7 @@ def best_start(
     n, m = len(states), len(some)
     many = some.taken(np.tile(np.arange(m), n))
     spans = np.tile(layout.spans[k], (n, 1))
-    record = dataclasses.replace(layout.record, samples=many, start=None)
+    record = dataclasses.replace(layout.record, samples=many)
     shots = shoot(osc, (Layout(record, spans, np.arange(n + 1) * m, False),), values, states)
     residuals = ((many.values - shots.values[:, 0]) / many.noise).reshape(n, m)
     costs = _capped(residuals)
@@ -295,15 +291,20 @@ def _capped(residuals: Floats) -> Floats:
     return np.asarray(np.minimum(squares, MOST_RESIDUAL**2).sum(axis=-1))
 
 
-def _before_impact(osc: Oscillator, windows: Windows) -> Floats:
-    """Return x and v half a flight before the first impact, as if on the parabola of the next."""
-    half = float(windows.t[0] - windows.begin[0])
-    (x, after), (_, middle) = windows.first_states[0].tolist(), windows.states[0].tolist()
-    bend = (middle - after) / half
-    lost = [stop.restitution for stop in osc.stops[:1] if isinstance(stop, Wall)]
-    kept = as_float(lost[0]) if lost and not hasattr(lost[0], "values") else 1.0
-    before = -after / max(kept, 0.1)
-    return np.array([[x - half * (before - 0.5 * half * bend), before - half * bend]])
+def _between_impacts(record: MeasuredRecord, good: Windows) -> tuple[Layout, Floats]:
+    """Return nodes in the middle of all flights between impacts that are all that is known.
+
+    Of a motion that starts anywhere the first impact is where it begins.
+    """
+    t, states, is_fixed = good.t, good.states, record.start is not None
+    if record.start is not None:
+        t = np.concatenate([[as_float(record.start.t0)], t])
+        states = np.concatenate([np.zeros((1, 2)), states])
+    else:
+        later = slice(1, None)
+        record = dataclasses.replace(record, impacts=record.impacts.taken(later))
+    spans = np.stack([t, np.append(t[1:], record.end + LITTLE * (record.end - t[-1]))], axis=1)
+    return Layout(record, spans, np.zeros(len(t) + 1, dtype=np.int64), is_fixed), states
 
 
 def _chosen(osc: Oscillator, good: Windows, begin: float, end: float, cycles: float) -> list[int]:

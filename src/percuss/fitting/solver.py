@@ -184,10 +184,7 @@ def equations_of(problem: FitProblem, shots: Shots) -> FitEquations:
         rows.append(parts[1])
         impacts = layout.record.impacts
         if len(impacts):
-            theirs = shots.hits[
-                (shots.hits[:, 0] >= node) & (shots.hits[:, 0] < node + len(layout))
-            ]
-            segment, right, row = _matched(impacts, theirs, node + len(layout) - 1)
+            segment, right, row = _matched(layout, shots.hits, node)
             segments.append(segment)
             rights.append(right)
             rows.append(row)
@@ -224,20 +221,28 @@ def _sided(some: MeasuredSamples, shots: Shots, own: slice) -> tuple[Floats, Flo
 UNSEEN = 100.0
 
 
-def _matched(impacts: MeasuredSamples, hits: Floats, last: int) -> tuple[Integers, Floats, Floats]:
-    """Return segments, residuals and rows of impact times: each with the nearest of the runs."""
-    n = len(impacts)
-    if not len(hits):
-        return np.full(n, last), np.full(n, UNSEEN), np.zeros((n, hits.shape[1] - 2))
-    order = np.argsort(hits[:, 1], kind="stable")
-    hits = hits[order]
-    t = hits[:, 1]
-    after = np.clip(np.searchsorted(t, impacts.t), 0, len(t) - 1)
-    before = np.maximum(after - 1, 0)
-    nearer = np.abs(t[before] - impacts.t) < np.abs(t[after] - impacts.t)
-    nearest = np.where(nearer, before, after)
-    rows = hits[nearest, 2:] / impacts.noise[:, None]
-    return hits[nearest, 0].astype(np.int64), (impacts.t - t[nearest]) / impacts.noise, rows
+def _matched(layout: Layout, hits: Floats, node: int) -> tuple[Integers, Floats, Floats]:
+    """Return segments, residuals and rows of impact times: each with the nearest of the runs.
+
+    Where nothing else was measured each lies in a segment of its own, and is met there.
+    """
+    impacts = layout.record.impacts
+    hits = hits[(hits[:, 0] >= node) & (hits[:, 0] < node + len(layout))]
+    own = node + np.searchsorted(layout.spans[:, 0], impacts.t, side="right") - 1
+    own = np.maximum(own, node)
+    apart = np.abs(hits[None, :, 1] - impacts.t[:, None])
+    if not len(layout.record.samples):
+        apart = np.where(hits[None, :, 0] == own[:, None], apart, np.inf)
+    n, width = len(impacts), hits.shape[1] - 2
+    segment, right, rows = own.astype(np.int64), np.full(n, UNSEEN), np.zeros((n, width))
+    if len(hits):
+        nearest = np.argmin(apart, axis=1)
+        met = np.isfinite(apart[np.arange(n), nearest])
+        found = hits[nearest[met]]
+        segment[met] = found[:, 0].astype(np.int64)
+        right[met] = (impacts.t[met] - found[:, 1]) / impacts.noise[met]
+        rows[met] = found[:, 2:] / impacts.noise[met, None]
+    return segment, right, rows
 
 
 @dataclass(eq=False)
