@@ -82,6 +82,38 @@ def test_a_chaotic_record_is_explained(periods: int, guess: tuple[float, float, 
     assert fit.chi2 == pytest.approx(1, abs=0.1 if periods > 5 else 0.25)
 
 
+def scores(n: int, quantity: str, omega: float, periods: int) -> Floats:
+    """Return (n, 3) differences from the truth, in standard errors, over records with other noise."""
+    found = []
+    for seed in range(n):
+        data, noise = measured(quantity, omega, periods, seed)
+        fit = fitted(data, omega, (0.25, 0.7, 0.06), noise=noise)
+        assert fit.converged
+        pairs = zip(fit.values.values(), TRUTH, fit.errors.values(), strict=True)
+        found.append([(value - true) / error for value, true, error in pairs])
+    return np.array(found)
+
+
+def test_errors_are_of_the_size_that_they_are_said_to_be() -> None:
+    found = scores(25, "displacement", 2.0, 8)
+    # Of 75 numbers, about 17 or more of which are independent: four standard deviations.
+    assert 0.5 < float(np.mean(np.abs(found) < 1)) < 0.86
+    assert 0.7 < math.sqrt(float(np.mean(found**2))) < 1.3
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("quantity", ["displacement", "velocity", "acceleration"])
+def test_the_truth_lies_within_one_standard_error_in_two_thirds_of_all_records(
+    quantity: str,
+) -> None:
+    found = scores(200, quantity, 2.0, 20)
+    shares = (np.abs(found) < 1).mean(axis=0)
+    assert shares.mean() == pytest.approx(0.683, abs=0.05)
+    # Each has a standard deviation of 0.033.
+    np.testing.assert_allclose(shares, 0.683, atol=0.1)
+    np.testing.assert_allclose(np.sqrt((found**2).mean(axis=0)), 1, atol=0.15)
+
+
 def test_without_noise_the_parameters_are_exact() -> None:
     data, _ = measured("displacement", 2.0, 10)
     data["displacement"] = pc.simulate(rig(), pc.cosine(2), v0=0.5, periods=10)(data["t"])[0]

@@ -140,18 +140,18 @@ class Fit:
 
 
 def with_error(value: float, error: float) -> str:
-    """Return a value with the digits that its error leaves, and the error.
+    """Return a value with its error to two digits, and as many digits as that leaves.
 
     Examples
     --------
     >>> with_error(0.19981, 0.00056), with_error(2.0, math.inf), with_error(2.0, 0.0)
-    ('0.1998 ± 0.0006', '2 ± inf', '2 ± 0')
+    ('0.19981 ± 0.00056', '2 ± inf', '2 ± 0')
     """
     if not 0.0 < error < math.inf:
         return f"{value:.6g} ± {error:g}"
-    digits = -int(f"{error:.0e}".partition("e")[2])
+    digits = 1 - int(f"{error:.1e}".partition("e")[2])
     if not 0 <= digits < 12:
-        return f"{value:.6g} ± {error:.1g}"
+        return f"{value:.6g} ± {error:.2g}"
     return f"{value:.{digits}f} ± {error:.{digits}f}"
 
 

@@ -42,6 +42,8 @@ GUESSES, MOST_GUESSES = 8, 64
 UNLIKELY = 6.0
 # Where the noise was estimated: residuals this many times as large as neighbours differ.
 MUCH_LARGER = 3.0
+# Two misfits are the same to this part.
+SAME = 1e-4
 # The median of the squares of normal variables.
 MEDIAN_SQUARE = 0.4549364231195724
 
@@ -110,9 +112,10 @@ class FitSearch:
             if begin is None:
                 continue
             candidate = self._mended(self._descended(problem, begin, LOOSE))
+            again = best is not None and _is_same(candidate, best)
             if best is None or _is_better(candidate, best):
                 best = candidate
-            if not candidate.reason or self.progress.is_stopped:
+            if not candidate.reason or again or self.progress.is_stopped:
                 break
             values = best.descent.point.values
         if best is None:
@@ -245,6 +248,8 @@ class FitSearch:
     def _reason(self, problem: FitProblem, descent: FitDescent) -> str:
         """Return why a descent has not found what explains the data; empty if it has."""
         torn = descent.torn(problem)
+        if self.progress.is_stopped:
+            return descent.reason or "the search was stopped"
         if len(torn):
             spans = np.concatenate([layout.spans for layout in problem.layouts])
             begin, end = spans[torn[0]].tolist()
@@ -319,6 +324,14 @@ def replace_point(problem: FitProblem, descent: FitDescent, point: FitPoint) -> 
 
     triangle = FitStep.of(problem, point, FIRM).triangle
     return FitDescent(point, triangle, 0, descent.is_settled, descent.reason, descent.weight)
+
+
+def _is_same(one: FitCandidate, other: FitCandidate) -> bool:
+    """Return whether two descents have ended at one solution, which then explains no more."""
+    if len(one.descent.torn(one.problem)) or len(other.descent.torn(other.problem)):
+        return False
+    settled = one.descent.is_settled and other.descent.is_settled
+    return settled and abs(one.misfit - other.misfit) < SAME * other.misfit
 
 
 def _is_better(one: FitCandidate, other: FitCandidate) -> bool:
