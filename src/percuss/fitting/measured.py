@@ -18,7 +18,14 @@ from percuss.kernels.segments import ACCELERATION, DISPLACEMENT, OF_STOP, VELOCI
 from percuss.model.forcing import Forcing
 from percuss.model.start import Start
 
-__all__ = ["IMPACT_TIMES", "MeasuredRecord", "MeasuredSamples", "quantity_name", "read_samples"]
+__all__ = [
+    "IMPACT_TIMES",
+    "MeasuredRecord",
+    "MeasuredSamples",
+    "quantity_name",
+    "quantity_number",
+    "read_samples",
+]
 
 QUANTITIES = {"displacement": DISPLACEMENT, "velocity": VELOCITY, "acceleration": ACCELERATION}
 STOP_FORCE, IMPACT_TIMES = "stop_force", "impact_times"
@@ -147,7 +154,7 @@ def read_samples(data: Any, noise: Any, n_stops: int) -> tuple[MeasuredSamples, 
         raise ParameterError("data", sorted(columns), f"no column of {_known()}")
     parts: list[MeasuredSamples] = []
     for name in names:
-        quantity = _quantity(name, n_stops)
+        quantity = quantity_number(name, n_stops)
         given = _noise_of(name, names, noise, own_noise.get(name, columns.get("noise")))
         values = _numbers(name, columns[name])
         if quantity == OF_IMPACT:
@@ -170,7 +177,8 @@ def _known() -> str:
     return ", ".join([*QUANTITIES, STOP_FORCE, IMPACT_TIMES])
 
 
-def _quantity(name: str, n_stops: int) -> int:
+def quantity_number(name: str, n_stops: int) -> int:
+    """Return the number of a quantity of an oscillator with so many stops."""
     if name in QUANTITIES:
         return int(QUANTITIES[name])
     if name == IMPACT_TIMES:

@@ -7,15 +7,17 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from percuss.arrays import Flags, Floats
-from percuss.fitting.measured import MeasuredSamples, quantity_name
+from percuss.fitting.measured import MeasuredSamples, quantity_name, quantity_number
 from percuss.fitting.search import FitCandidate, FitSearch
 from percuss.fitting.shooting import Layout, motion_between
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.model.paths import replace_parameters
 from percuss.model.start import Start
+from percuss.model.system import System
 from percuss.motion.html_table import html_table
 from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
@@ -61,6 +63,9 @@ class Fit:
     nodes
         (n_nodes, 3) array, instants, displacements and velocities from which the motion was followed
         to the next; of all records, one after the other.
+    impacts
+        (n_impacts,) array, the impacts and entries into soft stops of the fitted motion over the
+        first record [time].
     residuals
         Dataset over ``sample``: t, value, fitted, residual (value less fitted), noise, quantity and
         record.
@@ -81,6 +86,7 @@ class Fit:
     forcing: Forcing | None
     start: Start
     nodes: Floats
+    impacts: Floats
     residuals: Dataset
     layouts: tuple[Layout, ...]
 
@@ -113,30 +119,62 @@ class Fit:
             self.oscillator, self.forcing, start=self.start, t_end=float(first.spans[-1, 1])
         )
 
-    def __call__(self, t: Any) -> tuple[Floats, Floats]:
+    def __call__(self, t: ArrayLike) -> tuple[Floats, Floats]:
         """Return x and v of the fitted motion over the first record at times t.
 
         Parameters
         ----------
         t
-            Times between its first and its last node, of any shape [time].
+            Times between its first node and its last sample, of any shape [time].
 
         Returns
         -------
         tuple of arrays
-            x and v, of t's shape; from the nodes, which chaos does not lead astray.
+            x and v, of t's shape; from the nodes, so that chaos does not lead it astray.
 
         Raises
         ------
         ParameterError
             If a time lies outside the record.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import percuss as pc
+        >>> t = np.linspace(0, 9, 40)
+        >>> data = {"t": t, "displacement": 2 * np.cos(t)}
+        >>> fit = pc.fit(data, pc.Oscillator(), free={"oscillator.stiffness": 1.3})
+        >>> x, v = fit([0, 1.5])
+        >>> abs(x - 2 * np.cos([0, 1.5])).max() < 1e-9
+        np.True_
         """
-        times = np.asarray(t, dtype=np.float64)
-        nodes = self.nodes[: len(self.layouts[0])]
-        x, v = motion_between(
-            self.oscillator, self.forcing, nodes, float(self.layouts[0].spans[-1, 1]), times.ravel()
-        )
-        return x.reshape(times.shape), v.reshape(times.shape)
+        return self.of("displacement", t), self.of("velocity", t)
+
+    def of(self, quantity: str, t: ArrayLike) -> Floats:
+        """Return a quantity of the fitted motion over the first record at times t.
+
+        Parameters
+        ----------
+        quantity
+            "displacement", "velocity", "acceleration", "stop_force" or "stop_force_1" and so on.
+        t
+            Times between its first node and its last sample, of any shape [time].
+
+        Returns
+        -------
+        array
+            Of t's shape.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such quantity, or a time lies outside the record.
+        """
+        first, times = self.layouts[0], np.asarray(t, dtype=np.float64)
+        system = System(self.oscillator, self.forcing)
+        number = quantity_number(quantity, len(self.oscillator.stops))
+        nodes, end = self.nodes[: len(first)], float(first.spans[-1, 1])
+        return motion_between(system, nodes, end, times.ravel(), [number]).reshape(times.shape)
 
 
 def with_error(value: float, error: float) -> str:
@@ -194,7 +232,7 @@ def result_of(search: FitSearch, found: FitCandidate) -> Fit:
     nodes = np.concatenate([spans[:, :1], point.shots.nodes], axis=1)
     if start is None:
         start = Start(*nodes[0, [1, 2, 0]].tolist())
-    residuals = point.equations.residuals
+    residuals, hits = point.equations.residuals, point.shots.hits
     table, score = _table(layouts, residuals)
     noise = {}
     for samples in (first.samples, first.impacts):
@@ -217,6 +255,7 @@ def result_of(search: FitSearch, found: FitCandidate) -> Fit:
         forcing=force,
         start=start,
         nodes=nodes,
+        impacts=np.sort(hits[hits[:, 0] < len(layouts[0]), 1]),
         residuals=table,
         layouts=layouts,
     )

@@ -21,15 +21,12 @@ from percuss.kernels.flight_columns import (
 from percuss.kernels.law_columns import COLUMNS, N_HARMONICS
 from percuss.kernels.record import new_run
 from percuss.kernels.segments import (
-    DISPLACEMENT,
-    VELOCITY,
     SegmentResults,
     Segments,
     SegmentSpace,
     follow_segments,
 )
 from percuss.model.exact import as_float
-from percuss.model.forcing import Forcing
 from percuss.model.moved_law import MovedLaw, moved_law
 from percuss.model.oscillator import Oscillator
 from percuss.model.paths import replace_parameters
@@ -235,13 +232,13 @@ def _space(law: Floats, n_columns: int) -> SegmentSpace:
 
 
 def motion_between(
-    osc: Oscillator, force: Forcing | None, nodes: Floats, end: float, t: Floats
-) -> tuple[Floats, Floats]:
-    """Return x and v at times, each from the node before it.
+    system: System, nodes: Floats, end: float, t: Floats, quantities: Sequence[int]
+) -> Floats:
+    """Return quantities of a motion at times, each from the node before it.
 
     Parameters
     ----------
-    osc, force
+    system
         What moves.
     nodes
         (n, 3) array, instant, displacement and velocity of each.
@@ -249,11 +246,13 @@ def motion_between(
         When the motion ends.
     t
         (n_times,) array of times.
+    quantities
+        Numbers of what is asked for.
 
     Returns
     -------
-    tuple of arrays
-        x and v.
+    array
+        (n_times, n_quantities).
 
     Raises
     ------
@@ -262,16 +261,18 @@ def motion_between(
     """
     order = np.argsort(t, kind="stable")
     times = times_within(t, float(nodes[0, 0]), end)[order]
-    both = np.repeat(times, 2)
-    quantities = np.tile(np.array([DISPLACEMENT, VELOCITY], dtype=np.int64), len(times))
-    ones = np.ones(len(both))
-    samples = MeasuredSamples(both, np.zeros(len(both)), quantities, ones, ones > 0.0)
-    first = np.searchsorted(both, nodes[:, 0], side="left")
+    n = len(quantities)
+    repeated = np.repeat(times, n)
+    ones = np.ones(len(repeated))
+    samples = MeasuredSamples(
+        repeated, ones, np.tile(np.array(quantities, dtype=np.int64), len(times)), ones, ones > 0.0
+    )
+    first = np.searchsorted(repeated, nodes[:, 0], side="left")
     first[0] = 0
     spans = np.stack([nodes[:, 0], np.append(nodes[1:, 0], end)], axis=1)
-    record = MeasuredRecord(samples, samples.taken(slice(0, 0)), force, None)
-    layout = Layout(record, spans, np.append(first, len(both)), False)
-    found = shoot(osc, (layout,), {}, nodes[:, 1:].copy()).values[:, 0].reshape(-1, 2)
-    moved = np.empty((len(times), 2))
-    moved[order] = found
-    return moved[:, 0], moved[:, 1]
+    record = MeasuredRecord(samples, samples.taken(slice(0, 0)), system.forcing, None)
+    layout = Layout(record, spans, np.append(first, len(repeated)), False)
+    found = shoot(system.oscillator, (layout,), {}, nodes[:, 1:].copy()).values[:, 0]
+    moved = np.empty((len(times), n))
+    moved[order] = found.reshape(-1, n)
+    return moved
