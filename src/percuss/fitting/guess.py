@@ -33,8 +33,8 @@ FEWEST, MOST = 5, 16
 WORST = 2.5
 # At least this share of all windows is taken, the best ones.
 SHARE = 0.3
-# Samples of the windows that begin with the first one.
-FIRST_WINDOWS = (3, 4, 5, 6, 7, 8)
+# Samples of the shortest window that begins with the first one.
+FEWEST_FIRST = 3
 # A residual counts as no more than this where states are tried.
 MOST_RESIDUAL = 100.0
 # A record of impacts ends after the last one, by this part of half a flight.
@@ -59,6 +59,8 @@ class Windows:
         (n, 2) array, standard errors of the states.
     cycle
         The period of the fastest part of the motion, infinite without one.
+    start
+        (2,) array, x and v at the first sample.
     """
 
     begin: Floats
@@ -68,6 +70,7 @@ class Windows:
     misfits: Floats
     errors: Floats
     cycle: float
+    start: Floats
 
     def good(self) -> Windows:
         """Return those without an impact."""
@@ -83,7 +86,7 @@ class Windows:
             self.begin, self.t, self.first_states, self.states, self.misfits, self.errors,
         )  # fmt: skip
         begin, t, first_states, states, misfits, errors = (array[rows] for array in arrays)
-        return Windows(begin, t, first_states, states, misfits, errors, self.cycle)
+        return Windows(begin, t, first_states, states, misfits, errors, self.cycle, self.start)
 
 
 def windows_of(osc: Oscillator, record: MeasuredRecord, values: Mapping[str, float]) -> Windows:
@@ -103,13 +106,6 @@ def windows_of(osc: Oscillator, record: MeasuredRecord, values: Mapping[str, flo
     Windows
         Overlapping ones; of impact times the flights between them.
     """
-    return _windows(osc, record, values, None)
-
-
-def _windows(
-    osc: Oscillator, record: MeasuredRecord, values: Mapping[str, float], m: int | None
-) -> Windows:
-    """Return windows of so many samples, or as many as are of use."""
     osc, force, _ = replace_parameters(osc, record.force, record.start, values)
     bare = dataclasses.replace(osc, stops=())
     law = System(bare, force).law
@@ -117,9 +113,7 @@ def _windows(
     fastest = max([0.0, *rates, math.sqrt(abs(as_float(osc.of_unit_mass().stiffness)))])
     cycle = 2.0 * math.pi / fastest if fastest > 0.0 else math.inf
     samples = record.samples
-    if m is not None:
-        begin = np.arange(1)
-    elif len(samples) >= FEWEST:
+    if len(samples) >= FEWEST:
         step = float(np.median(np.diff(samples.t))) or 1.0
         m = FEWEST
         if fastest > 0.0:
@@ -146,7 +140,22 @@ def _windows(
     moved = (to_end[:, :, :, None] * covariance[:, None, :, :]).sum(axis=2)
     with np.errstate(invalid="ignore"):
         errors = np.sqrt((moved * to_end).sum(axis=2))
-    return Windows(t[:, 0], middle, at_first, states, misfits, errors, cycle)
+    start = _first_state(j[:1], r[:1])
+    return Windows(t[:, 0], middle, at_first, states, misfits, errors, cycle, start)
+
+
+def _first_state(j: Floats, r: Floats) -> Floats:
+    """Return x and v at the first sample, of the longest window from there that is a flight.
+
+    An impact may come after few samples.
+    """
+    state = np.zeros(2)
+    for m in range(min(FEWEST_FIRST, j.shape[1]), j.shape[1] + 1):
+        solution, _, misfits = _least_squares(j[:, :m], r[:, :m])
+        if not np.isfinite(solution).all() or (m > FEWEST_FIRST and misfits[0] > WORST):
+            break
+        state = solution[0]
+    return state
 
 
 def _impacts_as_displacements(osc: Oscillator, record: MeasuredRecord) -> MeasuredSamples:
@@ -184,7 +193,6 @@ def lay_out(
     osc: Oscillator,
     record: MeasuredRecord,
     windows: Windows,
-    values: Mapping[str, float],
     cycles: float,
 ) -> tuple[Layout, Floats]:
     """Return the nodes of a record, and their first states.
@@ -197,8 +205,6 @@ def lay_out(
         What was measured.
     windows
         Its windows.
-    values
-        The parameters by their paths.
     cycles
         From node to node, in periods of the fastest part of the motion.
 
@@ -216,29 +222,13 @@ def lay_out(
         begin = min(as_float(record.start.t0), begin)
     chosen = _chosen(osc, good, begin, record.end, cycles)
     t = np.concatenate([[begin], good.t[chosen]])
-    first_state = np.zeros((1, 2)) if is_fixed else _first_state(osc, record, values)
+    first_state = np.zeros((1, 2)) if is_fixed else windows.start[None, :]
     states = np.concatenate([first_state, good.states[chosen]])
     ends = np.append(t[1:], record.end)
     spans = np.stack([t, ends], axis=1)
     first = np.searchsorted(record.samples.t, t, side="left")
     first[0] = 0
     return Layout(record, spans, np.append(first, len(record.samples)), is_fixed), states
-
-
-def _first_state(osc: Oscillator, record: MeasuredRecord, values: Mapping[str, float]) -> Floats:
-    """Return x and v at the first sample: of the longest window that begins there and is a flight.
-
-    An impact may come after few samples.
-    """
-    samples, state = record.samples, np.zeros(2)
-    for m in FIRST_WINDOWS:
-        short = dataclasses.replace(record, samples=samples.taken(slice(0, m)))
-        window = _windows(osc, short, values, min(m, len(samples)))
-        is_known = np.isfinite(window.first_states).all()
-        if not is_known or (m > FIRST_WINDOWS[0] and window.misfits[0] > WORST):
-            break
-        state = window.first_states[0]
-    return state[None, :]
 
 
 def best_start(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -53,6 +53,8 @@ class MeasuredSamples:
         (n,) array, standard deviations, estimated where ``is_estimated``.
     is_estimated
         (n,) array of flags.
+    reach
+        How near to a jump a sample may be on the other side of it: a usual interval [time].
     """
 
     t: Floats
@@ -60,22 +62,17 @@ class MeasuredSamples:
     quantities: Integers
     noise: Floats
     is_estimated: Any
+    reach: float = 0.0
 
     def __len__(self) -> int:
         """Return how many they are."""
         return len(self.t)
 
-    @property
-    def reach(self) -> float:
-        """How near to a jump a sample may be on the other side of it: a usual interval [time]."""
-        apart = np.diff(self.t)
-        return float(np.median(apart[apart > 0.0])) if (apart > 0.0).any() else 0.0
-
     def taken(self, rows: Any) -> MeasuredSamples:
         """Return some of them."""
         return MeasuredSamples(
             self.t[rows], self.values[rows], self.quantities[rows], self.noise[rows],
-            self.is_estimated[rows],
+            self.is_estimated[rows], self.reach,
         )  # fmt: skip
 
 
@@ -326,4 +323,6 @@ def _merged(parts: Sequence[MeasuredSamples]) -> MeasuredSamples:
         np.concatenate([part.noise for part in parts]),
         np.concatenate([part.is_estimated for part in parts]),
     )
-    return whole.taken(np.argsort(whole.t, kind="stable"))
+    apart = np.diff(np.sort(whole.t))
+    reach = float(np.median(apart[apart > 0.0])) if (apart > 0.0).any() else 0.0
+    return replace(whole, reach=reach).taken(np.argsort(whole.t, kind="stable"))

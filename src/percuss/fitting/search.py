@@ -131,7 +131,7 @@ class FitSearch:
         layouts, states, errors = [], [], []
         for record in self.records:
             windows = windows_of(self.osc, record, named)
-            layout, nodes = lay_out(self.osc, record, windows, named, cycles)
+            layout, nodes = lay_out(self.osc, record, windows, cycles)
             layouts.append(layout)
             states.append(nodes)
             errors.append(_node_errors(record, windows))
