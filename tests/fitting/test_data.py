@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import pickle
 from pathlib import Path
 from typing import Any
 
@@ -168,6 +169,24 @@ def test_the_motion_of_the_fit_passes_the_samples(plain: pc.Fit) -> None:
     np.testing.assert_allclose(plain.run(data["t"])[0], x, rtol=0, atol=1e-6)
     assert np.mean(np.square(plain.residuals.residual / NOISE)) == pytest.approx(plain.chi2)
     assert abs(plain.whiteness) < 4
+
+
+def test_a_fit_survives_pickling(plain: pc.Fit) -> None:
+    again = pickle.loads(pickle.dumps(plain))
+    assert repr(again) == repr(plain)
+    assert again(3.0) == plain(3.0)
+
+
+def test_a_profile_is_a_parabola_where_errors_are_those_of_a_line(plain: pc.Fit) -> None:
+    profile = plain.profile(GAP, n=5, width=2)
+    np.testing.assert_allclose(profile.growth, [4, 1, 0, 1, 4], rtol=0.15, atol=1e-6)
+    covariance, error = plain.covariance[0, 1], plain.errors[GAP]
+    slope = np.polyfit(profile.value - 0.2, profile[RESTITUTION], 1)[0]
+    assert slope == pytest.approx(covariance / error**2, rel=0.1)
+    with pytest.raises(pc.ParameterError, match="none of the fitted parameters"):
+        plain.profile("oscillator.damping")
+    with pytest.raises(pc.ParameterError, match="less than 3"):
+        plain.profile(GAP, n=2)
 
 
 def test_the_result_in_a_line_and_as_a_table(plain: pc.Fit) -> None:

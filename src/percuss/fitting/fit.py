@@ -102,7 +102,7 @@ def fit(
     ...     {"t": t, "displacement": x}, model, pc.cosine(2), noise=0.01,
     ...     free={"oscillator.stops.0.at": 0.3, "oscillator.stops.0.restitution": 0.6},
     ... )
-    <Fit: oscillator.stops.0.at = 0.1999 ± 0.0001, oscillator.stops.0.restitution = 0.8001 ± 0.0001; \
+    <Fit: oscillator.stops.0.at = 0.19995 ± 0.00011, oscillator.stops.0.restitution = 0.80007 ± 0.00012; \
 chi2 0.966>
     """
     if isinstance(osc, Structure):

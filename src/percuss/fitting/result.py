@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from percuss.arrays import Flags, Floats
+from percuss.errors import ParameterError
 from percuss.fitting.measured import MeasuredSamples, quantity_name, quantity_number
 from percuss.fitting.search import FitCandidate, FitSearch
 from percuss.fitting.shooting import Layout, motion_between
+from percuss.fitting.solver import FIRM, TAUT, FitPoint, FitProblem, descend, point_at
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
-from percuss.model.paths import replace_parameters
+from percuss.model.paths import long_form, replace_parameters
 from percuss.model.start import Start
 from percuss.model.system import System
 from percuss.motion.html_table import html_table
@@ -69,6 +71,8 @@ class Fit:
     residuals
         Dataset over ``sample``: t, value, fitted, residual (value less fitted), noise, quantity and
         record.
+    problem
+        What was solved.
     """
 
     values: dict[str, float]
@@ -88,7 +92,7 @@ class Fit:
     nodes: Floats
     impacts: Floats
     residuals: Dataset
-    layouts: tuple[Layout, ...]
+    problem: FitProblem
 
     def __repr__(self) -> str:
         """Return the parameters with their errors in a line."""
@@ -114,7 +118,7 @@ class Fit:
 
         In chaos it leaves the record after some time, as any run does, where the fit does not.
         """
-        first = self.layouts[0]
+        first = self.problem.layouts[0]
         return simulate(
             self.oscillator, self.forcing, start=self.start, t_end=float(first.spans[-1, 1])
         )
@@ -170,11 +174,97 @@ class Fit:
         ParameterError
             If there is no such quantity, or a time lies outside the record.
         """
-        first, times = self.layouts[0], np.asarray(t, dtype=np.float64)
+        first, times = self.problem.layouts[0], np.asarray(t, dtype=np.float64)
         system = System(self.oscillator, self.forcing)
         number = quantity_number(quantity, len(self.oscillator.stops))
         nodes, end = self.nodes[: len(first)], float(first.spans[-1, 1])
         return motion_between(system, nodes, end, times.ravel(), [number]).reshape(times.shape)
+
+    def profile(self, path: str, n: int = 9, width: float = 3.0) -> Dataset:
+        """Return how the misfit grows with one parameter, all others fitted anew.
+
+        Where the errors are those of a straight line, ``growth`` is the square of the distance in
+        standard errors; else the values between which it stays below 1 hold the parameter with
+        68 per cent, and below 3.84 with 95.
+
+        Parameters
+        ----------
+        path
+            The parameter.
+        n
+            Number of values, >= 3.
+        width
+            How far they go to each side, in standard errors.
+
+        Returns
+        -------
+        Dataset
+            Over ``value``: ``growth`` of the sum of the losses, NaN where no motion was found; and
+            each other parameter.
+
+        Raises
+        ------
+        ParameterError
+            If it is no parameter of the fit, or has no error.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import percuss as pc
+        >>> t = np.linspace(0, 20, 100)
+        >>> x = np.cos(t) + 0.01 * np.sin(37 * t**2)
+        >>> data = {"t": t, "displacement": x}
+        >>> fit = pc.fit(data, pc.Oscillator(), free={"oscillator.stiffness": 1.1}, noise=0.007)
+        >>> fit.profile("oscillator.stiffness", n=3, width=1).growth.values.round(1) + 0.0
+        array([1., 0., 1.])
+        """
+        import xarray as xr
+
+        name = long_form(path, self.oscillator, self.forcing, self.start)
+        if name not in self.values:
+            raise ParameterError("path", path, "none of the fitted parameters")
+        error = self.errors[name]
+        if not 0.0 < error < math.inf:
+            raise ParameterError("path", path, f"its error is {error:g}; there is no profile")
+        if n < 3:
+            raise ParameterError("n", n, "less than 3")
+        which = self.problem.paths.index(name)
+        values = self.values[name] + error * width * np.linspace(-1.0, 1.0, n)
+        rows = np.full((n, len(self.values)), math.nan)
+        growth = np.full(n, math.nan)
+        best = point_at(
+            self.problem, np.array(list(self.values.values())), self.nodes[:, 1:].copy()
+        )
+        assert best is not None
+        least = best.cost(self.problem, FIRM)
+        middle = int(np.argmin(np.abs(values - self.values[name])))
+        for side in (range(middle, n), range(middle - 1, -1, -1)):
+            point = best
+            for i in side:
+                found = _held(self.problem, point, which, float(values[i]))
+                if found is None:
+                    break
+                point, rows[i] = found, found.values
+                growth[i] = found.cost(self.problem, FIRM) - least
+        columns = {key: ("value", rows[:, j]) for j, key in enumerate(self.values) if j != which}
+        return xr.Dataset({"growth": ("value", growth), **columns}, {"value": values})
+
+
+def _held(problem: FitProblem, near: FitPoint, which: int, value: float) -> FitPoint | None:
+    """Return the solution with one parameter held, None if there is none."""
+    low, high, values = problem.low.copy(), problem.high.copy(), near.values.copy()
+    low[which] = high[which] = values[which] = value
+    held = replace(problem, low=low, high=high)
+    begin = point_at(held, values, near.shots.nodes)
+    if begin is None:
+        return None
+    found = descend(held, begin, TAUT)
+    return found.point if found.is_settled and not len(found.torn(held)) else None
+
+
+def go_on() -> bool:
+    """Return that nobody asks a search to stop."""
+    return True
 
 
 def with_error(value: float, error: float) -> str:
@@ -257,7 +347,7 @@ def result_of(search: FitSearch, found: FitCandidate) -> Fit:
         nodes=nodes,
         impacts=np.sort(hits[hits[:, 0] < len(layouts[0]), 1]),
         residuals=table,
-        layouts=layouts,
+        problem=replace(problem, ask=go_on),
     )
 
 

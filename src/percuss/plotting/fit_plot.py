@@ -144,7 +144,7 @@ def _draw_record(
         ax.plot(fitted[1:], np.diff(fitted), "-", color=BLUE, label="fit")
         return
     ax.plot(t, values, ".", color=GREY, markersize=3, label="samples")
-    first, last = float(fit.nodes[0, 0]), float(fit.layouts[0].spans[-1, 1])
+    first, last = float(fit.nodes[0, 0]), float(fit.problem.layouts[0].spans[-1, 1])
     times = np.linspace(max(begin, first), min(end, last), POINTS)
     ax.plot(times, fit.of(quantity, times), color=BLUE, linewidth=1.0, label="fit")
     hits = fit.impacts[(fit.impacts >= begin) & (fit.impacts <= end)]
