@@ -28,7 +28,9 @@ __all__ = ["Windows", "best_start", "extremes_of", "lay_out", "windows_of"]
 # A window turns the fastest part of the motion by this phase, in radians, if it holds so many
 # samples.
 WINDOW_PHASE = 0.8
-FEWEST, MOST = 5, 16
+FEWEST, MOST = 5, 60
+# That of a motion without any such rate.
+FREE = 16
 # A window that misses its samples by more than this, as a mean square, has an impact in it.
 WORST = 2.5
 # At least this share of all windows is taken, the best ones.
@@ -118,7 +120,7 @@ def windows_of(osc: Oscillator, record: MeasuredRecord, values: Mapping[str, flo
         m = FEWEST
         if fastest > 0.0:
             m = max(FEWEST, min(MOST, int(min(WINDOW_PHASE / fastest / step, MOST)) + 1))
-        m = min(m if fastest > 0.0 else MOST, len(samples))
+        m = min(m if fastest > 0.0 else FREE, len(samples))
         begin = np.arange(0, len(samples) - m + 1, max(1, m // 4))
     else:
         samples, m = _impacts_as_displacements(osc, record), 2
