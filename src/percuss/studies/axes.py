@@ -41,6 +41,7 @@ __all__ = [
     "axes_of",
     "axis_values",
     "over_of",
+    "ranges_in",
     "ranges_over",
     "values_over",
 ]  # fmt: skip
@@ -158,17 +159,8 @@ def ranges_over(
     """
     ranges: dict[str, ParameterRange] = {}
     for path, place, given in _counted(study, count):
-        if not isinstance(given, list) or len(given) != 2:
-            reason = "not a range; write [first, last]"
-            study.faults.add(place, reason, shown(given))
-            continue
-        ends = [exact_phase(end) for end in given]
-        if not _numbers_are_right(study, place, ends) or not _is_known(study, path, place, None):
-            continue
-        if as_float(ends[0]) == as_float(ends[1]):
-            study.faults.add(place, "an empty range", shown(given))
-            continue
-        if not _fit(study, path, [(*place, 0), (*place, 1)], ends, None):
+        ends = _range(study, path, place, given, None)
+        if ends is None:
             continue
         own = as_float(get_parameter(study.model, study.force, None, path))
         low, high = sorted(as_float(end) for end in ends)
@@ -176,8 +168,59 @@ def ranges_over(
             reason = f"does not hold the model's own value {own:.12g}, where the branch begins"
             study.faults.add(place, reason, shown(given))
             continue
-        ranges[path] = ends[0], ends[1]
+        ranges[path] = ends
     return ranges
+
+
+def ranges_in(
+    study: StudyDraft, place: Path, start: Start | StructureStart | None
+) -> dict[str, ParameterRange]:
+    """Return the ranges, from least to largest, of a table inside a table; add their faults.
+
+    Parameters
+    ----------
+    study
+        The document and its model.
+    place
+        The table, which `study.document` has.
+    start
+        The start, whose numbers may be parameters; None: they may not.
+    """
+    ranges: dict[str, ParameterRange] = {}
+    names: dict[str, str] = {}
+    table = raw_table(raw_table(study.document, str(place[0])), str(place[1]))
+    for path, entry, given in _entries(place, table, len(place)):
+        ends = _range(study, path, entry, given, start)
+        if ends is None:
+            continue
+        if as_float(ends[0]) > as_float(ends[1]):
+            study.faults.add(entry, "the least is above the largest", shown(given))
+            continue
+        name = long_form(path, study.model, study.force, start)
+        if name in names:
+            study.faults.add(entry, f"the same parameter as {names[name]}")
+        names[name] = path
+        ranges[path] = ends
+    return ranges
+
+
+def _range(
+    study: StudyDraft, path: str, place: Path, given: Any, start: Start | StructureStart | None
+) -> ParameterRange | None:
+    """Return the ends of a range, None if it has faults; add these."""
+    if not isinstance(given, list) or len(given) != 2:
+        study.faults.add(place, "not a range; write [first, last]", shown(given))
+        return None
+    ends = [exact_phase(end) for end in given]
+    if not _numbers_are_right(study, place, ends) or not _is_known(study, path, place, start):
+        return None
+    if as_float(ends[0]) == as_float(ends[1]):
+        study.faults.add(place, "an empty range", shown(given))
+        return None
+    # A stop may be moved over the start where the start moves, too.
+    own = start if path.startswith("start.") else None
+    places = [(*place, 0), (*place, 1)]
+    return (ends[0], ends[1]) if _fit(study, path, places, ends, own) else None
 
 
 def values_over(
@@ -285,7 +328,7 @@ def _span(study: StudyDraft, place: Path, given: Mapping[str, Any]) -> Span | No
 
 def _counted(study: StudyDraft, count: int | None) -> Iterator[tuple[str, Path, Any]]:
     """Yield path, place and value of each entry of ``[over]``; add the fault of a wrong number."""
-    entries = list(_entries(("over",), raw_table(study.document, "over")))
+    entries = list(_entries(("over",), raw_table(study.document, "over"), 1))
     if "over" in study.document and not study.faults.is_wrong("over"):
         wanted = {1: "one is needed", 2: "two are needed", None: "at least one is needed"}[count]
         if (count is not None and len(entries) != count) or not entries:
@@ -295,14 +338,17 @@ def _counted(study: StudyDraft, count: int | None) -> Iterator[tuple[str, Path, 
     yield from entries
 
 
-def _entries(place: Path, table: Mapping[str, Any]) -> Iterator[tuple[str, Path, Any]]:
-    """Yield the entries of a table, and of the inner tables that unquoted paths make."""
+def _entries(place: Path, table: Mapping[str, Any], above: int) -> Iterator[tuple[str, Path, Any]]:
+    """Yield the entries of a table, and of the inner tables that unquoted paths make.
+
+    The first keys of the place, as many as `above`, are those of the table itself.
+    """
     for key, value in table.items():
         inner = (*place, key)
         if isinstance(value, Mapping) and not {"from", "to", "count"} & set(value):
-            yield from _entries(inner, value)
+            yield from _entries(inner, value, above)
         else:
-            yield ".".join(map(str, inner[1:])), inner, value
+            yield ".".join(map(str, inner[above:])), inner, value
 
 
 def _numbers_are_right(study: StudyDraft, place: Path, values: list[Any]) -> bool:

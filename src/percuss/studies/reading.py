@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Mapping
 from pathlib import Path as FilePath
-from typing import Any
+from typing import Any, get_args
 
 from percuss.errors import StudyError
 from percuss.io.record import load_record
@@ -240,14 +240,18 @@ def _table_keys(kind: type[Question], name: str, *, of_structure: bool) -> list[
     if name == kind.kind and own:
         return own
     (field,) = (field for field, table in TABLES.items() if table == name)
-    shape = _start_shape(of_structure) if name == "start" else fields[field].annotation
+    shape = _shape_of(field, fields[field], of_structure=of_structure)
     if hasattr(shape, "of_structures"):
         return _fields_of(shape, of_structure=of_structure)
     return [] if name == "over" else keys_of(shape)
 
 
-def _start_shape(of_structure: bool) -> type[StartTable | StructureStartTable]:
-    return StructureStartTable if of_structure else StartTable
+def _shape_of(field: str, info: Any, *, of_structure: bool) -> Any:
+    """Return the type of a field that is a table of its own, also of one that may be None."""
+    if field == "start":
+        return StructureStartTable if of_structure else StartTable
+    one = [kind for kind in get_args(info.annotation) if kind is not type(None)]
+    return one[0] if len(one) == 1 else info.annotation
 
 
 def _read_question(kind: type[Question], document: RawTable, faults: StudyFaults) -> Question:
@@ -262,7 +266,7 @@ def _read_question(kind: type[Question], document: RawTable, faults: StudyFaults
         if table not in document and not info.is_required():
             continue
         raw = raw_table(document, table)
-        shape = _start_shape(of_structure) if name == "start" else info.annotation
+        shape = _shape_of(name, info, of_structure=of_structure)
         known = (
             _fields_of(shape, of_structure=of_structure)
             if hasattr(shape, "of_structures")

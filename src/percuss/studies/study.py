@@ -56,6 +56,7 @@ _KINDS = (
     "diagram",
     "basins",
     "lyapunov",
+    "design",
 )
 # Fields of questions that are tables of their own in a file, in its order; the other fields stand
 # in the table of the kind.
@@ -206,6 +207,7 @@ class Question(ABC):
         """Return the tables of the question in a study file."""
         keys = as_written(self)
         tables = {table: keys.pop(name) for name, table in TABLES.items() if name in keys}
+        tables = {table: own for table, own in tables.items() if own is not None}
         return {**tables, self.kind: keys} if keys else tables
 
     def arguments(self) -> dict[str, Any]:
@@ -396,8 +398,9 @@ def _tables_of(study: Study) -> dict[str, Any]:
     is_other = "of_oscillators" if study.structure is not None else "of_structures"
     others: Any = getattr(question, is_other)
     left = {question.kind: others}
-    if hasattr(question, "sought"):
-        left["orbit"] = getattr(question.sought, is_other)
+    sought = getattr(question, "sought", None)
+    if sought is not None:
+        left["orbit"] = getattr(sought, is_other)
     names = {TABLES.get(name) for name in others}
     return {
         table: {key: value for key, value in keys.items() if key not in left.get(table, ())}
