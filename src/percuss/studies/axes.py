@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -14,12 +15,12 @@ from pydantic import PlainSerializer, PlainValidator
 from percuss.ensembles.job import too_large
 from percuss.errors import ParameterError
 from percuss.io.study_text import number
-from percuss.model.exact import Phase, PiTimes, angle, as_float, phase_problem
+from percuss.model.exact import Phase, PiTimes, angle, as_float, number_problem, phase_problem
 from percuss.model.paths import get_parameter, long_form, replace_parameter
 from percuss.model.start import Start
 from percuss.model.structure import StructureStart
 from percuss.numerics import exp, log
-from percuss.studies.study import StudyDraft
+from percuss.studies.study import StudyDraft, counted
 from percuss.studies.tables import (
     NO_PHASE,
     Path,
@@ -40,6 +41,7 @@ __all__ = [
     "StartAxis",
     "axes_of",
     "axis_values",
+    "direction_of",
     "over_of",
     "ranges_in",
     "ranges_over",
@@ -107,9 +109,25 @@ def axis_values(axis: AxisValues) -> tuple[Phase, ...]:
     return axis.values() if isinstance(axis, Span) else axis
 
 
-def over_of(over: Mapping[str, AxisValues]) -> dict[str, list[Phase]]:
-    """Return axes as the keyword ``over`` takes them."""
-    return {path: list(axis_values(axis)) for path, axis in over.items()}
+def over_of(over: Mapping[str, AxisValues]) -> dict[Any, list[Phase]]:
+    """Return axes as the keyword ``over`` takes them, directions as tuples."""
+    return {direction_of(path) or path: list(axis_values(axis)) for path, axis in over.items()}
+
+
+def direction_of(path: str) -> tuple[Any, ...] | None:
+    """Return the direction of starts that the key of an axis is; None where it is a path.
+
+    Examples
+    --------
+    >>> direction_of("[1, 0, 0.5, 0]"), direction_of("start.x0.0")
+    ((1, 0, 0.5, 0), None)
+    """
+    if not path.startswith("["):
+        return None
+    try:
+        return tuple(tomllib.loads(f"direction = {path}")["direction"])
+    except tomllib.TOMLDecodeError:
+        return (path,)
 
 
 def _axis_table(axis: AxisValues | ParameterRange | None) -> object:
@@ -254,7 +272,8 @@ def values_over(
         values = axis_values(axis)
         # The values of a span have no places of their own in the file.
         places = [place if isinstance(axis, Span) else (*place, i) for i in range(len(values))]
-        if len(entries) == 1 and not _fit(study, path, places, values, start):
+        is_path = direction_of(path) is None
+        if is_path and len(entries) == 1 and not _fit(study, path, places, values, start):
             continue
         right[path] = axis
     return right
@@ -363,6 +382,9 @@ def _is_known(
     study: StudyDraft, path: str, place: Path, start: Start | StructureStart | None
 ) -> bool:
     """Return whether a right model has this parameter; add the fault if it has none."""
+    direction = direction_of(path)
+    if direction is not None:
+        return _is_direction(study, direction, place, start)
     if not all(LEAF.fullmatch(fault) for fault in _of_model(study)):
         return False
     try:
@@ -371,6 +393,27 @@ def _is_known(
         study.faults.add(place, error.reason)
         return False
     return study.has_right_model
+
+
+def _is_direction(
+    study: StudyDraft, direction: tuple[Any, ...], place: Path, start: object
+) -> bool:
+    """Return whether a structure's start has this direction; add the fault if it has not."""
+    if not study.has_right_model:
+        return False
+    n = 0 if study.structure is None or start is None else study.structure.n
+    reason = None
+    if not n:
+        reason = "a direction of starts, which this study has not; give paths"
+    elif len(direction) != 2 * n:
+        reason = f"{counted(len(direction), 'number')}; a direction has {2 * n}, of x0 and v0"
+    elif any(number_problem(number) is not None for number in direction):
+        reason = "not numbers alone; a direction is such as [1, 0, 0.5, 0]"
+    elif not any(map(as_float, direction)):
+        reason = "a direction of zeros; no start moves along it"
+    if reason is not None:
+        study.faults.add(place, reason)
+    return reason is None
 
 
 def _of_model(study: StudyDraft) -> list[str]:
