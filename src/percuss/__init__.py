@@ -83,6 +83,7 @@ if TYPE_CHECKING:
     from percuss.motion import ImpactTimes as ImpactTimes
     from percuss.motion import Outcome as Outcome
     from percuss.motion import Sensitivity as Sensitivity
+    from percuss.motion import StructureSensitivity as StructureSensitivity
     from percuss.motion import SubsetMotion as SubsetMotion
     from percuss.motion import Trajectory as Trajectory
     from percuss.motion import classify_impact_times as classify_impact_times
@@ -191,6 +192,7 @@ __all__ = [
     "StructureCurve",
     "StructureCurvePoint",
     "StructureOrbit",
+    "StructureSensitivity",
     "StructureSpecialPoint",
     "StructureStart",
     "StructureTrajectory",
@@ -337,6 +339,7 @@ _HOMES = {
         "Impacts",
         "Outcome",
         "Sensitivity",
+        "StructureSensitivity",
         "SubsetMotion",
         "Trajectory",
         "classify_impact_times",

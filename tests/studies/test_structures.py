@@ -377,5 +377,5 @@ def test_one_coordinate_needs_no_lists_and_no_directions() -> None:
     study = parse_study(text)
 
     assert study.model == pc.Structure(1, 4, stops=[pc.Wall(0, "below")])
-    assert study.question == Motion(pc.StructureStart([0], ["0.5"]), Limits(periods=3))
+    assert study.question == Motion(pc.StructureStart((0,), ("0.5",)), Limits(periods=3))
     assert len(run_of(study).impacts) > 2

@@ -262,7 +262,7 @@ def response_curve(
     >>> chain = pc.chain([1, 1], [0, 1, 1], [0, "0.03", "0.03"], [stop])
     >>> chart = response_curve(chain, pc.Loads({1: pc.cosine(1, "0.1")}), on=0, n_seeds=1,
     ...                        over={"loads.0.omega": ("0.74", "0.76")}, max_periods=1)
-    >>> [point.kind for point in chart.branches[0].special_points]
+    >>> [point.kind for branch in chart.branches for point in branch.special_points]
     ['period_doubling', 'fold']
     """
     families = _checked(osc, force, over, on)
