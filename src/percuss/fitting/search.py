@@ -31,6 +31,8 @@ __all__ = ["FitCandidate", "FitSearch"]
 # From node to node, in periods of the fastest part of the motion, one after the other where the
 # search fails.
 CYCLES = (1.0, 0.5, 0.33, 2.0)
+# The share of stretches of a whole motion that may be begun anew.
+MOST_WRONG = 0.5
 # How often torn stretches are begun anew with the same nodes.
 MENDINGS = 3
 # Shifts of a node's state that are tried, in its standard errors.
@@ -204,10 +206,14 @@ class FitSearch:
         """Return the candidate after torn stretches were followed anew from their own samples."""
         for _ in range(MENDINGS):
             torn = found.descent.torn(found.problem)
-            torn = np.union1d(torn, found.descent.strained())
-            if not found.reason or not len(torn) or self.progress.is_stopped:
+            wrong = np.union1d(torn, found.descent.strained())
+            if not found.reason or not len(wrong) or self.progress.is_stopped:
                 break
-            begin = self._begun_anew(found, torn)
+            # Where a motion misses most stretches a little it is not for single impacts.
+            is_whole = found.descent.is_settled and not len(torn)
+            if is_whole and len(wrong) > max(MOST_WRONG * len(found.problem.linked), 3):
+                break
+            begin = self._begun_anew(found, wrong)
             if begin is None:
                 break
             other = self._descended(found.problem, begin, LOOSE)
