@@ -125,7 +125,19 @@ class FitSearch:
             raise ParameterError(
                 "free", dict(zip(self.paths, self.guess.tolist(), strict=True)), reason
             )
-        return self._with_noise(best)
+        return self._with_noise(self._closed(best))
+
+    def _closed(self, found: FitCandidate) -> FitCandidate:
+        """Return the best motion that is whole, where the best one that was found is torn."""
+        if not len(found.descent.torn(found.problem)) or self.progress.is_stopped:
+            return found
+        problem = replace(found.problem, tear=math.inf)
+        begin = point_at(problem, found.descent.point.values, found.descent.point.shots.nodes)
+        self.n_runs += 1
+        if begin is None:
+            return found
+        other = self._descended(problem, begin, LOOSE)
+        return found if len(other.descent.torn(problem)) else other
 
     def _laid_out(self, values: Floats, cycles: float) -> tuple[FitProblem, Floats]:
         """Return the problem with nodes at some distance, and their states."""
@@ -263,8 +275,6 @@ class FitSearch:
                 f"no motion of the model passes the samples between t = {begin:.6g} and {end:.6g}"
                 + (f", and {len(torn) - 1} other stretches" if len(torn) > 1 else "")
             )
-        if not descent.is_settled:
-            return descent.reason
         right = descent.point.equations.right
         misfit, n = float(np.mean(right * right)), len(right)
         if self.loss.name != "linear":
@@ -276,7 +286,7 @@ class FitSearch:
                 f"chi2 = {misfit:.3g} where {'1' if known else 'about 1'} was to be expected: no "
                 "motion near the guess explains the data"
             )
-        return ""
+        return "" if descent.is_settled else descent.reason
 
     def _with_noise(self, found: FitCandidate) -> FitCandidate:
         """Return the candidate with the noise that its residuals have, where that was not given."""
