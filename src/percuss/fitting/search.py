@@ -38,6 +38,8 @@ MENDINGS = 3
 # Shifts of a node's state that are tried, in its standard errors.
 _SIZES = (0.0, 0.3, -0.3, 1.0, -1.0, 3.0, -3.0, 9.0, -9.0, 25.0, -25.0)
 SHIFTS = np.array([(x, v) for x in _SIZES[:9] for v in _SIZES])
+# A residual counts as no more than this where states are tried: where there may be outliers too.
+MOST_RESIDUAL, MOST_OF_OUTLIERS = 100.0, 10.0
 # Guesses in ranges: for one range, and the most.
 GUESSES, MOST_GUESSES = 8, 64
 # A mean square of the residuals above this many of its standard errors is not explained.
@@ -253,12 +255,19 @@ class FitSearch:
                     centres.append(
                         good.states[np.argmin(np.abs(good.t - layout.spans[k - row, 0]))]
                     )
+                elif len(good.t):
+                    # From the first window that is a flight straight back, or off a wall between.
+                    x, v = good.first_states[0].tolist()
+                    late = float(good.begin[0] - layout.spans[0, 0])
+                    centres += [np.array([x - v * late, v]), np.array([x, -v])]
                 before = ends[k - 1] if k > row else None
                 after = nodes[k + 1] if k + 1 < row + len(layout) else None
                 tried = np.concatenate([at + SHIFTS * problem.node_errors for at in centres])
+                most = MOST_RESIDUAL if self.loss.name == "linear" else MOST_OF_OUTLIERS
                 nodes[k], ends[k] = best_start(
-                    self.osc, layout, k - row, named, tried, problem.node_errors, (before, after)
-                )
+                    self.osc, layout, k - row, named, tried, (problem.node_errors, most),
+                    (before, after),
+                )  # fmt: skip
             row += len(layout)
         self.n_runs += 1
         return point_at(problem, point.values, nodes)
@@ -283,8 +292,8 @@ class FitSearch:
         limit = 1.0 + UNLIKELY * math.sqrt(2.0 / n) if known else MUCH_LARGER * MUCH_LARGER
         if misfit > limit:
             return (
-                f"chi2 = {misfit:.3g} where {'1' if known else 'about 1'} was to be expected: no "
-                "motion near the guess explains the data"
+                f"no motion near the guess explains the data: chi2 is {misfit:.3g} where "
+                f"{'1' if known else 'about 1'} was to be expected"
             )
         return "" if descent.is_settled else descent.reason
 
