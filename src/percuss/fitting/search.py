@@ -20,6 +20,7 @@ from percuss.fitting.solver import (
     FitDescent,
     FitPoint,
     FitProblem,
+    FitStep,
     descend,
     point_at,
 )
@@ -333,7 +334,7 @@ class FitSearch:
                 descent = descend(problem, point, FIRM)
                 self.n_runs += descent.n_runs
             else:
-                descent = replace_point(problem, found.descent, point)
+                descent = _at_point(problem, found.descent, point)
             found = FitCandidate(problem, descent, found.reason, self.n_runs)
             if len(quantities) <= 1:
                 break
@@ -343,10 +344,8 @@ class FitSearch:
         return len(self.paths) + sum(2 for record in self.records if record.start is None)
 
 
-def replace_point(problem: FitProblem, descent: FitDescent, point: FitPoint) -> FitDescent:
+def _at_point(problem: FitProblem, descent: FitDescent, point: FitPoint) -> FitDescent:
     """Return a descent at the same place under another noise."""
-    from percuss.fitting.solver import FitStep
-
     triangle = FitStep.of(problem, point, FIRM).triangle
     return FitDescent(point, triangle, 0, descent.is_settled, descent.reason, descent.weight)
 

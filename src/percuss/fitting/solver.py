@@ -24,7 +24,7 @@ from percuss.model.oscillator import Oscillator
 from percuss.numerics import log
 from percuss.numerics.linear import least_squares, matmul, norm
 
-__all__ = ["FitEquations", "FitPoint", "FitProblem", "descend", "point_at"]
+__all__ = ["FitDescent", "FitEquations", "FitPoint", "FitProblem", "FitStep", "descend", "point_at"]
 
 # Weights of the links in standard errors of the nodes: at first, the factor of a step, at last.
 LOOSE, FIRMER, FIRM = 1.0, 10.0, 1e5
