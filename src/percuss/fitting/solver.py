@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from percuss.fitting.losses import Loss
 from percuss.fitting.measured import MeasuredSamples
 from percuss.fitting.shooting import Layout, Shots, shoot
 from percuss.kernels.condense import Chain, condense, expand
-from percuss.kernels.segments import DISPLACEMENT
+from percuss.kernels.segments import DISPLACEMENT, OF_STOP
 from percuss.model.oscillator import Oscillator
 from percuss.numerics import log
 from percuss.numerics.linear import least_squares, matmul, norm
@@ -58,7 +59,7 @@ WEAK = 1e-11
 ROBUST = Loss("cauchy", TORN)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class FitProblem:
     """What is fitted.
 
@@ -103,8 +104,17 @@ class FitProblem:
         return shots if shots.is_complete else None
 
     def loss_at(self, weight: float) -> Loss:
-        """Return the loss while links have a weight: stretches that miss an impact pull less."""
-        return ROBUST if self.loss.name == "linear" and weight < TAUT else self.loss
+        """Return the loss while links have a weight: stretches that miss an impact pull less.
+
+        Of forces of stops all that is known is in the contacts, which pull as they are.
+        """
+        return ROBUST if self.is_kinematic and weight < TAUT else self.loss
+
+    @cached_property
+    def is_kinematic(self) -> bool:
+        """Whether something else than forces was measured, and no loss was asked for."""
+        measured = [layout.record.samples.quantities < OF_STOP for layout in self.layouts]
+        return self.loss.name == "linear" and any(bool(some.any()) for some in measured)
 
     @property
     def linked(self) -> Flags:
