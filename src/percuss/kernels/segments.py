@@ -71,6 +71,7 @@ from percuss.kernels.sensitivity import (
     BASE,
     BEGIN_X,
     DT,
+    SPEED,
     VariedRecord,
     carry,
     columns_at,
@@ -290,8 +291,8 @@ def observe_sample(
     if other < 0 or min(before, after) > segments.reach:
         return
     jump = marks[max(row, other), KIND]
-    is_jump = jump == IMPACT or jump == CROSSING  # noqa: PLR1714
-    if not is_jump or marks[other, KIND] == CONTACT:
+    # In the order of the kinds: IMPACT, CROSSING, CONTACT.
+    if not IMPACT <= jump <= CONTACT:
         return
     results.away[i] = min(before, after)
     extrapolate(varied, columns, t, other, space)
@@ -302,9 +303,16 @@ def observe_sample(
 def extrapolate(
     varied: VariedRecord, columns: Floats, t: float, row: int, space: SegmentSpace
 ) -> None:
-    """Write x, v and their columns at an instant beside the flight that begins with an event."""
+    """Write x, v and their columns beside the flight, or contact, that begins with an event."""
     record, work = varied.record, space.work
     events = record.events
+    if record.marks[row, KIND] == CONTACT:
+        space.motion[0, 0] = place_of_event(record, row)
+        space.motion[1, 0] = 0.0
+        for p in range(columns.shape[1]):
+            space.moved[0, 0, p] = columns[row, p, BASE]
+            space.moved[1, 0, p] = columns[row, p, SPEED]
+        return
     flight = flight_after(record, row, work.phases, work.scratch)
     s = (t - events[row, EVENT_T]) - events[row, EVENT_T_LOW]
     y, v = move(flight, s)
