@@ -26,10 +26,10 @@ CLOSE = 1e-10
 
 
 def assert_close(found: Floats, wanted: Floats, close: float = CLOSE) -> None:
-    """Compare columns with each other, each relative to its largest entry."""
+    """Compare columns with each other, relative to their largest entry."""
     assert found.shape == wanted.shape
     assert (np.isnan(found) == np.isnan(wanted)).all()
-    size = np.nanmax(np.abs(wanted), axis=0, initial=0.0)
+    size = np.nanmax(np.abs(wanted), initial=0.0)
     assert (np.nan_to_num(np.abs(found - wanted)) <= close * size + 1e-13).all()
 
 
@@ -290,7 +290,6 @@ def test_chatter_and_contact_of_a_structure() -> None:
                 for one in (ahead, behind)
             ]
             moved = np.array([float((a - b) / step) for a, b in zip(*releases, strict=True)])
-        # The oracle sums its chatters at other hops, each to the square of what is left.
-        assert_close(np.array([column[..., p] for column in d(t)]), wanted, 1e-8)
+        assert_close(np.concatenate([column[..., p] for column in d(t)]), wanted.reshape(-1))
         known = ~np.isnan(run.contacts.release)
-        assert_close(d.contacts.release[known, p], moved, 1e-8)
+        assert_close(d.contacts.release[known, p], moved)
