@@ -36,6 +36,8 @@ if TYPE_CHECKING:
     from percuss.errors import ParameterError as ParameterError
     from percuss.errors import PercussError as PercussError
     from percuss.errors import StudyError as StudyError
+    from percuss.fitting import Fit as Fit
+    from percuss.fitting import fit as fit
     from percuss.io import load_netcdf as load_netcdf
     from percuss.io import save_csv as save_csv
     from percuss.io import save_netcdf as save_netcdf
@@ -151,6 +153,7 @@ __all__ = [
     "Design",
     "Expression",
     "Extrema",
+    "Fit",
     "Forcing",
     "FormalOrbitWarning",
     "FoundOrbits",
@@ -223,6 +226,7 @@ __all__ = [
     "expression",
     "find_orbit",
     "find_orbits",
+    "fit",
     "follow_cascade",
     "fourier",
     "gradient",
@@ -286,6 +290,7 @@ _HOMES = {
         "PercussError",
         "StudyError",
     ),
+    "percuss.fitting": ("Fit", "fit"),
     "percuss.io": (
         "load_netcdf",
         "save_csv",
@@ -405,6 +410,7 @@ _SUBPACKAGES = (
     "certified",
     "ensembles",
     "errors",
+    "fitting",
     "io",
     "model",
     "motion",

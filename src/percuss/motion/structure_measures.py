@@ -16,7 +16,7 @@ from percuss.kernels.structure.march import load_at
 from percuss.model.exact import as_float
 from percuss.model.oscillator import On, SoftStop
 from percuss.motion.extremes import Extrema, QuantityName
-from percuss.motion.moved_measures import FlightIntegral, MovedValue, moved_measure, nodes_of
+from percuss.motion.moved_measures import MovedStretch, MovedValue, moved_measure, nodes_of
 from percuss.motion.moved_structure_motion import MovedStructureMotion, scratch_of
 from percuss.motion.tables import Crossings, Impacts
 from percuss.numerics import matmul
@@ -84,7 +84,7 @@ class _MeasuredStructure:
         sides = [True] if rows[0] == 0 else [True, False]
         return [_quantity(d, self.direction, (of, stop), (t, side)) for side in sides]
 
-    def stretch(self, of: str, row: int, span: tuple[float, float]) -> FlightIntegral:
+    def stretch(self, of: str, row: int, span: tuple[float, float]) -> MovedStretch:
         d, record = self.derivative, self.derivative.run.record
         b = int(record.marks[row, events_of.NEXT_REGION])
         t, w = nodes_of(span, float(record.sets.of_set[b, QUICKEST]))
@@ -108,7 +108,7 @@ class _MeasuredStructure:
                 float((push * state[1]).sum()) for push, state in zip(force[-2:], ends, strict=True)
             )
         total = float((w * values).sum())
-        return FlightIntegral(total, (w[:, None] * moved).sum(axis=0), first, last)
+        return MovedStretch(total, (w[:, None] * moved).sum(axis=0), first, last)
 
     def from_unit_mass(self, mean: MovedValue) -> MovedValue:
         return mean
