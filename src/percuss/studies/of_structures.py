@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from percuss.errors import ParameterError
 from percuss.execution import Execution
-from percuss.model.exact import Exact, phase_problem
+from percuss.model.exact import Exact, Phase, phase_problem
 from percuss.model.faults import draft, number_faults, phase_faults, positive_faults
 from percuss.model.loads import loads_of
 from percuss.model.oscillator import On, SoftStop, Wall
@@ -20,10 +20,15 @@ from percuss.model.structure import (
     structure_fields,
 )
 from percuss.model.units import in_units
-from percuss.studies.kinds.motion import Motion, ends_in_words
-from percuss.studies.kinds.orbit import Sought, multiplier_text
 from percuss.studies.structure_tables import has_size
-from percuss.studies.study import Study, StudyDraft, counted, with_unit
+from percuss.studies.study import (
+    Study,
+    StudyDraft,
+    counted,
+    ends_in_words,
+    multiplier_text,
+    with_unit,
+)
 from percuss.studies.tables import MISSING, Path, StudyFaults, shown
 
 if TYPE_CHECKING:
@@ -137,23 +142,30 @@ def check_measured(
     check_on(on, (table, "on"), study, is_needed=of_points or of_measures)
 
 
-def checked_motion(motion: Motion, study: StudyDraft) -> StructureStart:
+def checked_motion(
+    start: Start | StructureStart,
+    study: StudyDraft,
+    *,
+    t_end: Phase | None,
+    periods: Exact | None,
+    max_impacts: int | None,
+) -> StructureStart:
     """Return the start of a motion of a structure, and add the faults of start and limits."""
-    limits, faults = motion.limits, study.faults
-    start = checked_start(motion.start, study)
-    if limits.periods is not None:
-        _check_periods(limits.periods, limits.t_end, study)
-    elif limits.t_end is None and not faults.is_wrong("run"):
+    faults = study.faults
+    checked = checked_start(start, study)
+    if periods is not None:
+        _check_periods(periods, t_end, study)
+    elif t_end is None and not faults.is_wrong("run"):
         faults.add(("run",), "missing an end; give t_end or periods: stops may never be met")
-    if limits.t_end is not None or limits.max_impacts is not None:
-        t0 = start.t0 if phase_problem(start.t0) is None else 0.0
-        faults.add_from_model(limit_faults(t0, limits.t_end, limits.max_impacts, run="run"))
+    if t_end is not None or max_impacts is not None:
+        t0 = checked.t0 if phase_problem(checked.t0) is None else 0.0
+        faults.add_from_model(limit_faults(t0, t_end, max_impacts, run="run"))
     for index, on in enumerate(study.draw.on or ()):
         check_on(on, ("draw", "on", index), study, is_needed=True)
     if study.draw.on is not None and not 0 < len(study.draw.on) <= MOST_SHOWN:
         reason = f"{counted(len(study.draw.on), 'displacement')}; give 1 to {MOST_SHOWN}"
         faults.add(("draw", "on"), reason)
-    return start
+    return checked
 
 
 def _check_periods(periods: Exact, t_end: object, study: StudyDraft) -> None:
@@ -176,9 +188,9 @@ def _check_periods(periods: Exact, t_end: object, study: StudyDraft) -> None:
         faults.add(("run", "periods"), reason, shown(periods))
 
 
-def check_sought(sought: Sought, study: StudyDraft) -> None:
+def check_sought(x0: object, v0: object, study: StudyDraft) -> None:
     """Add the faults of a structure's orbit that is sought: its guess, and what draws it."""
-    given = {name: getattr(sought, name) for name in ("x0", "v0")}
+    given = {"x0": x0, "v0": v0}
     missing = [name for name, value in given.items() if value is None]
     if len(missing) == 1 and not study.faults.is_wrong("orbit"):
         study.faults.add(("orbit", missing[0]), "missing; a guess is a state, x0 and v0")
@@ -201,21 +213,21 @@ def _check_guess(start: StructureStart, study: StudyDraft) -> None:
         study.faults.add(keys, fault.reason, fault.value)
 
 
-def motion_of(motion: Motion, study: Study, execution: Execution) -> StructureTrajectory:
-    """Return the motion of a structure."""
+def motion_of(
+    start: Start | StructureStart, study: Study, execution: Execution, **limits: Any
+) -> StructureTrajectory:
+    """Return the motion of a structure up to limits, which are keywords of `simulate`."""
     from percuss.motion.simulate import simulate
 
-    limits, structure = motion.limits, study.structure
+    structure = study.structure
     # Only studies of structures are computed here.
     assert structure is not None
     return simulate(
         structure,
         loads_of(structure, study.force),
-        start=motion.start if isinstance(motion.start, StructureStart) else None,
-        t_end=limits.t_end,
-        periods=limits.periods,
-        max_impacts=limits.max_impacts,
+        start=start if isinstance(start, StructureStart) else None,
         progress=execution.progress,
+        **limits,
     )
 
 

@@ -16,17 +16,16 @@ from percuss.model.loads import Loads
 from percuss.model.oscillator import Oscillator, SoftStop
 from percuss.model.start import end_after_periods, periods_faults, start_faults
 from percuss.model.units import FORCE, in_units
-from percuss.studies.study import Question, StudyDraft, known_walls, with_unit
-from percuss.studies.tables import NumberKey, PhaseKey, StartState, shown, table
+from percuss.studies.study import Question, StudyDraft, ends_in_words, known_walls
+from percuss.studies.tables import NumberKey, PhaseKey, StartState, shown, table, values_of
 
 if TYPE_CHECKING:
-    from percuss.motion.extremes import Extrema
     from percuss.motion.impact_times import ImpactTimes
     from percuss.motion.structures import StructureTrajectory
     from percuss.motion.trajectory import Trajectory
     from percuss.studies.study import Study
 
-__all__ = ["Limits", "Motion", "ends_in_words"]
+__all__ = ["Limits", "Motion"]
 
 
 @table
@@ -99,7 +98,7 @@ class Motion(Question):
 
             if study.draw.window is not None:
                 self._check_window(study.draw.window, study)
-            return replace(self, start=checked_motion(self, study))
+            return replace(self, start=checked_motion(self.start, study, **values_of(limits)))
         if limits.periods is not None:
             # A forcing with faults may have no period.
             faults.add_from_model(
@@ -158,7 +157,7 @@ class Motion(Question):
         if study.structure is not None:
             from percuss.studies.of_structures import motion_of
 
-            return motion_of(self, study, execution)
+            return motion_of(self.start, study, execution, **values_of(self.limits))
         return self.simulated(
             study,
             t_end=self.end(study.forcing),
@@ -236,12 +235,6 @@ def _extremes_in_words(run: Trajectory) -> dict[str, str]:
         if extrema.peak > 0.0:
             rows[f"force of stop {stop}"] = ends_in_words(extrema, in_units(osc.units, force))
     return rows
-
-
-def ends_in_words(extrema: Extrema, unit: str) -> str:
-    """Return the least and the largest value of a quantity with their instants."""
-    low, high = (with_unit(value, unit) for value in (extrema.minimum, extrema.maximum))
-    return f"{low} at t = {extrema.t_minimum:.10g} to {high} at t = {extrema.t_maximum:.10g}"
 
 
 def impact_times_words(times: ImpactTimes) -> str:
