@@ -14,7 +14,14 @@ from percuss.motion.moved_motion import MovedEvents
 from percuss.motion.tables import Crossings, Impacts
 from percuss.numerics import gauss_legendre
 
-__all__ = ["MeasuredMotion", "MovedMeasure", "MovedValue", "Stretch", "moved_measure", "nodes_of"]
+__all__ = [
+    "MeasuredMotion",
+    "MovedMeasure",
+    "MovedStretch",
+    "MovedValue",
+    "moved_measure",
+    "nodes_of",
+]
 
 MovedMeasure = Literal[
     "max_displacement",
@@ -35,7 +42,7 @@ NODES, PHASE = 16, 3.0
 MovedValue: TypeAlias = tuple[float, Floats]
 
 
-class Stretch(NamedTuple):
+class MovedStretch(NamedTuple):
     """What a mean takes of a flight: the integral, its derivative, and the values at both ends.
 
     The derivative is that between instants that stay.
@@ -83,7 +90,7 @@ class MeasuredMotion(Protocol):
         """Return a quantity at an instant, at an event on both its sides, which move with it."""
         ...
 
-    def stretch(self, of: str, row: int, span: tuple[float, float]) -> Stretch:
+    def stretch(self, of: str, row: int, span: tuple[float, float]) -> MovedStretch:
         """Return the integral of the square of x, or of the power, over the flight of an event."""
         ...
 

@@ -30,7 +30,7 @@ from percuss.model.exact import as_float
 from percuss.model.oscillator import SoftStop
 from percuss.model.system import touching_stops
 from percuss.motion.extremes import Extrema, QuantityName
-from percuss.motion.moved_measures import MovedValue, Stretch, moved_measure, nodes_of
+from percuss.motion.moved_measures import MovedStretch, MovedValue, moved_measure, nodes_of
 from percuss.motion.moved_motion import MovedMotion
 from percuss.motion.tables import Crossings, Impacts
 
@@ -94,7 +94,7 @@ class _MeasuredOscillator:
         d = self.derivative
         return [_quantity(d, limit, of, stop) for limit in _limits(d, t)]
 
-    def stretch(self, of: str, row: int, span: tuple[float, float]) -> Stretch:
+    def stretch(self, of: str, row: int, span: tuple[float, float]) -> MovedStretch:
         return _stretch(self.derivative, of, row, span)
 
     def from_unit_mass(self, mean: MovedValue) -> MovedValue:
@@ -194,18 +194,18 @@ def _ends(d: MovedMotion) -> tuple[Floats, Floats]:
     return np.append(instants, d.run.t_end), moved
 
 
-def _stretch(d: MovedMotion, measure: str, row: int, span: tuple[float, float]) -> Stretch:
+def _stretch(d: MovedMotion, measure: str, row: int, span: tuple[float, float]) -> MovedStretch:
     events, marks = d.run.record
     of = _square if measure == "rms_displacement" else _power
     # In the tail of a chatter the force is constant and the mass comes back to the wall.
     if of is _power and is_tail(events, marks, row):
-        return Stretch(0.0, np.zeros(len(d.paths)), 0.0, 0.0)
+        return MovedStretch(0.0, np.zeros(len(d.paths)), 0.0, 0.0)
     t, w = nodes_of(span, _rate(d, row))
     value, moved_value = of(d, t, *d.run(t), row)
     v = np.array([events[row, events_of.V_AFTER], _speed_at_end(d, row)])
     limits = of(d, np.array(span), d.run(span)[0], v, row)[0]
     moved = (w[:, np.newaxis] * moved_value(*d(t))).sum(axis=0)
-    return Stretch(float((w * value).sum()), moved, float(limits[0]), float(limits[1]))
+    return MovedStretch(float((w * value).sum()), moved, float(limits[0]), float(limits[1]))
 
 
 def _speed_at_end(d: MovedMotion, row: int) -> float:

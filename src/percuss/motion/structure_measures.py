@@ -16,7 +16,7 @@ from percuss.kernels.structure.march import load_at
 from percuss.model.exact import as_float
 from percuss.model.oscillator import On, SoftStop
 from percuss.motion.extremes import Extrema, QuantityName
-from percuss.motion.moved_measures import MovedValue, Stretch, moved_measure, nodes_of
+from percuss.motion.moved_measures import MovedStretch, MovedValue, moved_measure, nodes_of
 from percuss.motion.moved_structure_motion import MovedStructureMotion, scratch_of
 from percuss.motion.tables import Crossings, Impacts
 from percuss.numerics import matmul
@@ -25,12 +25,15 @@ __all__ = ["structure_measure_and_derivative"]
 
 
 def structure_measure_and_derivative(
-    d: MovedStructureMotion, measure: str, on: On | None = None
+    d: MovedStructureMotion, measure: str, on: On | None = None, longer: Floats | None = None
 ) -> MovedValue:
-    """Return a measure of a structure's run and its derivatives; see `StructureSensitivity.of`."""
+    """Return a measure of a structure's run and its derivatives; see `StructureSensitivity.of`.
+
+    ``longer`` are the derivatives of the run's end where it moves, as that of an orbit's period.
+    """
     of_one = measure.endswith(("displacement", "acceleration"))
     direction = d.run.structure.direction(on) if of_one else np.zeros(d.run.structure.n)
-    return moved_measure(_MeasuredStructure(d, direction), measure)
+    return moved_measure(_MeasuredStructure(d, direction, longer), measure)
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +42,7 @@ class _MeasuredStructure:
 
     derivative: MovedStructureMotion
     direction: Floats
+    longer: Floats | None
 
     @property
     def events(self) -> tuple[Impacts, Crossings]:
@@ -58,6 +62,8 @@ class _MeasuredStructure:
         )
         # A run that ends at an event ends with it, else at an instant that stays.
         last = np.zeros_like(moved[-1:]) if d.run.t_end > instants[-1] else moved[-1:]
+        if self.longer is not None:
+            last = self.longer[None]
         return np.append(instants, d.run.t_end), np.concatenate([moved, last])
 
     @property
@@ -78,7 +84,7 @@ class _MeasuredStructure:
         sides = [True] if rows[0] == 0 else [True, False]
         return [_quantity(d, self.direction, (of, stop), (t, side)) for side in sides]
 
-    def stretch(self, of: str, row: int, span: tuple[float, float]) -> Stretch:
+    def stretch(self, of: str, row: int, span: tuple[float, float]) -> MovedStretch:
         d, record = self.derivative, self.derivative.run.record
         b = int(record.marks[row, events_of.NEXT_REGION])
         t, w = nodes_of(span, float(record.sets.of_set[b, QUICKEST]))
@@ -102,7 +108,7 @@ class _MeasuredStructure:
                 float((push * state[1]).sum()) for push, state in zip(force[-2:], ends, strict=True)
             )
         total = float((w * values).sum())
-        return Stretch(total, (w[:, None] * moved).sum(axis=0), first, last)
+        return MovedStretch(total, (w[:, None] * moved).sum(axis=0), first, last)
 
     def from_unit_mass(self, mean: MovedValue) -> MovedValue:
         return mean

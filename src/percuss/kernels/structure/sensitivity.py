@@ -39,7 +39,7 @@ from percuss.kernels.record import (
 )
 from percuss.kernels.sample import flight_at, hop_of_tail
 from percuss.kernels.sensitivity import moved_hop, moved_restitution
-from percuss.kernels.structure.basis import SELF_DRAG, basis_of, wall_of
+from percuss.kernels.structure.basis import DRAG, SELF_DRAG, SPRING, basis_of, wall_of
 from percuss.kernels.structure.columns import (
     MovedSets,
     SeriesWorkspace,
@@ -51,7 +51,7 @@ from percuss.kernels.structure.columns import (
     moved_force,
     new_series,
 )
-from percuss.kernels.structure.flight import ModalFlight, U, W, arrive, derivatives
+from percuss.kernels.structure.flight import ModalFlight, U, W, arrive, derivatives, inputs
 from percuss.kernels.structure.march import StructureRun, load_at, restitution, value_of
 from percuss.kernels.structure.sample import flight_after, held_after, tail_after
 from percuss.kernels.structure.tangent import (
@@ -195,16 +195,14 @@ def begin_columns(
     """Write the columns of the modes of a set, and of all clearances, just after an event."""
     run, moved = varied.run, varied.moved
     place = work.place
-    is_tail = tail_after(run, row) > 0.0
     for i in range(place.shape[1]):
         for p in range(place.shape[2]):
             place[0, i, p] = record.places[row, 0, i, p] - moved.places[b, i, p]
             place[1, i, p] = record.places[row, 1, i, p]
-            if is_tail:
-                # The wall takes the velocity of its clearance, along M^-1 c of each structure.
-                lost = moved.reactions[b, run.marks[row, BOUND], i, p]
-                place[1, i, p] -= lost * run.events[row, V_AFTER]
-    to_modes(run.sets, b, place, work.columns)
+    if tail_after(run, row) > 0.0:
+        begin_tail(varied, record, row, b, work)
+    else:
+        to_modes(run.sets, b, place, work.columns)
     for k in range(work.gaps.shape[0]):
         for p in range(place.shape[2]):
             work.gaps[k, p] = clear_of(varied, record.places[row], k, p)
@@ -212,6 +210,40 @@ def begin_columns(
     if kind in (IMPACT, CROSSING):
         for p in range(place.shape[2]):
             work.gaps[run.marks[row, BOUND], p] = record.gaps[row, p]
+
+
+@kernel
+def begin_tail(
+    varied: VariedRun, record: ColumnRecord, row: int, b: int, work: CarryWorkspace
+) -> None:
+    """Write the columns of the modes of a set that holds in the mean from the last impact on.
+
+    The structure is held from an instant on that moves with the impact: the columns are taken to
+    it by the rates of the hop, and back by those of the held structure.
+    """
+    run, place = varied.run, work.place
+    stop = run.marks[row, BOUND]
+    flight = flight_after(run, row)
+    free = run.marks[row, NEXT_REGION]
+    pace(run.sets, free, flight, run.begin, run.phases, 0.0, work.paces[0])
+    for p in range(place.shape[2]):
+        late = record.instants[row, DT, p]
+        for i in range(place.shape[1]):
+            place[0, i, p] += work.paces[0, 0, i] * late
+            place[1, i, p] += work.paces[0, 1, i] * late
+            # The wall takes the velocity of its clearance, along M^-1 c of each structure.
+            place[1, i, p] -= varied.moved.reactions[b, stop, i, p] * run.events[row, V_AFTER]
+    to_modes(run.sets, b, place, work.columns)
+    held = held_after(run, row)
+    for j in range(run.begin.shape[0]):
+        force, _, _, rate, _, _ = inputs(held.basis, j, run.phases, held.pull, 0.0)
+        spring = held.basis.modes[j, SPRING]
+        drag = held.basis.modes[j, DRAG]
+        for p in range(place.shape[2]):
+            late = record.instants[row, DT, p]
+            work.columns[j, U, p] -= (run.begin[j, W] + rate) * late
+            slowed = spring * run.begin[j, U] + drag * run.begin[j, W]
+            work.columns[j, W, p] -= (force - slowed) * late
 
 
 @kernel
