@@ -8,7 +8,8 @@ import numpy as np
 
 from percuss.arrays import Floats
 from percuss.errors import ParameterError
-from percuss.motion.moved_measures import MovedMeasure, measure_and_derivative
+from percuss.motion.moved_measures import MovedMeasure
+from percuss.motion.oscillator_measures import measure_and_derivative
 from percuss.motion.sensitivity import Sensitivity
 from percuss.orbits.orbit.moved_orbit import OrbitSensitivity
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit

@@ -45,7 +45,7 @@ _MODULES = {
     "Design": "kinds.design",
     "Diagram": "kinds.diagram",
     "Draw": "tables",
-    "Limits": "kinds.motion",
+    "Limits": "tables",
     "Lyapunov": "kinds.lyapunov",
     "Motion": "kinds.motion",
     "Orbit": "kinds.orbit",

@@ -10,10 +10,12 @@ from typing import Any, get_args
 from percuss.errors import StudyError
 from percuss.io.record import load_record
 from percuss.model.faults import draft, unit_problem
+from percuss.model.forcing import Forcing
+from percuss.model.loads import Loads
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start
 from percuss.model.structure import Structure, StructureStart
-from percuss.studies.model_tables import read_model
+from percuss.studies.model_tables import read_oscillator
 from percuss.studies.parameters import with_expressions
 from percuss.studies.study import (
     TABLES,
@@ -173,7 +175,14 @@ def build_study(
     if "certify" in known_here and "certify" in document:
         certify = read(Certify, raw_table(document, "certify"), faults, ("certify",))
     question = None if kind is None else _read_question(kind, document, faults)
-    model, force = read_model(document, faults, folder)
+    model: Oscillator | Structure
+    force: Forcing | Loads | None
+    if of_structure:
+        from percuss.studies.structure_tables import read_structure
+
+        model, force = read_structure(document, faults, folder)
+    else:
+        model, force = read_oscillator(document, faults, folder)
     _check_units(draw, model, faults)
     # With a faulty parameter nothing is known of the numbers that follow from it.
     if question is None or faults.is_wrong("parameters"):

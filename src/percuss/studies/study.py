@@ -34,10 +34,12 @@ from percuss.studies.tables import (
 if TYPE_CHECKING:
     from xarray import Dataset
 
+    from percuss.motion.extremes import Extrema
+
 __all__ = [
     "AT_REST", "TABLES", "Picture", "Question", "Study", "StudyDraft",
-    "check_start", "counted", "ends_of", "failure_rows", "impacts_in_words", "intervals_in_words",
-    "kind_named", "kind_names", "known_walls", "study_text", "titled_axes",
+    "check_start", "counted", "ends_in_words", "ends_of", "failure_rows", "impacts_in_words", "intervals_in_words",
+    "kind_named", "kind_names", "known_walls", "multiplier_text", "study_text", "titled_axes",
 ]  # fmt: skip
 
 # Draws the result of a study on an empty figure.
@@ -288,6 +290,17 @@ def with_unit(value: float, unit: str, digits: int = 10) -> str:
     ('0.5 m/s', '0.5')
     """
     return f"{value:.{digits}g} {unit}" if is_unit(unit) else f"{value:.{digits}g}"
+
+
+def ends_in_words(extrema: Extrema, unit: str) -> str:
+    """Return the least and the largest value of a quantity with their instants."""
+    low, high = (with_unit(value, unit) for value in (extrema.minimum, extrema.maximum))
+    return f"{low} at t = {extrema.t_minimum:.10g} to {high} at t = {extrema.t_maximum:.10g}"
+
+
+def multiplier_text(value: complex) -> str:
+    """Return a multiplier as a report shows it."""
+    return f"{value.real:.6g}" if value.imag == 0.0 else f"{value.real:.6g}{value.imag:+.6g}i"
 
 
 def impacts_in_words(n_impacts: float) -> str:

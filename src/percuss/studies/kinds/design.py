@@ -17,11 +17,12 @@ from percuss.model.units import in_units
 from percuss.optimization import design, pareto_front
 from percuss.optimization.outcomes import outcome_names
 from percuss.studies.axes import OverRanges, ranges_in
-from percuss.studies.kinds.motion import Limits, Motion
+from percuss.studies.kinds.motion import Motion
 from percuss.studies.kinds.orbit import Sought
 from percuss.studies.measured import MeasureNames
 from percuss.studies.study import AT_REST, Question, StudyDraft, counted, titled_axes, with_unit
 from percuss.studies.tables import (
+    Limits,
     Path,
     StartState,
     Whole,
