@@ -152,6 +152,22 @@ def test_a_graze_has_the_sides_and_the_square_root_of_the_oscillator() -> None:
     assert_close(found.square_root()(3.0)[0], wanted.square_root()(3.0)[0][None])
 
 
+def test_both_sides_of_a_graze_of_two_masses() -> None:
+    """Both move as one, and the first comes to rest at the wall; the spring between tells more."""
+    wall = pc.Wall(at=1, side="above", restitution="0.8", on=0)
+    two = pc.chain(masses=[1, 1], springs=[1, "0.7", 1], stops=[wall])
+
+    def moved(step: float) -> Floats:
+        states = [pc.simulate(two, v0=[1 + h, 1], t_end=3)(3.0) for h in (step, 0)]
+        return np.concatenate(states[0]) - np.concatenate(states[1])
+
+    d = pc.simulate(two, v0=[1, 1], t_end=3).sensitivity(["start.v0.0"])
+    assert d.grazes.sides.tolist() == [-1]
+    free, struck = (np.concatenate(one(3.0))[:, 0] for one in (d.one_sided(), d.square_root()))
+    assert_close(moved(-1e-6) / -1e-6, free, 1e-8)
+    assert_close(moved(1e-8) / 1e-4, struck, 1e-3)
+
+
 # -- several coordinates, against the oracle -------------------------------------------------------
 
 

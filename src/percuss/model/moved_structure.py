@@ -188,10 +188,10 @@ def moved_sets(system: StructureSystem, moved: MovedStructure, sets: Sets) -> Mo
     levels = np.array([system.signs * moved.stops[p, :, 0] for p in range(count)])
     b, q = len(sets.keys), 2 * n + n_stops
     found = MovedSets(
-        change=np.zeros((b, q, n, 2, count)),
+        change=np.zeros((b, n, 2, q, count)),
         push=np.zeros((b, q, count)),
-        waves=np.zeros((b, q, m, WAVE_ENTRIES, count)),
-        records=np.zeros((b, q, r, 3, count)),
+        waves=np.zeros((b, m, WAVE_ENTRIES, q, count)),
+        records=np.zeros((b, r, 3, q, count)),
         places=np.zeros((b, n, count)),
         reactions=np.zeros((b, n_stops, n, count)),
         drags=np.zeros((b, n_stops, count)),
@@ -272,7 +272,7 @@ def _fill_set(
     x, v, a = motion_of_modes(sets.shape[b], sets.modes[b])
     heavier = moved.mass[p]
     force = -(matmul(heavier, a) + matmul(damped, v) + matmul(stiffer, x))
-    found.change[b, :, :, :, p] = matmul(into, force).reshape(-1, n, 2)
+    found.change[b, :, :, :, p] = matmul(into, force).T.reshape(n, 2, -1)
     # What the loads do to the accelerations, which the change of the mass resists.
     inertia = matmul(heavier, v)
     loads = moved.loads[p]
@@ -285,11 +285,11 @@ def _fill_set(
         for part in range(2):
             drive = sets.drive[b, :, k, [RATE_COS + part, part]].T.reshape(-1)
             wave[part] -= matmul(inertia, drive)
-        found.waves[b, :, k, :, p] = matmul(into, wave.T)
+        found.waves[b, k, :, :, p] = matmul(wave, into.T)
     for k in range(len(loads.records)):
         record = loads.records[k].copy()
         record[0] -= matmul(inertia, sets.record_drive[b, :, k, ::-1].reshape(-1))
-        found.records[b, :, k, :, p] = matmul(into, record.T)
+        found.records[b, k, :, :, p] = matmul(record, into.T)
     for i in range(len(structure.stops)):
         if sets.levels[b, i, SELF_DRAG] != 0.0 or damped.any():
             found.drags[b, i, p] = _moved_drag(

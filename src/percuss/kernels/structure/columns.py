@@ -56,8 +56,8 @@ class MovedSets(NamedTuple):
     receives a force of coordinates are q = 2 n + s rows: u' and w' of each mode, and the watch of
     each wall that holds.
 
-    change: (b, q, n, 2, p), what it receives of the modes; push: (b, q, p), constants; waves:
-    (b, q, m, 4, p), of the harmonics; records: (b, q, r, 3, p), of a record's value, of that at
+    change: (b, n, 2, q, p), what it receives of the modes; push: (b, q, p), constants; waves:
+    (b, m, 4, q, p), of the harmonics; records: (b, r, 3, q, p), of a record's value, of that at
     scale 1, and of t times its slope; places: (b, n, p), where held walls take the coordinates, and
     reactions: (b, s, n, p), the change of the velocities by which a wall stops the unit velocity of
     a clearance; drags: (b, s, p), those of SELF_DRAG; impulses: (s, n, p), those of `Sets`; levels:
@@ -176,26 +176,32 @@ def fill_modes(
 
 
 @formula
-def load_coefficients(
+def add_times(factor: float, vector: Floats, first: int, out: Floats) -> None:
+    """Add to ``out`` a number times as many entries of a vector, from one on."""
+    for k in range(out.shape[0]):
+        out[k] += factor * vector[first + k]
+
+
+@formula
+def add_loads(
     flight: ModalFlight,
     moved: MovedSets,
     b: int,
-    row: int,
+    first: int,
     i: int,
     times: tuple[float, float, float],
     work: SeriesWorkspace,
     out: Floats,
 ) -> None:
-    """Add to ``out`` (p,) the i-th Taylor coefficient of what a row receives of the loads.
+    """Add to ``out`` the i-th Taylor coefficient of what rows receive of the loads.
 
+    The rows of all parameters lie side by side, (q p,); ``first`` is where ``out`` begins.
     ``times`` are the instant of the flight's start, the time since then and h.
     """
     t, since, h = times
     now = t + since
-    n_parameters = out.shape[0]
     if i == 0:
-        for p in range(n_parameters):
-            out[p] += moved.push[b, row, p]
+        add_times(1.0, moved.push[b].reshape(-1), first, out)
     for k in range(flight.phases.shape[0]):
         cosine = work.phases[i, k, 0]
         sine = work.phases[i, k, 1]
@@ -204,10 +210,10 @@ def load_coefficients(
         if i > 0:
             late_cosine += h * work.phases[i - 1, k, 0]
             late_sine += h * work.phases[i - 1, k, 1]
-        wave = moved.waves[b, row, k]
-        for p in range(n_parameters):
-            out[p] += wave[0, p] * cosine + wave[1, p] * sine
-            out[p] += wave[2, p] * late_cosine + wave[3, p] * late_sine
+        add_times(cosine, moved.waves[b, k, 0].reshape(-1), first, out)
+        add_times(sine, moved.waves[b, k, 1].reshape(-1), first, out)
+        add_times(late_cosine, moved.waves[b, k, 2].reshape(-1), first, out)
+        add_times(late_sine, moved.waves[b, k, 3].reshape(-1), first, out)
     if i > 1:
         return
     for k in range(flight.records.shape[0]):
@@ -220,9 +226,9 @@ def load_coefficients(
             value = flight.records[k, 0] + slope * since
             unit = work.units[k, 0] + unit_slope * since
             late = slope * now
-        record = moved.records[b, row, k]
-        for p in range(n_parameters):
-            out[p] += record[0, p] * value + record[1, p] * unit + record[2, p] * late
+        add_times(value, moved.records[b, k, 0].reshape(-1), first, out)
+        add_times(unit, moved.records[b, k, 1].reshape(-1), first, out)
+        add_times(late, moved.records[b, k, 2].reshape(-1), first, out)
 
 
 @kernel
@@ -237,28 +243,27 @@ def fill_columns(
     """Write the Taylor coefficients of the columns, of powers of s / h, behind those of order 0."""
     basis = flight.basis
     n, n_parameters = work.columns.shape[1], work.columns.shape[3]
+    width = 2 * n * n_parameters
     for i in range(terms):
         step = times[2] / (i + 1.0)
-        for j in range(n):
+        following = work.columns[i + 1].reshape(width)
+        for k in range(width):
+            following[k] = 0.0
+        # All rows in one long loop: it becomes vector instructions.
+        add_loads(flight, moved, b, 0, i, times, work, following)
+        for other in range(n):
             for part in range(2):
-                row = 2 * j + part
-                out = work.columns[i + 1, j, part]
-                for p in range(n_parameters):
-                    out[p] = 0.0
-                load_coefficients(flight, moved, b, row, i, times, work, out)
-                for other in range(n):
-                    u = work.modes[i, other, U]
-                    w = work.modes[i, other, W]
-                    for p in range(n_parameters):
-                        out[p] += moved.change[b, row, other, U, p] * u
-                        out[p] += moved.change[b, row, other, W, p] * w
-                for p in range(n_parameters):
-                    if part == U:
-                        out[p] += work.columns[i, j, W, p]
-                    else:
-                        out[p] -= basis.modes[j, SPRING] * work.columns[i, j, U, p]
-                        out[p] -= basis.modes[j, DRAG] * work.columns[i, j, W, p]
-                    out[p] *= step
+                value = work.modes[i, other, part]
+                add_times(value, moved.change[b, other, part].reshape(-1), 0, following)
+        for j in range(n):
+            spring = basis.modes[j, SPRING]
+            drag = basis.modes[j, DRAG]
+            for p in range(n_parameters):
+                u = work.columns[i, j, U, p]
+                w = work.columns[i, j, W, p]
+                work.columns[i + 1, j, U, p] = step * (work.columns[i + 1, j, U, p] + w)
+                whole = work.columns[i + 1, j, W, p] - (spring * u + drag * w)
+                work.columns[i + 1, j, W, p] = step * whole
 
 
 @kernel
@@ -277,6 +282,7 @@ def column_changes(
     `begin_series` has been called for the flight, which begins at t.
     """
     n, n_parameters = changes.shape[0], changes.shape[2]
+    width = 2 * n * n_parameters
     for j in range(n):
         for part in range(2):
             for p in range(n_parameters):
@@ -301,11 +307,18 @@ def column_changes(
                 for i in range(terms, 0, -1):
                     change += work.modes[i, j, part]
                 work.present[j, part] += change
+        # The smallest terms first, into the coefficients of order 0, which are spent.
+        spent = work.columns[0].reshape(width)
+        for k in range(width):
+            spent[k] = 0.0
+        for i in range(terms, 0, -1):
+            term = work.columns[i].reshape(width)
+            for k in range(width):
+                spent[k] += term[k]
+        for j in range(n):
+            for part in range(2):
                 for p in range(n_parameters):
-                    change = 0.0
-                    for i in range(terms, 0, -1):
-                        change += work.columns[i, j, part, p]
-                    changes[j, part, p] += change
+                    changes[j, part, p] += work.columns[0, j, part, p]
 
 
 @kernel
@@ -330,10 +343,11 @@ def moved_force(
     for p in range(out.shape[0]):
         out[p] = 0.0
     fill_phases(flight, times[1], 0.0, 0, work)
-    load_coefficients(flight, moved, b, row, 0, (times[0], times[1], 0.0), work, out)
+    first = row * out.shape[0]
+    add_loads(flight, moved, b, first, 0, (times[0], times[1], 0.0), work, out)
     watch = flight.basis.watch[stop]
     for j in range(n):
         for p in range(out.shape[0]):
-            out[p] += moved.change[b, row, j, U, p] * modes[j, U]
-            out[p] += moved.change[b, row, j, W, p] * modes[j, W]
+            out[p] += moved.change[b, j, U, row, p] * modes[j, U]
+            out[p] += moved.change[b, j, W, row, p] * modes[j, W]
             out[p] += watch[j, OF_U] * columns[j, U, p] + watch[j, OF_W] * columns[j, W, p]
