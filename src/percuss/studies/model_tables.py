@@ -21,11 +21,9 @@ from percuss.model.faults import (
 from percuss.model.faults import faults as model_faults
 from percuss.model.force_record import ForceRecord
 from percuss.model.forcing import Forcing, FourierTerm, Harmonic
-from percuss.model.loads import Loads
 from percuss.model.oscillator import Oscillator, SoftStop, Wall
 from percuss.model.restitution import RestitutionTable
 from percuss.model.sea_state import sea_state
-from percuss.model.structure import Structure
 from percuss.model.units import Units
 from percuss.studies.record_file import record_of
 from percuss.studies.shapes import FORCING, OSCILLATOR, check_shape
@@ -39,7 +37,7 @@ from percuss.studies.tables import (
     shown,
 )
 
-__all__ = ["forcing_of", "list_of", "read_model", "stop_of", "units_of_table"]
+__all__ = ["forcing_of", "list_of", "read_oscillator", "stop_of", "units_of_table"]
 
 ModelPart = TypeVar("ModelPart", Wall, SoftStop, Harmonic, RestitutionTable)
 
@@ -47,10 +45,10 @@ _FOURIER = ("omega", "cos", "sin")
 _DAMPINGS = ("damping_coefficient", "damping_ratio")
 
 
-def read_model(
+def read_oscillator(
     document: RawTable, faults: StudyFaults, folder: FilePath | None = None
-) -> tuple[Oscillator | Structure, Forcing | Loads | None]:
-    """Return the model of a document, and add its faults.
+) -> tuple[Oscillator, Forcing | None]:
+    """Return the oscillator of a document and its forcing, and add their faults.
 
     Parameters
     ----------
@@ -64,12 +62,8 @@ def read_model(
     Returns
     -------
     Oscillator, Forcing or None
-        The model; of a structure it and its loads. Drafts where they have faults.
+        The model, drafts where it has faults.
     """
-    if "structure" in document:
-        from percuss.studies.structure_tables import read_structure
-
-        return read_structure(document, faults, folder)
     for name, shapes in (("oscillator", OSCILLATOR), ("forcing", FORCING)):
         if isinstance(document.get(name), Mapping):
             check_shape(shapes, document[name], (name,), faults)

@@ -183,7 +183,7 @@ def read_structure(
     Parameters
     ----------
     document, faults, folder
-        As `percuss.studies.model_tables.read_model` takes them.
+        As `percuss.studies.model_tables.read_oscillator` takes them.
 
     Returns
     -------
@@ -193,7 +193,7 @@ def read_structure(
     table = raw_table(document, "structure")
     if isinstance(document["structure"], Mapping):
         check_shape(STRUCTURE, table, ("structure",), faults)
-    structure = _Reader(table, folder, faults).structure()
+    structure = _StructureReader(table, folder, faults).structure()
     rows = document.get("loads", [])
     rows = rows if isinstance(rows, list) else []
     if not rows and "loads_period" in table:
@@ -204,7 +204,7 @@ def read_structure(
     return structure, _loads(rows, table, structure, folder, faults)
 
 
-class _Reader:
+class _StructureReader:
     """Makes the structure of a table, and adds its faults."""
 
     def __init__(self, table: RawTable, folder: FilePath | None, faults: StudyFaults) -> None:
