@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import chain
 from pathlib import Path
 from string import Template
 from typing import Any, TypeVar
@@ -64,6 +65,8 @@ STOPS, BOTTOM, TOP, SPRING, DASHPOT = (0.0, 0.42), 0.5, 0.94, 0.82, 0.62
 BLOCK, ROOM = 0.1, 0.3
 # A spring: its coils, and how high they swing as a part of the height.
 COILS, SWING = 7, 0.07
+# Colours of a film, and the number of one more, through which the first frame is seen.
+COLOURS, CLEAR = 200, 255
 # An impact is seen for so many frames.
 FLASH = 3
 
@@ -96,7 +99,7 @@ class Film:
         return f"<Film: {self.times.size} frames, {self.fps:g} a second, {span}>"
 
     def _repr_html_(self) -> str:
-        page = _page(list(self.frames()), self.times, self.fps)
+        page = _page(self.frames(), self.times, self.fps)
         text = page.replace("&", "&amp;").replace('"', "&quot;")
         width, height = (int(DPI * size) + 1 for size in self._figure.get_size_inches())
         return (
@@ -118,7 +121,7 @@ class Film:
             for artist in actor.artists:
                 artist.set_animated(True)
         # What stands still is drawn once.
-        canvas.draw()
+        canvas.draw()  # type: ignore[no-untyped-call]
         still = canvas.copy_from_bbox(self._figure.bbox)  # type: ignore[no-untyped-call]
         for i in range(self.times.size):
             canvas.restore_region(still)  # type: ignore[no-untyped-call]
@@ -126,7 +129,8 @@ class Film:
             for actor in self._actors:
                 for artist in actor.artists:
                     actor.axes.draw_artist(artist)
-            yield Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
+            pixels = np.asarray(canvas.buffer_rgba())  # type: ignore[no-untyped-call]
+            yield Image.fromarray(pixels).convert("RGB")
 
     def show(self, i: int) -> None:
         """Move everything to where it is in frame i."""
@@ -163,7 +167,7 @@ class Film:
         reported = Progress(progress, float(self.times.size), "frames")
         try:
             if suffix.lower() == ".gif":
-                frames = _counted(self.frames(), reported)
+                frames = _in_few_colours(_counted(self.frames(), reported))
                 rate: dict[str, Any] = {"duration": round(1000.0 / self.fps), "loop": 0}
                 next(frames).save(path, "GIF", save_all=True, append_images=frames, **rate)
             elif suffix.lower() == ".html":
@@ -257,19 +261,21 @@ def animate(
         figure, tracks = _tracks(len(views))
         if title:
             figure.suptitle(title)
+        limits = _draw_all_stops([track for track, _, _ in tracks], views, (low, high))
         actors: list[_Actor] = []
         for view, (track, curve, portrait) in zip(views, tracks, strict=True):
             x, v = view(times)
-            actors.append(_mass_actor(track, view, (low, high), times, x))
+            actors.append(_mass_actor(track, view, limits, times, x))
             plot_displacement(run, curve, window=(low, high), units=units, on=_on(view))
             actors.append(_cursor(curve, times, x))
             if portrait is not None:
                 plot_phase_portrait(run, portrait, window=(low, high), units=units, on=_on(view))
                 actors.append(_dot(portrait, x, v))
+                continue
             track.set_ylabel(_name(view), rotation=0, ha="right", va="center")
-            if portrait is None:
-                curve.set_ylabel("")
-                curve.label_outer()
+            curve.set_ylabel("")
+            if curve is not tracks[-1][1]:
+                curve.set_xlabel("")
         tracks[-1][0].set_xlabel(f"displacement ({units.displacement})")
     return Film(figure, actors, times, fps)
 
@@ -324,19 +330,31 @@ def _tracks(n: int) -> tuple[Figure, list[tuple[Axes, Axes, Axes | None]]]:
         return figure, [(axes[0], axes[1], axes[2])]
     figure = offscreen_figure(WIDTH, 0.8 + 1.3 * n)
     panels = figure.subplots(n, 2, sharex="col", squeeze=False)
+    for panel in panels[:-1].flat:
+        panel.tick_params(labelbottom=False)
     return figure, [(left, right, None) for left, right in panels]
 
 
+def _draw_all_stops(
+    tracks: Sequence[Axes], views: Sequence[Drawable], window: tuple[float, float]
+) -> tuple[float, float]:
+    """Draw the stops on each line, all to one scale; return the range of displacements."""
+    ends = []
+    for ax, view in zip(tracks, views, strict=True):
+        draw_stops(ax, view, sample_curve(view, window).x, "x", share=STOPS)
+        ends.append(ax.get_xlim())
+    low, high = min(end[0] for end in ends), max(end[1] for end in ends)
+    room = ROOM if isinstance(views[0], Trajectory) else 0.6 * BLOCK
+    for ax in tracks:
+        ax.set_xlim(low - room * (high - low), high + 0.6 * BLOCK * (high - low))
+    return low, high
+
+
 def _mass_actor(
-    ax: Axes, view: Drawable, window: tuple[float, float], times: Floats, x: Floats
+    ax: Axes, view: Drawable, limits: tuple[float, float], times: Floats, x: Floats
 ) -> _Actor:
-    """Draw the mass, its spring and dashpot, and the stops, to scale along the displacement."""
-    draw_stops(ax, view, sample_curve(view, window).x, "x", share=STOPS)
-    low, high = ax.get_xlim()
-    width = BLOCK * (high - low)
-    is_held = isinstance(view, Trajectory)
-    left = low - (ROOM if is_held else 0.6 * BLOCK) * (high - low)
-    ax.set_xlim(left, high + 0.6 * width)
+    """Draw the mass with its spring and dashpot, and the plates of soft stops."""
+    width = BLOCK * (limits[1] - limits[0])
     ax.set_ylim(0.0, 1.0)
     ax.set_yticks([])
     ax.spines["left"].set_visible(False)
@@ -347,8 +365,8 @@ def _mass_actor(
     (pin,) = ax.plot([], [], color=BLACK, linewidth=2.0, zorder=5, solid_capstyle="round")
     (flash,) = ax.plot([], [], "*", color=VERMILION, markersize=15.0, zorder=6, linestyle="none")
     held: list[tuple[Line2D, Callable[[float], tuple[Floats, Floats]]]] = []
-    if is_held:
-        held = _holders(ax, view, left)
+    if isinstance(view, Trajectory):
+        held = _holders(ax, view)
     soft = [stop for stop in view.oscillator.stops if isinstance(stop, SoftStop)]
     plates = [ax.plot([], [], color=ORANGE, linewidth=3.0, zorder=3)[0] for _ in soft]
     seen = FLASH * float(times[1] - times[0])
@@ -372,9 +390,10 @@ def _mass_actor(
 
 
 def _holders(
-    ax: Axes, view: Trajectory, left: float
+    ax: Axes, view: Trajectory
 ) -> list[tuple[Line2D, Callable[[float], tuple[Floats, Floats]]]]:
     """Return the spring and the dashpot that an oscillator has, and their shapes up to the mass."""
+    left = ax.get_xlim()[0]
     shapes = []
     if as_float(view.oscillator.stiffness) != 0.0:
         shapes.append(_spring)
@@ -437,34 +456,63 @@ def _counted(items: Iterable[Item], progress: Progress) -> Iterator[Item]:
             return
 
 
-def _page(frames: Iterable[Image.Image], times: Floats, fps: float) -> str:
-    """Return a page that plays frames, with all of them in it."""
-    images = []
-    for frame in frames:
-        buffer = io.BytesIO()
-        frame.save(buffer, "WEBP", lossless=True, method=1)
-        images.append(base64.b64encode(buffer.getvalue()).decode())
+def _in_few_colours(frames: Iterator[Image.Image]) -> Iterator[Image.Image]:
+    """Yield frames in the colours of the first: only what moves differs then, and is stored."""
+    first = next(frames)
+    palette = first.quantize(COLOURS, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+    for frame in chain([first], frames):
+        yield frame.quantize(palette=palette, dither=Image.Dither.NONE)
+
+
+def _page(frames: Iterator[Image.Image], times: Floats, fps: float) -> str:
+    """Return a page that plays frames, with all of them in it: the first, and what differs."""
+    few = _in_few_colours(frames)
+    first = next(few)
+    still = np.asarray(first)
+    # Of all 256 numbers: also that of the clear one has a place.
+    palette = ((first.getpalette() or []) + 768 * [0])[:768]
+    pictures = [_png_text(first)]
+    for frame in few:
+        here = np.asarray(frame)
+        patch = Image.fromarray(np.where(here == still, CLEAR, here).astype(np.uint8), "P")
+        patch.putpalette(palette)
+        pictures.append(_png_text(patch, transparency=CLEAR))
     return PAGE.substitute(
-        images=json.dumps(images), times=json.dumps(times.tolist()), rate=f"{fps:g}"
+        images=json.dumps(pictures),
+        times=json.dumps(times.tolist()),
+        rate=f"{fps:g}",
+        width=first.width,
     )
+
+
+def _png_text(image: Image.Image, **options: int) -> str:
+    buffer = io.BytesIO()
+    image.save(buffer, "PNG", **options)
+    return base64.b64encode(buffer.getvalue()).decode()
 
 
 PAGE = Template(
     """<!doctype html>
 <html lang="en"><meta charset="utf-8"><title>Film of a motion</title>
-<style>body{margin:0;font:14px sans-serif;background:#fff;color:#000}img{display:block;max-width:100%}
-div{display:flex;gap:.6em;align-items:center;padding:.4em}input{flex:1}button{min-width:5em;min-height:24px}</style>
-<img alt="The mass, its displacement over time and its phase portrait">
+<style>body{margin:0;max-width:${width}px;font:14px sans-serif;background:#fff;color:#000}
+figure{position:relative;margin:0}img{display:block;width:100%}#moving{position:absolute;inset:0}
+div{display:flex;gap:.6em;align-items:center;padding:.4em}input{flex:1}
+button{min-width:5em;min-height:24px}output{min-width:7em}</style>
+<figure><img id="still" alt="The mass, its displacement over time and its phase portrait">
+<img id="moving" alt=""></figure>
 <div><button type="button">Pause</button><input type="range" min="0" value="0" aria-label="Time">
 <output></output></div>
 <script>
 const images = $images, times = $times, rate = $rate;
-const [image, button, slider, output] = ["img", "button", "input", "output"].map((name) => document.querySelector(name));
+const [still, moving, button, slider, output] =
+  ["#still", "#moving", "button", "input", "output"].map((name) => document.querySelector(name));
+const source = (i) => "data:image/png;base64," + images[i];
+still.src = source(0);
 slider.max = images.length - 1;
 let playing = !matchMedia("(prefers-reduced-motion: reduce)").matches, begun = null;
 function show(i) {
   slider.value = i;
-  image.src = "data:image/webp;base64," + images[i];
+  moving.src = source(i);
   output.textContent = "t = " + times[i].toPrecision(6);
 }
 function say() { button.textContent = playing ? "Pause" : "Play"; begun = null; }
