@@ -124,6 +124,7 @@ if TYPE_CHECKING:
     from percuss.orbits import StructureCurve as StructureCurve
     from percuss.orbits import StructureCurvePoint as StructureCurvePoint
     from percuss.orbits import StructureOrbit as StructureOrbit
+    from percuss.orbits import StructureOrbitSensitivity as StructureOrbitSensitivity
     from percuss.orbits import StructureSpecialPoint as StructureSpecialPoint
     from percuss.orbits import VelocityGap as VelocityGap
     from percuss.orbits import continue_curve as continue_curve
@@ -192,6 +193,7 @@ __all__ = [
     "StructureCurve",
     "StructureCurvePoint",
     "StructureOrbit",
+    "StructureOrbitSensitivity",
     "StructureSensitivity",
     "StructureSpecialPoint",
     "StructureStart",
@@ -383,6 +385,7 @@ _HOMES = {
         "StructureCurve",
         "StructureCurvePoint",
         "StructureOrbit",
+        "StructureOrbitSensitivity",
         "StructureSpecialPoint",
         "VelocityGap",
         "continue_curve",

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import inspect
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import Any, get_args
 
@@ -19,6 +20,7 @@ from percuss.model import as_fraction
 from percuss.model.exact import PiTimes, angle
 from percuss.model.paths import get_parameter, replace_parameter
 from percuss.motion.moved_measures import MovedMeasure
+from percuss.motion.structure_measures import structure_measure_and_derivative
 
 # The error of a central difference is H^2 times a third derivative, and 1e-50 / H by rounding.
 H = Fraction(1, 10**13)
@@ -293,3 +295,120 @@ def test_chatter_and_contact_of_a_structure() -> None:
         assert_close(np.concatenate([column[..., p] for column in d(t)]), wanted.reshape(-1))
         known = ~np.isnan(run.contacts.release)
         assert_close(d.contacts.release[known, p], moved)
+
+
+# -- measures, and orbits, against differences of runs ---------------------------------------------
+
+
+def by_richardson(values: Callable[[float], Floats], at: float, step: float) -> Floats:
+    """Return the derivative from differences of the eighth order."""
+    steps = [step / 2**k for k in range(4)]
+    found = [(values(at + h) - values(at - h)) / (2 * h) for h in steps]
+    for k in range(1, 4):
+        found = [
+            (4**k * one - other) / (4**k - 1)
+            for one, other in zip(found[1:], found[:-1], strict=True)
+        ]
+    return np.asarray(found[0])
+
+
+def beam(
+    damping: float = 0.13, at: float = 0.2, amplitude: float = 0.4, omega: float = 1.7
+) -> tuple[pc.Structure, pc.Loads]:
+    stops: list[pc.Wall | pc.SoftStop] = [
+        pc.Wall(at=at, side="above", restitution=0.7, on=0),
+        pc.SoftStop(at=-0.2, side="below", stiffness=100, damping=0.3, on=1),
+    ]
+    damped = [[damping, -0.03], [-0.03, 0.16]]
+    structure = pc.Structure([1, 1], [[1, -1], [-1, 2]], damped, stops)
+    return structure, pc.Loads({1: pc.cosine(omega, amplitude=amplitude)})
+
+
+BEAM_PATHS = {
+    "damping": "structure.damping.0.0",
+    "at": "structure.stops.0.at",
+    "amplitude": "loads.0.amplitude",
+    "omega": "loads.0.omega",
+}
+
+
+def measures_of(motion: Any, on: Any) -> Floats:
+    d = motion.sensitivity(["loads.0.amplitude"])
+    d = getattr(d, "motion", d)
+    measures = get_args(MovedMeasure)
+    return np.array([structure_measure_and_derivative(d, name, on)[0] for name in measures])
+
+
+@pytest.mark.parametrize("name", BEAM_PATHS)
+def test_measures_of_a_run(name: str) -> None:
+    def run(value: float | None = None) -> pc.StructureTrajectory:
+        structure, loads = beam(**({} if value is None else {name: value}))
+        return pc.simulate(structure, loads, v0=[1, 0], t_end=9)
+
+    d = run().sensitivity(list(BEAM_PATHS.values()))
+    found = np.array([d.of(measure, (1, 0.5)) for measure in get_args(MovedMeasure)])
+    value = inspect.signature(beam).parameters[name].default
+    wanted = by_richardson(lambda p: measures_of(run(p), (1, 0.5)), value, 2e-4)
+    assert_close(found[:, list(BEAM_PATHS).index(name)], wanted, 1e-8)
+
+
+@pytest.mark.parametrize("name", BEAM_PATHS)
+def test_an_orbit(name: str) -> None:
+    orbit = pc.find_orbit(*beam())
+
+    def values(p: float) -> Floats:
+        other = pc.find_orbit(*beam(**{name: p}), guess=orbit)
+        state = [*other.x0, *other.v0, *other.run.impacts.t, *other.run.impacts.v_before]
+        return np.array([*state, other.period, *measures_of(other, 1)])
+
+    d = orbit.sensitivity(list(BEAM_PATHS.values()))
+    measures = [d.of(measure, 1) for measure in get_args(MovedMeasure)]
+    found = np.array([*d.x0, *d.v0, *d.impacts.t, *d.impacts.v_before, d.period, *measures])
+    value = inspect.signature(beam).parameters[name].default
+    wanted = by_richardson(values, value, 2e-3)
+    assert_close(found[:, list(BEAM_PATHS).index(name)], wanted, 1e-8)
+
+
+def test_an_orbit_closes_for_all_parameters() -> None:
+    orbit = pc.find_orbit(*beam())
+    d = orbit.sensitivity(list(BEAM_PATHS.values()))
+
+    end, fast = (np.asarray(part) for part in d(orbit.period))
+    slope = (orbit.run(orbit.period)[1], orbit.run.forces(orbit.period))
+    pushes = slope[1].spring + slope[1].damping + slope[1].loads
+    stops = orbit.structure.stop_directions.T @ slope[1].stops.values
+    acceleration = pushes.values[0] + stops[:, 0]
+    assert_close(end + slope[0][:, None] * d.period, d.x0)
+    assert_close(fast + acceleration[:, None] * d.period, d.v0)
+
+
+def test_a_frequency_that_leaves_the_loads_without_a_period_is_refused() -> None:
+    structure = pc.Structure([1, 1], [[1, -1], [-1, 2]], ["0.1", "0.2"])
+    loads = pc.Loads({0: pc.cosine(2), 1: pc.cosine(2)})
+    orbit = pc.find_orbit(structure, loads)
+
+    with pytest.raises(pc.ParameterError, match="without a period"):
+        orbit.sensitivity(["loads.0.omega"])
+
+
+def test_the_gradient_of_a_measure() -> None:
+    structure, loads = beam()
+    path = BEAM_PATHS["at"]
+    run = pc.simulate(structure, loads, t_end=6)
+
+    found = pc.gradient("peak_impact_velocity", structure, loads, wrt=[path], t_end=6)
+    assert found == pytest.approx(run.sensitivity([path]).of("peak_impact_velocity"), rel=1e-15)
+    with pytest.raises(pc.ParameterError, match="of structures"):
+        pc.gradient("max_displacement", pc.Oscillator(), wrt=["start.v0"], on=0, t_end=1)
+
+
+def test_walls_that_are_struck_at_one_instant() -> None:
+    """Which comes first depends on the sign of a change, unless both instants move alike."""
+    walls = [pc.Wall(at=1, side="above", restitution=0.8, on=i) for i in (0, 1)]
+    structure = pc.Structure([[2, 1], [1, 2]], [0, 0], stops=walls)
+    run = pc.simulate(structure, v0=[1, 1], t_end=2)
+    assert run.impacts.t[:2].tolist() == [1, 1]
+
+    d = run.sensitivity(["start.v0.0", "start.t0"])
+    assert np.isnan(d(1.5)[1][:, 0]).all()
+    assert np.isfinite(d(1.5)[1][:, 1]).all()

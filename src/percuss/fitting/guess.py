@@ -37,8 +37,8 @@ WORST = 2.5
 SHARE = 0.3
 # Samples of the shortest window that begins with the first one.
 FEWEST_FIRST = 3
-# A residual counts as no more than this where states are tried.
-MOST_RESIDUAL = 100.0
+# A link counts as no more than this many standard errors where states are tried.
+MOST_OF_LINK = 100.0
 # A record of impacts ends after the last one, by this part of half a flight.
 LITTLE = 0.2
 # From node to node, in parts of the distance that was asked for.
@@ -239,7 +239,7 @@ def best_start(
     k: int,
     values: Mapping[str, float],
     states: Floats,
-    errors: Floats,
+    scales: tuple[Floats, float],
     links: tuple[Floats | None, Floats | None],
 ) -> tuple[Floats, Floats]:
     """Return that of several states of a node which suits its segment, and where it leads.
@@ -252,8 +252,8 @@ def best_start(
         The segment.
     states
         (n, 2) array, what is tried.
-    errors
-        (2,) array, standard errors of a node.
+    scales
+        Standard errors of a node, (2,) array, and the most that a residual counts.
     links
         Where the segment before ends, and the node after it; None where there is none.
 
@@ -269,18 +269,19 @@ def best_start(
     record = dataclasses.replace(layout.record, samples=many)
     shots = shoot(osc, (Layout(record, spans, np.arange(n + 1) * m, False),), values, states)
     residuals = ((many.values - shots.values[:, 0]) / many.noise).reshape(n, m)
-    costs = _capped(residuals)
+    errors, most = scales
+    costs = _capped(residuals, most)
     for state, wanted in ((states, links[0]), (shots.ends, links[1])):
         if wanted is not None:
-            costs += _capped((state - wanted) / errors)
+            costs += _capped((state - wanted) / errors, MOST_OF_LINK)
     best = int(np.argmin(costs))
     return shots.nodes[best], shots.ends[best]
 
 
-def _capped(residuals: Floats) -> Floats:
-    """Return sums of squares along the last axis, none of them large."""
-    squares = np.square(np.where(np.isfinite(residuals), residuals, MOST_RESIDUAL))
-    return np.asarray(np.minimum(squares, MOST_RESIDUAL**2).sum(axis=-1))
+def _capped(residuals: Floats, most: float) -> Floats:
+    """Return sums of squares along the last axis, none of them larger than the square of ``most``."""
+    squares = np.square(np.where(np.isfinite(residuals), residuals, most))
+    return np.asarray(np.minimum(squares, most * most).sum(axis=-1))
 
 
 def _between_impacts(record: MeasuredRecord, good: Windows) -> tuple[Layout, Floats]:

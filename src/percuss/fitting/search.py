@@ -31,11 +31,15 @@ __all__ = ["FitCandidate", "FitSearch"]
 # From node to node, in periods of the fastest part of the motion, one after the other where the
 # search fails.
 CYCLES = (1.0, 0.5, 0.33, 2.0)
+# The share of stretches of a whole motion that may be begun anew.
+MOST_WRONG = 0.5
 # How often torn stretches are begun anew with the same nodes.
 MENDINGS = 3
 # Shifts of a node's state that are tried, in its standard errors.
 _SIZES = (0.0, 0.3, -0.3, 1.0, -1.0, 3.0, -3.0, 9.0, -9.0, 25.0, -25.0)
 SHIFTS = np.array([(x, v) for x in _SIZES[:9] for v in _SIZES])
+# A residual counts as no more than this where states are tried: where there may be outliers too.
+MOST_RESIDUAL, MOST_OF_OUTLIERS = 100.0, 10.0
 # Guesses in ranges: for one range, and the most.
 GUESSES, MOST_GUESSES = 8, 64
 # A mean square of the residuals above this many of its standard errors is not explained.
@@ -123,7 +127,19 @@ class FitSearch:
             raise ParameterError(
                 "free", dict(zip(self.paths, self.guess.tolist(), strict=True)), reason
             )
-        return self._with_noise(best)
+        return self._with_noise(self._closed(best))
+
+    def _closed(self, found: FitCandidate) -> FitCandidate:
+        """Return the best motion that is whole, where the best one that was found is torn."""
+        if not len(found.descent.torn(found.problem)) or self.progress.is_stopped:
+            return found
+        problem = replace(found.problem, tear=math.inf)
+        begin = point_at(problem, found.descent.point.values, found.descent.point.shots.nodes)
+        self.n_runs += 1
+        if begin is None:
+            return found
+        other = self._descended(problem, begin, LOOSE)
+        return found if len(other.descent.torn(problem)) else other
 
     def _laid_out(self, values: Floats, cycles: float) -> tuple[FitProblem, Floats]:
         """Return the problem with nodes at some distance, and their states."""
@@ -204,10 +220,14 @@ class FitSearch:
         """Return the candidate after torn stretches were followed anew from their own samples."""
         for _ in range(MENDINGS):
             torn = found.descent.torn(found.problem)
-            torn = np.union1d(torn, found.descent.strained())
-            if not found.reason or not len(torn) or self.progress.is_stopped:
+            wrong = np.union1d(torn, found.descent.strained())
+            if not found.reason or not len(wrong) or self.progress.is_stopped:
                 break
-            begin = self._begun_anew(found, torn)
+            # Where a motion misses most stretches a little it is not for single impacts.
+            is_whole = found.descent.is_settled and not len(torn)
+            if is_whole and len(wrong) > max(MOST_WRONG * len(found.problem.linked), 3):
+                break
+            begin = self._begun_anew(found, wrong)
             if begin is None:
                 break
             other = self._descended(found.problem, begin, LOOSE)
@@ -235,12 +255,19 @@ class FitSearch:
                     centres.append(
                         good.states[np.argmin(np.abs(good.t - layout.spans[k - row, 0]))]
                     )
+                elif len(good.t):
+                    # From the first window that is a flight straight back, or off a wall between.
+                    x, v = good.first_states[0].tolist()
+                    late = float(good.begin[0] - layout.spans[0, 0])
+                    centres += [np.array([x - v * late, v]), np.array([x, -v])]
                 before = ends[k - 1] if k > row else None
                 after = nodes[k + 1] if k + 1 < row + len(layout) else None
                 tried = np.concatenate([at + SHIFTS * problem.node_errors for at in centres])
+                most = MOST_RESIDUAL if self.loss.name == "linear" else MOST_OF_OUTLIERS
                 nodes[k], ends[k] = best_start(
-                    self.osc, layout, k - row, named, tried, problem.node_errors, (before, after)
-                )
+                    self.osc, layout, k - row, named, tried, (problem.node_errors, most),
+                    (before, after),
+                )  # fmt: skip
             row += len(layout)
         self.n_runs += 1
         return point_at(problem, point.values, nodes)
@@ -257,8 +284,6 @@ class FitSearch:
                 f"no motion of the model passes the samples between t = {begin:.6g} and {end:.6g}"
                 + (f", and {len(torn) - 1} other stretches" if len(torn) > 1 else "")
             )
-        if not descent.is_settled:
-            return descent.reason
         right = descent.point.equations.right
         misfit, n = float(np.mean(right * right)), len(right)
         if self.loss.name != "linear":
@@ -267,10 +292,10 @@ class FitSearch:
         limit = 1.0 + UNLIKELY * math.sqrt(2.0 / n) if known else MUCH_LARGER * MUCH_LARGER
         if misfit > limit:
             return (
-                f"chi2 = {misfit:.3g} where {'1' if known else 'about 1'} was to be expected: no "
-                "motion near the guess explains the data"
+                f"no motion near the guess explains the data: chi2 is {misfit:.3g} where "
+                f"{'1' if known else 'about 1'} was to be expected"
             )
-        return ""
+        return "" if descent.is_settled else descent.reason
 
     def _with_noise(self, found: FitCandidate) -> FitCandidate:
         """Return the candidate with the noise that its residuals have, where that was not given."""

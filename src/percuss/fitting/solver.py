@@ -30,7 +30,7 @@ __all__ = ["FitEquations", "FitPoint", "FitProblem", "descend", "point_at"]
 LOOSE, FIRMER, FIRM = 1.0, 10.0, 1e5
 # From this weight on samples have the loss that was asked for.
 TAUT = 1e3
-# Defects beyond this many of their weights count less, as in Cauchy's loss.
+# Defects, and residuals at first, beyond this many of their weights count less.
 TORN = 10.0
 # A link is torn for good if it misses by more than this part of the nodes' standard errors.
 HELD = 0.1
@@ -78,6 +78,8 @@ class FitProblem:
         Of the residuals.
     ask
         Called after each run; False ends the search.
+    tear
+        Defects beyond this many of their weights count less, as in Cauchy's loss.
     """
 
     osc: Oscillator
@@ -89,6 +91,7 @@ class FitProblem:
     priors: Floats
     loss: Loss
     ask: Callable[[], bool]
+    tear: float = TORN
 
     def shoot(self, values: Floats, nodes: Floats) -> Shots | None:
         """Return the runs from all nodes, None if there are none that can be followed."""
@@ -143,8 +146,9 @@ class FitPoint:
 
     def cost(self, problem: FitProblem, weight: float) -> float:
         """Return the sum of the losses, with links of a weight."""
-        square = weight * weight * squares_of_defects(problem, self.equations.defects)
-        links = TORN * TORN * log(1.0 + square / (TORN * TORN))
+        links = weight * weight * squares_of_defects(problem, self.equations.defects)
+        if problem.tear < math.inf:
+            links = problem.tear**2 * log(1.0 + links / problem.tear**2)
         whole = problem.loss_at(weight).sum(self.equations.right) + float(links.sum())
         for row, mean, sigma in problem.priors.tolist():
             whole += ((self.values[int(row)] - mean) / sigma) ** 2
@@ -369,7 +373,7 @@ class FitStep:
         """Return the equations at a point, with links of a weight."""
         equations, n_p = point.equations, len(problem.paths)
         square = weight * weight * squares_of_defects(problem, equations.defects)
-        links = weight / np.sqrt(1.0 + square / (TORN * TORN))
+        links = weight / np.sqrt(1.0 + square / problem.tear**2)
         kept = problem.loss_at(weight).weights(equations.right)
         n = len(equations.defects)
         counts = np.bincount(equations.segment, minlength=n)

@@ -32,13 +32,14 @@ class MovedLoads(NamedTuple):
 
     constant: (n,); waves: (m, 4, n), of cos(w t), sin(w t), t cos(w t) and t sin(w t); records:
     (r, 3, n), of a record's value, of its value at scale 1 and of t times its slope; paces: (r,),
-    the derivatives of the logarithms of the records' paces.
+    the derivatives of the logarithms of the records' paces, and rates: those of all frequencies.
     """
 
     constant: Floats
     waves: Floats
     records: Floats
     paces: Floats
+    rates: Floats
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -153,7 +154,7 @@ def _moved_loads(system: StructureSystem, fields: Mapping[str, float], mass: Flo
     _, _, m, r = system.shape
     constant, waves = np.zeros(n), np.zeros((m, WAVE_ENTRIES, n))
     records, paces = np.zeros((r, 3, n)), np.zeros(r)
-    number = 0
+    number, rates = 0, []
     for i, (on, force) in enumerate(system.loads.items):
         c, turned = directions[i], np.zeros(n)
         if force.is_per_mass:
@@ -166,14 +167,16 @@ def _moved_loads(system: StructureSystem, fields: Mapping[str, float], mass: Flo
             wave = waves[system.omegas.index(component.omega)]
             wave[0] += rows[k, at.COSINE] * c + component.cos * turned
             wave[1] += rows[k, at.SINE] * c + component.sin * turned
+            rates.append(rows[k, at.OMEGA] / float(component.omega))
             wave[2] += rows[k, at.OMEGA] * component.sin * c
             wave[3] -= rows[k, at.OMEGA] * component.cos * c
         if force.record is not None:
             row = rows[at.FIRST_HARMONIC + len(components)]
             records[number] = turned, row[at.COSINE] * c, row[at.OMEGA] * c
             paces[number] = row[at.OMEGA]
+            rates.append(row[at.OMEGA])
             number += 1
-    return MovedLoads(constant, waves, records, paces)
+    return MovedLoads(constant, waves, records, paces, np.array(rates))
 
 
 def moved_sets(system: StructureSystem, moved: MovedStructure, sets: Sets) -> MovedSets:

@@ -25,12 +25,15 @@ __all__ = ["structure_measure_and_derivative"]
 
 
 def structure_measure_and_derivative(
-    d: MovedStructureMotion, measure: str, on: On | None = None
+    d: MovedStructureMotion, measure: str, on: On | None = None, longer: Floats | None = None
 ) -> MovedValue:
-    """Return a measure of a structure's run and its derivatives; see `StructureSensitivity.of`."""
+    """Return a measure of a structure's run and its derivatives; see `StructureSensitivity.of`.
+
+    ``longer`` are the derivatives of the run's end where it moves, as that of an orbit's period.
+    """
     of_one = measure.endswith(("displacement", "acceleration"))
     direction = d.run.structure.direction(on) if of_one else np.zeros(d.run.structure.n)
-    return moved_measure(_MeasuredStructure(d, direction), measure)
+    return moved_measure(_MeasuredStructure(d, direction, longer), measure)
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +42,7 @@ class _MeasuredStructure:
 
     derivative: MovedStructureMotion
     direction: Floats
+    longer: Floats | None
 
     @property
     def events(self) -> tuple[Impacts, Crossings]:
@@ -58,6 +62,8 @@ class _MeasuredStructure:
         )
         # A run that ends at an event ends with it, else at an instant that stays.
         last = np.zeros_like(moved[-1:]) if d.run.t_end > instants[-1] else moved[-1:]
+        if self.longer is not None:
+            last = self.longer[None]
         return np.append(instants, d.run.t_end), np.concatenate([moved, last])
 
     @property

@@ -514,7 +514,7 @@ class StructureTrajectory:
         >>> pair = pc.impact_pair(masses=[1, 1], gap="0.5", restitution="0.8")
         >>> d = pc.simulate(pair, v0=[1, 0], t_end=1).sensitivity(["start.v0.0"])
         >>> d.impacts.t[0], d.impacts.v_after[0]
-        (array([-0.5]), array([-0.8]))
+        (array([-0.5]), array([0.8]))
         """
         return structure_sensitivity_of(self, paths)
 
