@@ -80,6 +80,8 @@ class Film:
         (n,) the times of the run that its frames show [time].
     fps
         Frames a second.
+    figure
+        The figure, as `show` has left it.
 
     Examples
     --------
@@ -92,7 +94,7 @@ class Film:
 
     def __init__(self, figure: Figure, actors: Sequence[_Actor], times: Floats, fps: float) -> None:
         self.times, self.fps = times, fps
-        self._figure, self._actors = figure, actors
+        self.figure, self._actors = figure, actors
 
     def __repr__(self) -> str:
         span = f"t = {self.times[0]:.6g} to {self.times[-1]:.6g}"
@@ -101,7 +103,7 @@ class Film:
     def _repr_html_(self) -> str:
         page = _page(self.frames(), self.times, self.fps)
         text = page.replace("&", "&amp;").replace('"', "&quot;")
-        width, height = (int(DPI * size) + 1 for size in self._figure.get_size_inches())
+        width, height = (int(DPI * size) + 1 for size in self.figure.get_size_inches())
         return (
             f'<iframe srcdoc="{text}" title="film of a motion" '
             f'style="border:0;width:{width}px;height:{height + 60}px"></iframe>'
@@ -115,14 +117,14 @@ class Film:
         PIL.Image.Image
             A frame, 880 pixels wide.
         """
-        canvas = FigureCanvasAgg(self._figure)
-        self._figure.set_dpi(DPI)
+        canvas = FigureCanvasAgg(self.figure)
+        self.figure.set_dpi(DPI)
         for actor in self._actors:
             for artist in actor.artists:
                 artist.set_animated(True)
         # What stands still is drawn once.
         canvas.draw()  # type: ignore[no-untyped-call]
-        still = canvas.copy_from_bbox(self._figure.bbox)  # type: ignore[no-untyped-call]
+        still = canvas.copy_from_bbox(self.figure.bbox)  # type: ignore[no-untyped-call]
         for i in range(self.times.size):
             canvas.restore_region(still)  # type: ignore[no-untyped-call]
             self.show(i)
@@ -176,7 +178,7 @@ class Film:
             else:
                 # The name of a part has no suffix from which ffmpeg could tell the format.
                 writer = FFMpegWriter(fps=self.fps, extra_args=["-f", "mp4"])  # type: ignore[arg-type]
-                with style(), writer.saving(self._figure, str(path), DPI):
+                with style(), writer.saving(self.figure, str(path), DPI):
                     for i in _counted(range(self.times.size), reported):
                         self.show(i)
                         writer.grab_frame()
@@ -260,7 +262,7 @@ def animate(
     with style():
         figure, tracks = _tracks(len(views))
         if title:
-            figure.suptitle(title)
+            figure.suptitle(title, parse_math=False)
         limits = _draw_all_stops([track for track, _, _ in tracks], views, (low, high))
         actors: list[_Actor] = []
         for view, (track, curve, portrait) in zip(views, tracks, strict=True):
@@ -445,10 +447,10 @@ def _dot(ax: Axes, x: Floats, v: Floats) -> _Actor:
     return _Actor(ax, (dot,), lambda i: dot.set_data([x[i]], [v[i]]))
 
 
-Item = TypeVar("Item")
+Counted = TypeVar("Counted")
 
 
-def _counted(items: Iterable[Item], progress: Progress) -> Iterator[Item]:
+def _counted(items: Iterable[Counted], progress: Progress) -> Iterator[Counted]:
     """Yield items, up to where the caller of the progress asks to stop."""
     for item in items:
         yield item
