@@ -5,7 +5,9 @@ from __future__ import annotations
 from percuss.lazy import lazy_names
 
 __all__ = [
+    "Film",
     "Units",
+    "animate",
     "offscreen_figure",
     "plot_basins",
     "plot_branch",
@@ -37,7 +39,9 @@ __all__ = [
 
 # matplotlib is slow to import: it loads with the first of these that is used.
 _MODULES = {
+    "Film": "animation",
     "Units": "style",
+    "animate": "animation",
     "offscreen_figure": "style",
     "plot_basins": "basin_plot",
     "plot_branch": "branch_plot",

@@ -37,10 +37,17 @@ GRAZE_STYLE: dict[str, Any] = {
 DASH, GAP = 3.2, 2.2
 
 
-def draw_stops(ax: Axes, run: Drawable, x: Floats, axis: Literal["x", "y"]) -> None:
+def draw_stops(
+    ax: Axes,
+    run: Drawable,
+    x: Floats,
+    axis: Literal["x", "y"],
+    share: tuple[float, float] = (0.0, 1.0),
+) -> None:
     """Draw the stops near a motion and set the limits of the axis that carries x.
 
-    The displacements that are drawn, `x`, decide which stops are near.
+    The displacements that are drawn, `x`, decide which stops are near. They take a share of the
+    other axis, from 0 to 1.
     """
     near = _nearby(run, x)
     places = [as_float(stop.at) for stop in near]
@@ -49,7 +56,7 @@ def draw_stops(ax: Axes, run: Drawable, x: Floats, axis: Literal["x", "y"]) -> N
     low, high = low - margin, high + margin
     (ax.set_xlim if axis == "x" else ax.set_ylim)(low, high)
     for stop in near:
-        _draw_stop(ax, stop, 10.0 * (high - low), 0.7 * margin, axis)
+        _draw_stop(ax, stop, (10.0 * (high - low), 0.7 * margin), axis, share)
 
 
 def _nearby(run: Drawable, x: Floats) -> list[Stop]:
@@ -58,17 +65,37 @@ def _nearby(run: Drawable, x: Floats) -> list[Stop]:
     return [stop for stop in run.oscillator.stops if low <= as_float(stop.at) <= high]
 
 
-def _draw_stop(ax: Axes, stop: Stop, far: float, depth: float, axis: Literal["x", "y"]) -> None:
-    """Draw a wall as a line with a hatched strip behind it, a soft stop as a shaded region."""
+def _draw_stop(
+    ax: Axes,
+    stop: Stop,
+    depths: tuple[float, float],
+    axis: Literal["x", "y"],
+    share: tuple[float, float],
+) -> None:
+    """Draw a wall as a line with a hatched strip behind it, a soft stop as a shaded region.
+
+    The region and the strip are so deep.
+    """
+    far, depth = depths
     span, line = (ax.axvspan, ax.axvline) if axis == "x" else (ax.axhspan, ax.axhline)
     at = as_float(stop.at)
     outward = -1.0 if stop.side == "below" else 1.0
     if isinstance(stop, Wall):
-        span(at, at + outward * depth, facecolor="none", edgecolor=GREY, hatch="//////", lw=0.0)
-        line(at, color=GREY, linewidth=0.7, zorder=1.5, label="wall")
+        span(
+            at,
+            at + outward * depth,
+            *share,
+            facecolor="none",
+            edgecolor=GREY,
+            hatch="//////",
+            lw=0.0,
+        )
+        line(at, *share, color=GREY, linewidth=0.7, zorder=1.5, label="wall")
     else:
-        span(at, at + outward * far, facecolor=ORANGE, alpha=0.15, lw=0.0, label="soft stop")
-        line(at, color=ORANGE, linewidth=0.9, zorder=1.5)
+        span(
+            at, at + outward * far, *share, facecolor=ORANGE, alpha=0.15, lw=0.0, label="soft stop"
+        )
+        line(at, *share, color=ORANGE, linewidth=0.9, zorder=1.5)
 
 
 def stop_places(run: Drawable, stops: Integers) -> Floats:

@@ -94,6 +94,8 @@ def output_files(study: Study, folder: Path | str) -> tuple[Path, ...]:
         for suffix, is_wanted in suffixes.items()
         if is_wanted
     ]
+    if study.draw.animation is not None:
+        names.append(f"{question.stem}.{study.draw.animation}")
     return tuple(Path(folder) / name for name in names)
 
 
@@ -154,6 +156,10 @@ def run_study(
         check_certify(study)
     files = output_files(study, folder)
     check_output(files, force=force)
+    if study.draw.animation is not None:
+        from percuss.plotting.animation import check_format
+
+        check_format(files[-1])
     # The first run of a process compiles or loads the kernels, which is not counted.
     simulate(Oscillator(), t_end=1.0)
     began = time.perf_counter()
@@ -170,7 +176,7 @@ def run_study(
     record = make_record(answer, study=study.text(), command=command)
     with OutputFiles(*files, force=force) as parts:
         paths = {file: parts[file] for file in files}
-        _write(answer, study, proof, tables, record, paths, on_write)
+        _write(answer, study, proof, tables, record, paths, on_write, progress)
     return StudyResult(answer, report, files, seconds, is_whole, proof and proof.result)
 
 
@@ -252,6 +258,7 @@ def _write(
     record: Record,
     paths: Mapping[Path, Path],
     on_write: Callable[[Path], None] | None,
+    progress: Report,
 ) -> None:
     """Write each file under its temporary name."""
     figures: dict[str, Any] = {}
@@ -276,6 +283,8 @@ def _write(
                 has_header_units=study.model.units is not None,
                 record_path=record_path,
             )
+        elif file.suffix == f".{study.draw.animation}":
+            study.question.film(answer, study).render(path, file.suffix, progress)
         else:
             if file.stem not in figures:
                 figures[file.stem] = _figure(file.stem, answer, study, proof)

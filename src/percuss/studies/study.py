@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
     from percuss.motion.extremes import Extrema
+    from percuss.plotting.animation import Film
 
 __all__ = [
     "AT_REST", "TABLES", "Picture", "Question", "Study", "StudyDraft",
@@ -226,6 +227,10 @@ class Question(ABC):
 
     def draw(self, result: Any, study: Study, figure: Any) -> None:
         """Draw the picture that most kinds have on an empty figure."""
+        raise NotImplementedError
+
+    def film(self, result: Any, study: Study) -> Film:
+        """Return the film of a motion; its file is the only one that may ask for one."""
         raise NotImplementedError
 
     @abstractmethod

@@ -524,6 +524,8 @@ class Draw:
         Units on the axes; empty: those of the oscillator, or dimensionless ones.
     quantity
         The quantity of a branch drawn over its parameter, as in `percuss.plotting.plot_branch`.
+    animation
+        Format of a film of a motion, as `percuss.plotting.animate` makes it; default: no film.
     manifolds
         Whether the stable manifolds of saddles are drawn into basins.
     on
@@ -539,6 +541,7 @@ class Draw:
     length_unit: Text = ""
     time_unit: Text = ""
     quantity: DrawnQuantity | None = None
+    animation: Literal["gif", "html", "mp4"] | None = None
     manifolds: Annotated[Flag, PlainSerializer(lambda is_on: is_on or None)] = False
     on: OnKeys = None
     coordinate: Annotated[Whole, PlainSerializer(lambda index: index or None)] = 0

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from percuss.motion.impact_times import ImpactTimes
     from percuss.motion.structures import StructureTrajectory
     from percuss.motion.trajectory import Trajectory
+    from percuss.plotting.animation import Film
     from percuss.studies.study import Study
 
 __all__ = ["Motion"]
@@ -44,8 +45,8 @@ class Motion(Question):
     needed: ClassVar = ("start", "run")
     needed_of_structures: ClassVar = ("run",)
     save_keys: ClassVar = ("samples",)
-    draw_keys: ClassVar = ("window",)
-    draw_keys_of_structures: ClassVar = ("window", "on")
+    draw_keys: ClassVar = ("window", "animation")
+    draw_keys_of_structures: ClassVar = ("window", "animation", "on")
 
     start: StartState
     limits: Limits
@@ -159,11 +160,7 @@ class Motion(Question):
 
     def draw(self, result: Any, study: Study, figure: Any) -> None:
         """Draw displacement, velocity, phase plane and section; of a structure displacements."""
-        window = None
-        if study.draw.window is not None:
-            first, last = (as_float(time) for time in study.draw.window)
-            # A run may end before the window begins: it was interrupted, or came to rest.
-            window = (first, last) if first < result.t_end and last > result.t0 else None
+        window = _drawn_window(result, study)
         if study.structure is not None:
             from percuss.studies.of_structures import draw_motion
 
@@ -172,6 +169,23 @@ class Motion(Question):
         from percuss.plotting.motion_plot import plot_motion
 
         plot_motion(result, figure, title=study.title, window=window, units=study.draw.units())
+
+    def film(self, result: Any, study: Study) -> Film:
+        """Return the film of the motion."""
+        from percuss.plotting.animation import MOST_TRACKS, animate
+
+        on = None
+        if study.structure is not None:
+            from percuss.studies.of_structures import shown_directions
+
+            on = shown_directions(study)[:MOST_TRACKS]
+        return animate(
+            result,
+            on=on,
+            window=_drawn_window(result, study),
+            units=study.draw.units(),
+            title=study.title,
+        )
 
     def report(self, result: Any) -> dict[str, str]:
         """Return the events, the class of the impact times, and how it ended."""
@@ -200,6 +214,15 @@ class Motion(Question):
                 "time": f"t = {result.t0:.10g} to {result.t_end:.10g}",
             }
         )
+
+
+def _drawn_window(run: Any, study: Study) -> tuple[float, float] | None:
+    """Return the part of a run that is drawn, None for all."""
+    if study.draw.window is None:
+        return None
+    first, last = (as_float(time) for time in study.draw.window)
+    # A run may end before the window begins: it was interrupted, or came to rest.
+    return (first, last) if first < run.t_end and last > run.t0 else None
 
 
 def _extremes_in_words(run: Trajectory) -> dict[str, str]:
