@@ -23,6 +23,7 @@ NAMES = {
     "harmonics": "three_harmonics",
     "records": "records",
     "sensitivities": "sensitivities",
+    "fits": "fits",
     "structures": "structures",
     "long": "long_runs",
     "adversarial": "grazes",

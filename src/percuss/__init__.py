@@ -36,6 +36,8 @@ if TYPE_CHECKING:
     from percuss.errors import ParameterError as ParameterError
     from percuss.errors import PercussError as PercussError
     from percuss.errors import StudyError as StudyError
+    from percuss.fitting import Fit as Fit
+    from percuss.fitting import fit as fit
     from percuss.io import load_netcdf as load_netcdf
     from percuss.io import save_csv as save_csv
     from percuss.io import save_netcdf as save_netcdf
@@ -81,6 +83,7 @@ if TYPE_CHECKING:
     from percuss.motion import ImpactTimes as ImpactTimes
     from percuss.motion import Outcome as Outcome
     from percuss.motion import Sensitivity as Sensitivity
+    from percuss.motion import StructureSensitivity as StructureSensitivity
     from percuss.motion import SubsetMotion as SubsetMotion
     from percuss.motion import Trajectory as Trajectory
     from percuss.motion import classify_impact_times as classify_impact_times
@@ -121,6 +124,7 @@ if TYPE_CHECKING:
     from percuss.orbits import StructureCurve as StructureCurve
     from percuss.orbits import StructureCurvePoint as StructureCurvePoint
     from percuss.orbits import StructureOrbit as StructureOrbit
+    from percuss.orbits import StructureOrbitSensitivity as StructureOrbitSensitivity
     from percuss.orbits import StructureSpecialPoint as StructureSpecialPoint
     from percuss.orbits import VelocityGap as VelocityGap
     from percuss.orbits import continue_curve as continue_curve
@@ -149,6 +153,7 @@ __all__ = [
     "Design",
     "Expression",
     "Extrema",
+    "Fit",
     "Forcing",
     "FormalOrbitWarning",
     "FoundOrbits",
@@ -188,6 +193,8 @@ __all__ = [
     "StructureCurve",
     "StructureCurvePoint",
     "StructureOrbit",
+    "StructureOrbitSensitivity",
+    "StructureSensitivity",
     "StructureSpecialPoint",
     "StructureStart",
     "StructureTrajectory",
@@ -219,6 +226,7 @@ __all__ = [
     "expression",
     "find_orbit",
     "find_orbits",
+    "fit",
     "follow_cascade",
     "fourier",
     "gradient",
@@ -282,6 +290,7 @@ _HOMES = {
         "PercussError",
         "StudyError",
     ),
+    "percuss.fitting": ("Fit", "fit"),
     "percuss.io": (
         "load_netcdf",
         "save_csv",
@@ -332,6 +341,7 @@ _HOMES = {
         "Impacts",
         "Outcome",
         "Sensitivity",
+        "StructureSensitivity",
         "SubsetMotion",
         "Trajectory",
         "classify_impact_times",
@@ -375,6 +385,7 @@ _HOMES = {
         "StructureCurve",
         "StructureCurvePoint",
         "StructureOrbit",
+        "StructureOrbitSensitivity",
         "StructureSpecialPoint",
         "VelocityGap",
         "continue_curve",
@@ -399,6 +410,7 @@ _SUBPACKAGES = (
     "certified",
     "ensembles",
     "errors",
+    "fitting",
     "io",
     "model",
     "motion",

@@ -153,7 +153,9 @@ def test_a_branch_and_a_curve_of_a_structure_are_drawn_with_their_special_points
     assert below.get_ylabel() == "amplitude of coordinate 1 (dimensionless)"
     assert {line.get_label() for line in below.lines} >= {"stable", "unstable"}
     assert "torus" in {text.get_text() for text in below.texts}
-    assert plane.get_xlabel() == "loads.0.harmonics.0.omega"
+    assert below.get_xlabel() == plane.get_xlabel()
+    assert plane.get_xlabel() == r"forcing frequency $\omega$ (dimensionless)"
+    assert plane.get_ylabel() == "forcing amplitude (dimensionless)"
     assert [text.get_text() for text in plane.texts] == ["1:4"]
     with pytest.raises(pc.ParameterError, match="the coordinates are 0 to 1"):
         plotting.plot_branch(branch, new_axes(), coordinate=2)

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import doctest
+import re
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
-from percuss.studies.reading import known_keys
+from percuss.studies.reading import known_keys, parse_study
+from percuss.studies.structure_tables import STRUCTURE
 from percuss.studies.study import kind_named, kind_names
 from percuss.studies.templates import template_text
 
@@ -58,6 +62,63 @@ def test_every_example_stands_on_the_page() -> None:
 def test_every_key_stands_in_the_template_of_its_kind(kind: str) -> None:
     text = template_text("impact" if kind == "motion" else kind)
 
-    missing = {(table, key) for table, key in keys_of(kind) if f"{key} =" not in text}
+    missing = {
+        (table, key)
+        for table, key in keys_of(kind)
+        if f"{key} =" not in text and f"[{table}.{key}]" not in text
+    }
 
     assert missing <= RARE
+
+
+def test_the_studies_of_the_page_on_finite_elements_are_those_of_its_python(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    page = (DOCS / "howto" / "finite-elements.md").read_text(encoding="utf-8")
+    code = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    response, diagram, forces, modes = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
+    monkeypatch.chdir(tmp_path)
+    told: dict[str, Any] = {}
+    exec(code[0] + code[1].split("orbit =")[0], told)  # noqa: S102  our own text
+    model = response[response.index("[structure]") : response.index("[over]")]
+    from_modes = modes + model[model.index("units") :].replace("units =", "[structure.units]\n#", 1)
+
+    studies = {
+        name: parse_study(text, folder=tmp_path)
+        for name, text in {
+            "branch": response,
+            "diagram": diagram + model,
+            "motion": forces + model.replace('"44.5"', "42"),
+            "modes": forces.replace("[0, 0, 0, 0]", "[0, 0]") + from_modes,
+        }.items()
+    }
+
+    assert [studies[name].kind for name in studies] == ["branch", "diagram", "motion", "motion"]
+    beam = told["beam"]
+    for name in ("branch", "diagram", "motion"):
+        assert studies[name].model.mass == beam.mass
+        assert studies[name].model.stops == beam.stops
+    # The numbers of the modes are rounded to three or four digits.
+    squares = np.linalg.eigvals(np.linalg.solve(told["M"], told["K"])).real
+    reduced = studies["modes"].structure
+    assert reduced is not None
+    np.testing.assert_allclose(
+        np.sqrt(np.diag(np.array(reduced.stiffness, dtype=float))),
+        np.sqrt(np.sort(squares))[:2],
+        rtol=1e-3,
+    )
+
+
+def test_the_studies_of_the_reference_can_be_read_and_each_key_of_structures_is_told() -> None:
+    page = (DOCS / "studies.md").read_text(encoding="utf-8")
+    texts = [
+        text for text in re.findall(r"```toml\n(.*?)```", page, re.DOTALL) if "[study]" in text
+    ]
+
+    assert [parse_study(text).kind for text in texts] == ["orbit", "basins", "design"]
+    part = page[page.index("## The model: a structure") :].split("\n## ")[0]
+    shapes = [STRUCTURE.own, *STRUCTURE.inner.values()]
+    names = {name for shape in shapes for name in shape.model_fields} - {"stops"}
+    assert [
+        name for name in sorted(names) if f"`{name}`" not in part and f"{name} =" not in part
+    ] == []

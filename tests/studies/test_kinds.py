@@ -44,6 +44,8 @@ QUESTIONS = {
     '[over]\n"forcing.omega" = {from = "0.9", to = "1.1", count = 3}\n',
     "basins": "[basins]\nx0 = {from = -1, to = 1, count = 3}\nv0 = [0, 1]\nperiods = 80\n",
     "lyapunov": "[lyapunov]\ntransient = 10\nperiods = 64\n",
+    "design": '[design]\noutcome = "peak_impact_velocity"\nrestarts = 0\n'
+    '[design.free]\n"oscillator.stops.0.restitution" = ["0.7", "0.9"]\n',
 }
 
 
@@ -142,6 +144,11 @@ def test_its_answer_is_what_the_function_of_that_name_returns(kind: str, done: D
     elif kind == "basins":
         assert loaded.n_impacts.values.tolist() == [1.0]
         assert (loaded.basin.values == 0).all()
+    elif kind == "design":
+        free = {"oscillator.stops.0.restitution": (0.7, 0.9)}
+        best = pc.design("peak_impact_velocity", osc, force, free=free, restarts=0)
+        assert loaded["best"]["value"].values.tolist() == [best.value, *best.values.values()]
+        np.testing.assert_array_equal(loaded["motion"]["x"], best.run.sample(2001)["x"])
     else:
         # Both multipliers have the modulus sqrt(det) = r exp(-2 pi a) in a period of 2 pi.
         rate = np.log(0.8) / (2.0 * np.pi) - 0.05

@@ -93,6 +93,9 @@ def test_a_study_of_a_structure_is_read_back_equal_from_its_text(kind: str) -> N
         ("diagram", "on = 1\ntransient", "on = 2\ntransient", "diagram.on = 2: no such coordinate"),
         ("diagram", "[[[0, 0]", "[[[0, 0, 0]", "diagram.starts.0.0 = [0, 0, 0]: 3 numbers for 2"),
         ("basins", "start.v0.1", "loads.0.omega", "over.loads.0.omega: no number of the start"),
+        ("basins", "start.v0.1", "[0, 0, 1]", "over.[0, 0, 1]: 3 numbers; a direction has 4, of"),
+        ("basins", "start.v0.1", "[0, 0, 0, 0]", "over.[0, 0, 0, 0]: a direction of zeros"),
+        ("basins", "start.v0.1", "[0, 0, 1, a]", "over.[0, 0, 1, a]: 1 number; a direction has 4"),
         ("basins", "periods = 40", "x0 = [0, 1]", "basins.x0: unknown key; known here: "),
         ("lyapunov", "[[loads.harmonics]]\namplitude", "[[loads.harmonics]]\nampl",
          "loads.0.harmonics.0.amplitude: missing"),
@@ -157,6 +160,30 @@ def test_an_orbit_and_a_branch_are_those_of_python_and_are_written(tmp_path: Pat
     # The record of a table repeats the study.
     again = parse_study((tmp_path / "branch" / "branch.csv.toml").read_text())
     assert again == study or again.text() == study.text()
+
+
+def test_basins_over_a_direction_are_those_of_python(tmp_path: Path) -> None:
+    text = text_of("basins").replace('"start.v0.1"', "'[0, 1, 0, \"0.5\"]'")
+    study = parse_study(f'{text}[start]\nx0 = [0, "0.2"]\n[save]\ncsv = false\n')
+    structure, loads = study.model, study.force
+    assert isinstance(structure, pc.Structure)
+    assert isinstance(loads, pc.Loads)
+    assert parse_study(study.text()).text() == study.text()
+
+    result = run_study(study, tmp_path)
+
+    own = pc.basins(
+        structure, loads, over={"start.x0.0": [0, "0.1"], (0, 1, 0, "0.5"): [0, "0.1"]},
+        start=([0, "0.2"], [0, 0]), periods=40,
+    )  # fmt: skip
+    assert result.answer.equals(own)
+    assert (tmp_path / "basins.png").stat().st_size > 10_000
+
+
+def test_a_direction_of_starts_is_one_of_structures_with_a_start() -> None:
+    text = text_of("branch").replace("loads.0.omega", "[1, 0, 0, 0]")
+
+    assert any("a direction of starts, which this study has not" in it for it in faults_of(text))
 
 
 @pytest.mark.nightly

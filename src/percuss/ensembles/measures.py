@@ -33,6 +33,7 @@ __all__ = [
     "Measure",
     "Window",
     "measure_group",
+    "outcome_dimensions",
     "periods_at",
 ]
 
@@ -152,6 +153,23 @@ class Measure:
     def unit_of(self, osc: Oscillator | Structure, *, free: bool = False) -> str:
         """Return its unit, or where an oscillator has no units its dimensions."""
         return in_units(osc.units, self.dimensions_of(osc, free=free))
+
+
+# Dimensions of the outcomes of a design that are no measures of runs.
+_OF_ORBITS = {"period": "time", "multiplier": "1", "grazing_margin": "length"}
+
+
+def outcome_dimensions(name: str, osc: Oscillator) -> str:
+    """Return the dimensions of an outcome of `percuss.design` for an oscillator.
+
+    Examples
+    --------
+    >>> outcome_dimensions("peak_stop_force", Oscillator.from_mass(2, 50))
+    'mass length/time^2'
+    >>> outcome_dimensions("period", Oscillator())
+    'time'
+    """
+    return _OF_ORBITS.get(name) or MEASURES[name].dimensions_of(osc)
 
 
 def periods_at(result: BatchResult, plan: Plan, periods: int, longest: int) -> Floats:

@@ -48,8 +48,8 @@ def save_netcdf(
     Parameters
     ----------
     result
-        A run, an orbit, a list of orbits, a branch, a curve, a response, or a dataset of an
-        ensemble. The main table is at the root, where ``xarray.open_dataset(path)`` finds it: the
+        A run, an orbit, a list of orbits, a branch, a curve, a response, a design, a front, or a
+        dataset of an ensemble. The main table is at the root, where ``xarray.open_dataset(path)`` finds it: the
         motion of a run or an orbit, the table of what else it is. Groups hold the other tables,
         such as impacts, crossings, contacts and grazes of a run.
     path
@@ -81,6 +81,8 @@ def write_netcdf(result: Any, path: Path, record: Record, *, samples: int = SAMP
         groups = _of_motion(result, samples)
     elif kind.name == "dataset":
         groups = {"/": _writable(result)}
+    elif kind.name == "design":
+        groups = _of_design(result, kind, samples)
     elif not kind.is_whole:
         groups = _of_structures(result, kind, samples)
     else:
@@ -120,13 +122,25 @@ def _of_structures(result: Any, kind: ResultKind, samples: int) -> dict[str, xr.
     return {"/": _writable(_table_of(table_of(result, next(iter(kind.columns))))), **tables}
 
 
-def _table_of(columns: Columns) -> xr.Dataset:
+def _of_design(result: Any, kind: ResultKind, samples: int) -> dict[str, xr.Dataset]:
+    """Return the tables of a design or a front, and of a design its motion."""
+    main, *others = kind.columns.items()
+    groups = {"/": _writable(_table_of(main[1](result)))}
+    # Tables of another length than that of the root need a dimension of their own.
+    groups |= {f"/{name}": _writable(_table_of(columns(result), name)) for name, columns in others}
+    if not hasattr(result, "run"):
+        return groups
+    motion = _of_motion(result.run, samples)
+    return groups | {"/motion": motion.pop("/")} | motion
+
+
+def _table_of(columns: Columns, dim: str = "row") -> xr.Dataset:
     """Return the table of a list of results as a dataset, a row for each of its rows."""
     data = {}
     for name, column in columns.items():
         values = np.array(np.asarray(column).tolist())
         texts = values.dtype.kind not in "iuf"
-        data[name] = ("row", np.array([str(v) for v in column], dtype=object) if texts else values)
+        data[name] = (dim, np.array([str(v) for v in column], dtype=object) if texts else values)
     return xr.Dataset(data)
 
 
@@ -173,7 +187,7 @@ def load_netcdf(path: Path | str) -> Any:
     -------
     DataTree, PeriodicOrbit, list, Branch, Curve, Response or Dataset
         A run as a tree, its motion at the root and its events in groups; the attributes hold the
-        record; so are an orbit, a branch or curves of a structure. Other results as they were
+        record; so are an orbit, a branch or curves of a structure, a design and a front. Other results as they were
         saved, every field to the bit. All in memory; the file is closed.
 
     Raises

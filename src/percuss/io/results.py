@@ -10,15 +10,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from percuss.arrays import Complexes
+from percuss.ensembles.grid import units_of
+from percuss.ensembles.measures import outcome_dimensions
 from percuss.errors import ParameterError
 from percuss.io.study_text import branch_text, motion_text, orbit_text, response_text
-from percuss.model.units import Units, is_unit
+from percuss.model.units import Units, in_units, is_unit
 from percuss.orbits.bifurcations.structure_branch import StructureBranch
 
 if TYPE_CHECKING:
     # A second of import.
     from xarray import Dataset
 
+    from percuss.optimization.design import Design
+    from percuss.optimization.pareto import ParetoFront
     from percuss.orbits.bifurcations.branch import Branch
     from percuss.orbits.bifurcations.structure_branch import StructureBranch
     from percuss.orbits.bifurcations.structure_curve import StructureCurve
@@ -73,18 +77,37 @@ def units_of_columns(result: Any, columns: Columns, units: Units | None = None) 
         return {}
     has_mass = getattr(oscillator, "mass", None) is not None
     found = {}
+    own_dimensions = _dimensions_of_designs(result)
     for name in columns:
         dimensions = DIMENSIONS.get(name, DIMENSIONS.get(name.rstrip("0123456789"), ""))
+        dimensions = own_dimensions.get(name, dimensions)
         unit = units.of(dimensions if has_mass else dimensions.removeprefix("mass "))
         if is_unit(unit):
             found[name] = unit
     return found
 
 
+def _dimensions_of_designs(result: Any) -> dict[str, str]:
+    """Return the dimensions of parameters and outcomes of a design or a front, by their names."""
+    (first, *_) = getattr(result, "designs", (result,))
+    if type(first).__name__ != "Design":
+        return {}
+    osc, force = first.oscillator, first.forcing
+    names = (first.outcome, *first.outcomes, *getattr(result, "outcomes", ()))
+    own = {name: outcome_dimensions(name, osc) for name in names}
+    return own | {path: _dimensions_of_path(path, osc, force) for path in first.values}
+
+
+def _dimensions_of_path(path: str, osc: Any, force: Any) -> str:
+    """Return the dimensions of a parameter; nothing of one with a name of its own."""
+    return units_of(path, osc, force) if "." in path else ""
+
+
 def _oscillator_of(result: Any) -> Any:
     """Return what moves in a run, an orbit, a branch, or the first of several; or None."""
     while not (hasattr(result, "oscillator") or hasattr(result, "structure")):
-        inner = getattr(result, "orbits", None) or getattr(result, "branches", None) or result
+        names = ("orbits", "branches", "designs")
+        inner = next(filter(None, (getattr(result, name, None) for name in names)), result)
         if not isinstance(inner, list | tuple) or not inner:
             return None
         result = inner[0]
@@ -148,6 +171,56 @@ def structure_branch_columns(branch: StructureBranch) -> Columns:
         "is_stable": branch.is_stable,
         "special_point": special,
         **_of_multipliers(branch.multipliers),
+    }
+
+
+def search_columns(design: Design) -> Columns:
+    """Return the searches of a design as a table, the best one first."""
+    rows = design.attempts
+    return {
+        **{path: np.array([row.values[path] for row in rows]) for path in design.values},
+        design.outcome: np.array([row.value for row in rows]),
+        "reason": np.array([row.reason for row in rows], dtype=object),
+    }
+
+
+def best_columns(design: Design) -> Columns:
+    """Return the setting of a design: a row for the outcome, each parameter and each limit.
+
+    The derivatives are those of the outcome; of the outcomes there are none.
+    """
+    osc, force = design.oscillator, design.forcing
+    limits = [
+        (-np.inf if low is None else low, np.inf if high is None else high)
+        for low, high in design.limits.values()
+    ]
+    values = {design.outcome: design.value} | design.values | design.outcomes
+    ends = [(np.nan, np.nan), *design.bounds.values(), *limits]
+    slopes = [np.nan, *design.gradient.tolist(), *(np.nan for _ in limits)]
+    outcomes = {design.outcome, *design.outcomes}
+    dimensions = [
+        outcome_dimensions(name, osc) if name in outcomes else _dimensions_of_path(name, osc, force)
+        for name in values
+    ]
+    units = [in_units(osc.units, one) for one in dimensions]
+    return {
+        "name": np.array(list(values), dtype=object),
+        "value": np.array(list(values.values())),
+        "unit": np.array([unit if is_unit(unit) else "" for unit in units], dtype=object),
+        "least": np.array([low for low, _ in ends]),
+        "largest": np.array([high for _, high in ends]),
+        "derivative": np.array(slopes),
+        "active": np.array([name in design.active for name in values]),
+    }
+
+
+def front_columns(front: ParetoFront) -> Columns:
+    """Return a front as a table, one row a design."""
+    first = front.designs[0]
+    return {
+        **dict(zip(front.outcomes, front.values.T, strict=True)),
+        **{path: np.array([one.values[path] for one in front.designs]) for path in first.values},
+        "reason": np.array([one.reason for one in front.designs], dtype=object),
     }
 
 
@@ -475,6 +548,24 @@ _KINDS: dict[str, ResultKind] = {
         response_text,
         lambda response: {"response": response.to_xarray()},
         {"response": lambda response: _many(_columns_of_any, "branch")(response.branches)},
+    ),
+    "Design": ResultKind(
+        "design",
+        "the best setting of a design",
+        lambda design: design.reason or "an optimum",
+        _nothing,
+        lambda _: {},
+        {"searches": search_columns, "best": best_columns},
+        is_whole=False,
+    ),
+    "ParetoFront": ResultKind(
+        "design",
+        "a front between two outcomes",
+        lambda front: repr(front)[1:-1],
+        _nothing,
+        lambda _: {},
+        {"front": front_columns},
+        is_whole=False,
     ),
     "Dataset": ResultKind(
         "dataset",

@@ -461,24 +461,40 @@ def tail_columns(
     v0 = events[row, V_AFTER]
     restitution = restitution_at(law, region, bound, abs(v0))
     whole = time_since_event(events, row + 1)
-    share, since = hop_of_tail(restitution, whole, s)
-    hops = logarithm(share) / logarithm(restitution) if restitution > 0.0 else 0.0
+    hop = hop_of_tail(restitution, whole, s)
     for p in range(out.shape[1]):
-        begin = out[row, p, BASE]
-        motion[0, i, p] = begin
-        motion[1, i, p] = 0.0
-        if share == 0.0:
-            continue
-        rows = change.rows[p]
-        faster = out[row, p, DV_AFTER]
-        longer = out[row + 1, p, DT] - out[row, p, DT]
-        lossy = moved_restitution(law, rows, region, bound, 0.0)
-        moved_share = hops * share / restitution * lossy if hops > 0.0 else 0.0
-        late = out[row, p, DT] + longer * (1.0 - share) - whole * moved_share
-        lost = 1.0 - restitution
-        bend = 2.0 * v0 / (whole * lost)
-        moved_bend = bend * (faster / v0 - longer / whole + lossy / lost)
-        moved_v = faster * share + v0 * moved_share
-        motion[0, i, p] += moved_v * since - v0 * share * late
-        motion[0, i, p] += since * (bend * late - 0.5 * moved_bend * since)
-        motion[1, i, p] = moved_v - moved_bend * since + bend * late
+        lossy = moved_restitution(law, change.rows[p], region, bound, 0.0)
+        late = out[row, p, DT]
+        moved = (out[row, p, DV_AFTER], lossy, late, out[row + 1, p, DT] - late)
+        off, speed = moved_hop(restitution, v0, whole, hop, moved)
+        motion[0, i, p] = out[row, p, BASE] + off
+        motion[1, i, p] = speed
+
+
+@kernel
+def moved_hop(
+    restitution: float,
+    v0: float,
+    whole: float,
+    hop: tuple[float, float],
+    moved: tuple[float, float, float, float],
+) -> tuple[float, float]:
+    """Return the derivatives of a hop in the tail of a chatter, and of its velocity.
+
+    The tail begins with the velocity v0 and lasts ``whole``; ``hop`` is what `hop_of_tail` gives.
+    ``moved`` are the derivatives of v0, of the restitution, of the tail's begin and its duration.
+    """
+    share, since = hop
+    faster, lossy, begin, longer = moved
+    if share == 0.0:
+        return 0.0, 0.0
+    hops = logarithm(share) / logarithm(restitution) if restitution > 0.0 else 0.0
+    moved_share = hops * share / restitution * lossy if hops > 0.0 else 0.0
+    late = begin + longer * (1.0 - share) - whole * moved_share
+    lost = 1.0 - restitution
+    bend = 2.0 * v0 / (whole * lost)
+    moved_bend = bend * (faster / v0 - longer / whole + lossy / lost)
+    moved_v = faster * share + v0 * moved_share
+    off = moved_v * since - v0 * share * late
+    off += since * (bend * late - 0.5 * moved_bend * since)
+    return off, moved_v - moved_bend * since + bend * late

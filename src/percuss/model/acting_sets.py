@@ -308,7 +308,7 @@ class StructureSystem:
     def shape(self) -> tuple[int, ...]:
         """Numbers of coordinates, stops, harmonics and records, which shape all arrays."""
         n_records = sum(forcing.record is not None for forcing in self.loads.forcings)
-        return self.structure.n, len(self.structure.stops), len(self._omegas), n_records
+        return self.structure.n, len(self.structure.stops), len(self.omegas), n_records
 
     @property
     def sets(self) -> Sets:
@@ -363,7 +363,8 @@ class StructureSystem:
         ]
 
     @cached_property
-    def _omegas(self) -> list[Fraction]:
+    def omegas(self) -> list[Fraction]:
+        """The frequencies of the loads' harmonics [1/time], each once."""
         return sorted({component.omega for _, component in self._components})
 
     @cached_property
@@ -375,9 +376,9 @@ class StructureSystem:
     @cached_property
     def _pushes(self) -> Complexes:
         """What each harmonic does in coordinates of unit mass, (n_harmonics, n): cos - i sin."""
-        pushes = np.zeros((len(self._omegas), self.structure.n), dtype=np.complex128)
+        pushes = np.zeros((len(self.omegas), self.structure.n), dtype=np.complex128)
         for i, component in self._components:
-            k = self._omegas.index(component.omega)
+            k = self.omegas.index(component.omega)
             pushes[k].real += component.cos * self._directions[i]
             pushes[k].imag -= component.sin * self._directions[i]
         return pushes
@@ -421,7 +422,7 @@ class StructureSystem:
         modes[:, at.FORCE] = matmul(inward[:, 1, n:], pull)
         modes[:, at.RATE] = matmul(inward[:, 0, n:], pull)
         levels[:, at.CONSTANT] += matmul(direct, self._constant)
-        m, r, s = len(self._omegas), len(self._record_directions), len(levels)
+        m, r, s = len(self.omegas), len(self._record_directions), len(levels)
         drive = np.zeros((n, m, at.DRIVE_ENTRIES))
         feed = np.zeros((s, m, 2))
         for k, push in enumerate(self._pushes):
@@ -453,16 +454,16 @@ class StructureSystem:
 
     def _law(self, modes: Floats) -> Law:
         """Return the modes as regions of a law under harmonics of these frequencies."""
-        m, n = len(self._omegas), len(modes)
+        m, n = len(self.omegas), len(modes)
         law = np.zeros((FIRST_HARMONIC + m + n * (1 + m), COLUMNS))
         law[0, N_HARMONICS], law[0, N_REGIONS] = m, n
-        for k, omega in enumerate(self._omegas):
+        for k, omega in enumerate(self.omegas):
             fill_harmonic(law[FIRST_HARMONIC + k], Component(omega, 1.0, 0.0))
         for j, mode in enumerate(modes):
             row = FIRST_HARMONIC + m + j * (1 + m)
             stiffness, damping = Fraction(mode[at.SPRING]), Fraction(mode[at.DRAG]) / 2
             law[row] = _motion_row(float(mode[at.SPRING]), float(mode[at.DRAG]))
-            for k, omega in enumerate(self._omegas):
+            for k, omega in enumerate(self.omegas):
                 fill_response(law[row + 1 + k], stiffness, damping, omega)
         return law
 
@@ -474,7 +475,7 @@ class StructureSystem:
         by exp(p s), p = |d| / 2 + sqrt(d^2 / 4 + |K|) (docs/theory/structures.md).
         """
         modes, watch, levels = arrays["modes"], arrays["watch"], arrays["levels"]
-        omegas = law[FIRST_HARMONIC : FIRST_HARMONIC + len(self._omegas), OMEGA]
+        omegas = law[FIRST_HARMONIC : FIRST_HARMONIC + len(self.omegas), OMEGA]
         spring, drag = modes[:, at.SPRING], modes[:, at.DRAG]
         pace = 0.5 * np.abs(drag) + np.sqrt(0.25 * drag * drag + np.abs(spring))
         modes[:, at.ROOT] = np.where(spring >= 0.0, np.sqrt(np.abs(spring)), pace)

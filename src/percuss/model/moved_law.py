@@ -14,14 +14,16 @@ from percuss.kernels.flight_columns import Change
 from percuss.kernels.law_columns import Law
 from percuss.model.exact import as_float
 from percuss.model.forcing import Forcing, FourierTerm, Harmonic
-from percuss.model.oscillator import SoftStop, Wall
+from percuss.model.loads import Loads
+from percuss.model.oscillator import Oscillator, SoftStop, Wall
 from percuss.model.paths import long_forms, moved_fields, moved_in_law
 from percuss.model.restitution import RestitutionTable
 from percuss.model.start import Start
+from percuss.model.structure import Structure, StructureStart
 from percuss.model.system import System, region_rows, touching_stops
 from percuss.numerics import cos, sin
 
-__all__ = ["MovedLaw", "moved_law"]
+__all__ = ["MovedLaw", "moved_law", "moved_rows", "parameter_names", "unit_law"]
 
 START = "start."
 
@@ -81,6 +83,38 @@ def moved_law(system: System, start: Start | None, paths: Sequence[str]) -> Move
     (('start.v0', 'forcing.harmonics.0.omega'), array([0., 1., 0.]))
     """
     osc, force = system
+    names = parameter_names(paths, osc, force, start)
+    law = system.law
+    begin = np.zeros((len(names), 3))
+    stops = np.zeros((len(names), len(osc.stops), 3))
+    moved_law_rows = []
+    needs_unit = False
+    for p, name in enumerate(names):
+        fields = _derivatives(system, start, name)
+        begin[p] = [fields.get(START + field, 0.0) for field in ("x0", "v0", "t0")]
+        for i in range(len(osc.stops)):
+            own = (f"oscillator.stops.{i}.{field}" for field in ("at", "stiffness", "damping"))
+            stops[p, i] = [fields.get(field, 0.0) for field in own]
+        moved_law_rows.append(moved_rows(system, fields))
+        needs_unit = needs_unit or fields.get("forcing.record.amplitude", 0.0) != 0.0
+    rows = np.array(moved_law_rows)
+    change = Change(rows, unit_law(force) if needs_unit else law)
+    return MovedLaw(names, change, begin, stops)
+
+
+def parameter_names(
+    paths: Sequence[str],
+    osc: Oscillator | Structure,
+    force: Forcing | Loads | None,
+    start: Start | StructureStart | None,
+) -> tuple[str, ...]:
+    """Return the long form of each path.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such parameter, one is named twice, or none at all.
+    """
     if isinstance(paths, str) or not len(paths):
         raise ParameterError("paths", paths, 'no list of paths; give one such as ["start.v0"]')
     names: list[str] = []
@@ -88,26 +122,39 @@ def moved_law(system: System, start: Start | None, paths: Sequence[str]) -> Move
         if name in names:
             raise ParameterError("paths", path, "the same parameter, named twice")
         names.append(name)
+    return tuple(names)
+
+
+def moved_rows(system: System, fields: Mapping[str, float]) -> Floats:
+    """Return the derivatives of the rows of a law, from those of the fields of its motion.
+
+    Parameters
+    ----------
+    system
+        Oscillator and forcing.
+    fields
+        The derivatives of the fields of the motion of unit mass, and of the mass, by their paths.
+
+    Returns
+    -------
+    array
+        (n_rows, columns), of `Change`.
+
+    Raises
+    ------
+    ParameterError
+        For the coefficients of a term of a Fourier sum that is left out since it is zero.
+    """
     law = system.law
     n_rows = int(law[0, at.FIRST_KNOT]) if law[0, at.N_KNOTS] else len(law)
-    rows, begin = np.zeros((len(names), n_rows, at.COLUMNS)), np.zeros((len(names), 3))
-    stops = np.zeros((len(names), len(osc.stops), 3))
-    needs_unit = False
-    for p, name in enumerate(names):
-        fields = _derivatives(system, start, name)
-        begin[p] = [fields.get(START + field, 0.0) for field in ("x0", "v0", "t0")]
-        rows[p, 0, at.MASS] = fields.get("oscillator.mass", 0.0)
-        rows[p, 0, at.FORCING_CONSTANT] = fields.get("forcing.constant", 0.0)
-        for i in range(len(osc.stops)):
-            own = (f"oscillator.stops.{i}.{field}" for field in ("at", "stiffness", "damping"))
-            stops[p, i] = [fields.get(field, 0.0) for field in own]
-        _fill_harmonics(rows[p], system, fields)
-        for region, number in zip(region_rows(law), range(len(law)), strict=False):
-            _fill_region(rows[p, region], system, number, fields)
-        _fill_tables(rows[p], system, fields)
-        needs_unit = needs_unit or fields.get("forcing.record.amplitude", 0.0) != 0.0
-    change = Change(rows, _unit_law(system) if needs_unit else law)
-    return MovedLaw(tuple(names), change, begin, stops)
+    rows = np.zeros((n_rows, at.COLUMNS))
+    rows[0, at.MASS] = fields.get("oscillator.mass", 0.0)
+    rows[0, at.FORCING_CONSTANT] = fields.get("forcing.constant", 0.0)
+    _fill_harmonics(rows, system, fields)
+    for region, number in zip(region_rows(law), range(len(law)), strict=False):
+        _fill_region(rows[region], system, number, fields)
+    _fill_tables(rows, system, fields)
+    return rows
 
 
 def _derivatives(system: System, start: Start | None, name: str) -> dict[str, float]:
@@ -131,13 +178,12 @@ def _derivatives(system: System, start: Start | None, name: str) -> dict[str, fl
     return {path: float(value.derivative(parameter[path])) for path, value in fields.items()}
 
 
-def _unit_law(system: System) -> Law:
-    """Return a law with the record at scale 1, and no other force."""
-    force = system.forcing
+def unit_law(force: Forcing | None) -> Law:
+    """Return a law with the record of a forcing at scale 1, and nothing else."""
     assert force is not None
     assert force.record is not None
     record = force.record.with_fields(amplitude=1.0)
-    return System(system.of_unit_mass.oscillator, Forcing(record=record)).law
+    return System(Oscillator(stiffness=0, damping=0), Forcing(record=record)).law
 
 
 def _fill_harmonics(rows: Floats, system: System, fields: Mapping[str, float]) -> None:

@@ -24,6 +24,7 @@ from percuss.motion.sensitivity import Sensitivity as Sensitivity
 from percuss.motion.simulate import simulate as simulate
 from percuss.motion.spectrum import line_spectrum as line_spectrum
 from percuss.motion.spectrum import spectrum as spectrum
+from percuss.motion.structure_sensitivity import StructureSensitivity as StructureSensitivity
 from percuss.motion.tables import Contacts as Contacts
 from percuss.motion.tables import Crossings as Crossings
 from percuss.motion.tables import Grazes as Grazes

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any, cast
 
 from percuss.arrays import Floats
 from percuss.errors import ParameterError
 from percuss.model.exact import Exact, Phase
 from percuss.model.forcing import Forcing
-from percuss.model.oscillator import Oscillator
-from percuss.model.start import Start
+from percuss.model.loads import Loads
+from percuss.model.oscillator import On, Oscillator
 from percuss.model.structure import Structure
 from percuss.motion.moved_measures import MovedMeasure
 from percuss.motion.simulate import simulate
@@ -19,11 +20,12 @@ __all__ = ["gradient"]
 
 def gradient(
     measure: MovedMeasure,
-    osc: Oscillator,
-    force: Forcing | None = None,
+    osc: Oscillator | Structure,
+    force: Forcing | Loads | Mapping[Any, Forcing] | None = None,
     *,
     wrt: Sequence[str],
-    start: Start | Sequence[Phase] | None = None,
+    on: On | None = None,
+    start: Any = None,
     t_end: Phase | None = None,
     periods: Exact | None = None,
     max_impacts: int | None = None,
@@ -35,9 +37,11 @@ def gradient(
     measure
         The measure, as `Sensitivity.of` takes it.
     osc, force
-        The oscillator and its forcing, None for free motion.
+        The oscillator and its forcing, None for free motion; or a structure and its loads.
     wrt
         Paths of the parameters by which it is taken, those of the start among them.
+    on
+        Of a structure the coordinate, direction or point whose displacement or acceleration it is.
     start, t_end, periods, max_impacts
         Start and limits of the run, as `simulate` takes them.
 
@@ -49,8 +53,7 @@ def gradient(
     Raises
     ------
     ParameterError
-        If there is no such measure, or parameter, or the run is none that `simulate` follows; and
-        for structures.
+        If there is no such measure, or parameter, or the run is none that `simulate` follows.
 
     Examples
     --------
@@ -60,8 +63,9 @@ def gradient(
     >>> pc.gradient("max_displacement", pc.Oscillator(), wrt=["start.v0"], start=(0, 3), t_end=4)
     array([1.])
     """
+    limits: dict[str, Any] = {"t_end": t_end, "periods": periods, "max_impacts": max_impacts}
     if isinstance(osc, Structure):
-        reason = "gradients are those of oscillators; a structure has none yet"
-        raise ParameterError("osc", osc, reason)
-    run = simulate(osc, force, start=start, t_end=t_end, periods=periods, max_impacts=max_impacts)
-    return run.sensitivity(wrt).of(measure)
+        return simulate(osc, force, start=start, **limits).sensitivity(wrt).of(measure, on)
+    if on is not None:
+        raise ParameterError("on", on, "of structures; an oscillator has one displacement")
+    return simulate(osc, cast("Forcing", force), start=start, **limits).sensitivity(wrt).of(measure)

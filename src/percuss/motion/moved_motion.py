@@ -28,8 +28,8 @@ from percuss.motion.extremes import Extrema, QuantityName
 from percuss.motion.tables import Contacts, Crossings, Grazes, Impacts, Limit
 
 __all__ = [
-    "AnyMotion", "MovedContacts", "MovedCrossings", "MovedGrazes", "MovedImpacts", "MovedMotion",
-    "workspace_of",
+    "AnyMotion", "MovedContacts", "MovedCrossings", "MovedEvents", "MovedGrazes", "MovedImpacts",
+    "MovedMotion", "workspace_of",
 ]  # fmt: skip
 
 
@@ -190,10 +190,8 @@ class MovedGrazes:
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class MovedMotion:
-    """The derivative of a motion by parameters.
-
-    Called with times, it gives the derivatives of x and v there.
+class MovedEvents:
+    """The derivatives of the events of a motion by parameters.
 
     Attributes
     ----------
@@ -202,17 +200,7 @@ class MovedMotion:
     impacts, crossings, contacts
         Derivatives of the events.
     grazes
-        Where the motion is not differentiable, and how it goes from there on until a contact with a
-        wall ends that.
-    run
-        The run.
-    moved
-        How the parameters move its law.
-    varied, begin
-        What the kernels took: the record with its change and grazes, and the (n_parameters, 3)
-        derivatives of x, v and t of the start.
-    columns
-        (n_events, n_parameters, 6) array, as the kernels wrote it.
+        Where the motion is not differentiable, and how it goes from there on.
     """
 
     paths: tuple[str, ...]
@@ -220,11 +208,6 @@ class MovedMotion:
     crossings: MovedCrossings
     contacts: MovedContacts
     grazes: MovedGrazes
-    run: AnyMotion
-    moved: MovedLaw
-    varied: VariedRecord
-    begin: Floats
-    columns: Floats
 
     @property
     def differentiable(self) -> bool:
@@ -249,6 +232,32 @@ class MovedMotion:
         """Return what it is the derivative by, in a line."""
         ends = f"; {self.reason}" if self.reason else ""
         return f"<Sensitivity: by {', '.join(self.paths)}{ends}>"
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class MovedMotion(MovedEvents):
+    """The derivative of a motion by parameters.
+
+    Called with times, it gives the derivatives of x and v there.
+
+    Attributes
+    ----------
+    run
+        The run.
+    moved
+        How the parameters move its law.
+    varied, begin
+        What the kernels took: the record with its change and grazes, and the (n_parameters, 3)
+        derivatives of x, v and t of the start.
+    columns
+        (n_events, n_parameters, 6) array, as the kernels wrote it.
+    """
+
+    run: AnyMotion
+    moved: MovedLaw
+    varied: VariedRecord
+    begin: Floats
+    columns: Floats
 
     def __call__(self, t: ArrayLike, limit: Limit = "after") -> tuple[Floats, Floats]:
         """Return the derivatives of x and v at times t, which stay.

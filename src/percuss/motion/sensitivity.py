@@ -19,7 +19,7 @@ from percuss.kernels.sample import flight_at
 from percuss.kernels.sensitivity import VariedRecord
 from percuss.model.moved_law import MovedLaw, moved_law
 from percuss.model.oscillator import Wall
-from percuss.motion.moved_measures import MovedMeasure, measure_and_derivative
+from percuss.motion.moved_measures import MovedMeasure
 from percuss.motion.moved_motion import (
     AnyMotion,
     MovedContacts,
@@ -29,6 +29,7 @@ from percuss.motion.moved_motion import (
     MovedMotion,
     workspace_of,
 )
+from percuss.motion.oscillator_measures import measure_and_derivative
 
 __all__ = ["Sensitivity", "sensitivity_of"]
 

@@ -33,6 +33,7 @@ from percuss.motion.structure_observables import (
     observable_at,
     passages_of_run,
 )
+from percuss.motion.structure_sensitivity import StructureSensitivity, structure_sensitivity_of
 from percuss.motion.tables import Contacts, Crossings, EventColumn, Grazes, Impacts
 from percuss.motion.trajectory import (
     Outcome,
@@ -480,6 +481,42 @@ class StructureTrajectory:
         """
         span = span_within(between, self.t0, self.t_end)
         return extremes_of_run(self.system, self._scratch(), span, of, stop, on)
+
+    def sensitivity(self, paths: Sequence[str]) -> StructureSensitivity:
+        """Return the derivative of the motion by parameters, exact to rounding.
+
+        Flights by their power series, impacts, crossings, chatter and releases by the implicit
+        function theorem (docs/theory/sensitivities.md). No difference is taken, and no derivative
+        of a mode.
+
+        Parameters
+        ----------
+        paths
+            Paths of the parameters, in long or short form: of the structure, its loads and the
+            start, and names of parameters in expressions.
+
+        Returns
+        -------
+        StructureSensitivity
+            With `impacts`, `crossings` and `contacts`; called with times it gives dx and dv. Where
+            the motion grazes a wall it has no derivative, and says so.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such parameter, one is named twice, or none at all.
+
+        Examples
+        --------
+        The masses of a pair meet after the time gap / v0, and part with 0.8 of the velocity:
+
+        >>> import percuss as pc
+        >>> pair = pc.impact_pair(masses=[1, 1], gap="0.5", restitution="0.8")
+        >>> d = pc.simulate(pair, v0=[1, 0], t_end=1).sensitivity(["start.v0.0"])
+        >>> d.impacts.t[0], d.impacts.v_after[0]
+        (array([-0.5]), array([0.8]))
+        """
+        return structure_sensitivity_of(self, paths)
 
     def forces(self, t: ArrayLike) -> Dataset:
         """Return the forces on the coordinates at times t.

@@ -69,8 +69,8 @@ class Design:
         The free parameters, by their long paths.
     bounds
         Their ranges.
-    outcomes
-        The outcomes with limits.
+    outcomes, limits
+        The outcomes with limits, and these: the least and the largest value, None for no limit.
     active
         The paths and the outcomes that are at an end of their ranges.
     gradient
@@ -95,6 +95,7 @@ class Design:
     values: dict[str, float]
     bounds: dict[str, tuple[float, float]]
     outcomes: dict[str, float]
+    limits: dict[str, OutcomeLimits]
     active: tuple[str, ...]
     gradient: Floats
     oscillator: Oscillator
@@ -290,6 +291,8 @@ def _best(search: DesignSearch, restarts: int, seed: int) -> Design:
     """DesignSearch from several settings, and return the best end."""
     found: list[Found] = []
     for values in _settings(search, restarts, seed):
+        if search.progress.is_stopped and found:
+            break
         for first in search.trials.first(values, restarts + 1, seed):
             if search.progress.is_stopped and found:
                 break
@@ -322,6 +325,7 @@ def _design(search: DesignSearch, best: Found, found: list[Found]) -> Design:
         values=trial.values,
         bounds=search.box,
         outcomes={name: trial.outcome(name)[0] for name in wanted.limits},
+        limits=dict(wanted.limits),
         active=tuple(at_end + limited),
         gradient=gradient,
         oscillator=trial.system.oscillator,

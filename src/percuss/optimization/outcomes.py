@@ -8,12 +8,13 @@ import numpy as np
 
 from percuss.arrays import Floats
 from percuss.errors import ParameterError
-from percuss.motion.moved_measures import MovedMeasure, measure_and_derivative
+from percuss.motion.moved_measures import MovedMeasure
+from percuss.motion.oscillator_measures import measure_and_derivative
 from percuss.motion.sensitivity import Sensitivity
 from percuss.orbits.orbit.moved_orbit import OrbitSensitivity
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
-__all__ = ["AnySensitivity", "OutcomeName", "check_outcome", "outcome_of"]
+__all__ = ["AnySensitivity", "OutcomeName", "check_outcome", "outcome_names", "outcome_of"]
 
 # The outcomes that orbits alone have.
 OfOrbit: TypeAlias = Literal["grazing_margin", "multiplier", "period"]
@@ -21,9 +22,14 @@ OutcomeName: TypeAlias = MovedMeasure | OfOrbit
 AnySensitivity: TypeAlias = Sensitivity | OrbitSensitivity
 
 
+def outcome_names(*, of_orbit: bool) -> tuple[str, ...]:
+    """Return the names of the outcomes of an orbit, or of a run."""
+    return get_args(MovedMeasure) + (get_args(OfOrbit) if of_orbit else ())
+
+
 def check_outcome(name: object, *, of_orbit: bool) -> None:
     """Raise ParameterError unless it is the name of an outcome of an orbit, or of a run."""
-    known = get_args(MovedMeasure) + (get_args(OfOrbit) if of_orbit else ())
+    known = outcome_names(of_orbit=of_orbit)
     if name not in known:
         whose = "an orbit" if of_orbit else "a run"
         reason = f"none of the outcomes of {whose} with a derivative: {', '.join(known)}"

@@ -15,6 +15,8 @@ from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.optimization.design import Design, design
 from percuss.optimization.outcomes import OutcomeName, outcome_of
+from percuss.optimization.search import MOST_MOTIONS
+from percuss.progress import Progress, Report
 
 __all__ = ["ParetoFront", "pareto_front"]
 
@@ -63,6 +65,8 @@ def pareto_front(
     free: Mapping[str, tuple[Exact, Exact]],
     goals: tuple[Literal["least", "largest"], Literal["least", "largest"]] = ("least", "least"),
     n: int = 9,
+    restarts: int = 4,
+    progress: Report = None,
     **settings: Any,
 ) -> ParetoFront:
     """Return the best settings between two outcomes, of which each is bought with the other.
@@ -80,8 +84,11 @@ def pareto_front(
         Whether each shall be least or largest.
     n
         How many designs, >= 2; those that another one betters are left out.
+    restarts, progress
+        As `design` takes them, of all designs together. When it is stopped the front has the
+        designs that were begun.
     **settings
-        All else that `design` takes: `subject_to`, `on`, `start`, `restarts`, ...
+        All else that `design` takes: `subject_to`, `on`, `start`, ...
 
     Returns
     -------
@@ -122,6 +129,7 @@ def pareto_front(
     one, other = outcomes
     limits = dict(settings.pop("subject_to", None) or {})
     own = limits.pop(other, (None, None))
+    line = Progress(progress, MOST_MOTIONS * (restarts + 1) * n, "motions", is_bound=True)
 
     def best(
         of: OutcomeName, goal: Any, near: Design | None, ends: tuple[Any, Any] = own
@@ -129,16 +137,23 @@ def pareto_front(
         system = (osc, force) if near is None else (near.oscillator, near.forcing)
         again = {} if near is None or near.start is None else {"start": near.start}
         kept = limits if ends == (None, None) else {**limits, other: ends}
-        return design(of, *system, free=free, goal=goal, subject_to=kept, **(settings | again))
+        done = line.done
+        given = {**settings, **again, "restarts": restarts, "free": free, "subject_to": kept}
+        return design(
+            of, *system, goal=goal, progress=lambda count, _: line.reach(done + count), **given
+        )
 
-    first, last = best(one, goals[0], None), best(other, goals[1], None)
-    begin, end = _of(first, other), _of(last, other)
-    designs = [first]
-    for share in np.linspace(0.0, 1.0, n)[1:-1].tolist():
-        limit = (1.0 - share) * begin + share * end
-        ends = (own[0], limit) if goals[1] == "least" else (limit, own[1])
-        designs.append(best(one, goals[0], designs[-1], ends))
-    designs.append(last)
+    try:
+        designs = [best(one, goals[0], None), best(other, goals[1], None)]
+        begin, end = (_of(it, other) for it in designs)
+        for share in np.linspace(0.0, 1.0, n)[1:-1].tolist():
+            if line.is_stopped:
+                break
+            limit = (1.0 - share) * begin + share * end
+            ends = (own[0], limit) if goals[1] == "least" else (limit, own[1])
+            designs.insert(-1, best(one, goals[0], designs[-2], ends))
+    finally:
+        line.close()
     values = np.array([[_of(it, one), _of(it, other)] for it in designs])
     kept = _undominated(values * np.where(np.array(goals) == "least", 1.0, -1.0))
     return ParetoFront(outcomes, goals, tuple(designs[i] for i in kept), values[kept])

@@ -28,6 +28,9 @@ from percuss.orbits.finding.single_impact import SingleImpact as SingleImpact
 from percuss.orbits.finding.single_impact import single_impact as single_impact
 from percuss.orbits.finding.single_impact import single_impact_orbits as single_impact_orbits
 from percuss.orbits.orbit.moved_orbit import OrbitSensitivity as OrbitSensitivity
+from percuss.orbits.orbit.moved_structure_orbit import (
+    StructureOrbitSensitivity as StructureOrbitSensitivity,
+)
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit as PeriodicOrbit
 from percuss.orbits.orbit.stability import Stability as Stability
 from percuss.orbits.orbit.structure_orbit import StructureOrbit as StructureOrbit

@@ -127,6 +127,9 @@ def _pale(colour: str) -> tuple[float, float, float]:
 
 def _draw_attractors(ax: Axes, basins: xr.Dataset, colours: list[str]) -> None:
     points = [name for name in basins if str(name).startswith("attractor_")]
+    if len(points) < 2:
+        # Over a direction of starts an attractor has no place in the plane.
+        return
     x, y = (basins[name].to_numpy() for name in points)
     for i, colour in enumerate(colours):
         finite = np.isfinite(x[i]) & np.isfinite(y[i])

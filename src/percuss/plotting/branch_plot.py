@@ -178,9 +178,7 @@ def owner_of(branch: AnyBranch) -> Oscillator | Structure:
 
 def parameter_of(branch: AnyBranch, units: Units) -> str:
     """Return the label of the axis of the parameter."""
-    if isinstance(branch, StructureBranch):
-        return branch.path
-    return parameter_label(branch[0], branch.path, units)
+    return parameter_label(branch.orbits[0], branch.path, units)
 
 
 def _default(branches: list[AnyBranch]) -> BranchQuantity:
@@ -408,10 +406,10 @@ def plot_curves(
         for curve in several:
             _draw_curve(ax, curve)
         first = several[0]
-        over, up = paths
-        if isinstance(first, Curve):
-            own = units_of(units, first[0].oscillator)
-            over, up = (parameter_label(first[0], path, own) for path in paths)
+        orbit: PeriodicOrbit | StructureOrbit = first.orbits[0]
+        owner = orbit.structure if isinstance(orbit, StructureOrbit) else orbit.oscillator
+        own = units_of(units, owner)
+        over, up = (parameter_label(orbit, path, own) for path in paths)
         ax.set_xlabel(over)
         ax.set_ylabel(up)
         _explain_curves(ax)

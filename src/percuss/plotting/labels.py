@@ -11,6 +11,7 @@ from percuss.ensembles.grid import units_of as dimensions_of
 from percuss.model.oscillator import Oscillator
 from percuss.model.units import Units, is_unit
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+from percuss.orbits.orbit.structure_orbit import StructureOrbit
 
 __all__ = ["label_axes", "label_of", "parameter_label", "parameter_name", "path_label", "with_unit"]
 
@@ -36,14 +37,15 @@ OF_STOP = {
     "stiffness": "stiffness",
     "damping": "damping",
 }
-STOP = re.compile(r"oscillator\.stops\.(\d+)\.(\w+)")
+STOP = re.compile(r"(?:oscillator|structure)\.stops\.(\d+)\.(\w+)")
 TABLE = re.compile(r"oscillator\.stops\.(\d+)\.restitution\.(speed|value)s\.(\d+)")
+LOAD = re.compile(r"loads\.(\d+)\.(.+)")
 HARMONIC = re.compile(r"forcing\.harmonics\.(\d+)\.(\w+)")
 TERM = re.compile(r"forcing\.(cos|sin)\.(\d+)")
 POWER = re.compile(r"(length|time|mass)(?:\^(\d+))?")
 
 
-def parameter_name(path: str, n_stops: int = 1, n_harmonics: int = 1) -> str:
+def parameter_name(path: str, n_stops: int = 1, n_harmonics: int = 1, n_loads: int = 1) -> str:
     r"""Return the name of a parameter in words, with its symbol; an own name as it is.
 
     Examples
@@ -52,7 +54,12 @@ def parameter_name(path: str, n_stops: int = 1, n_harmonics: int = 1) -> str:
     ('forcing frequency $\\omega$', 'w')
     >>> parameter_name("oscillator.stops.1.at", n_stops=2)
     'place of stop 1'
+    >>> parameter_name("loads.1.amplitude", n_loads=2)
+    'forcing amplitude of load 1'
     """
+    if load := LOAD.fullmatch(path):
+        name = parameter_name(f"forcing.{load[2]}", n_stops, n_harmonics)
+        return name if n_loads == 1 else f"{name} of load {load[1]}"
     if (of_stop := STOP.fullmatch(path)) and of_stop[2] in OF_STOP:
         which = "the stop" if n_stops == 1 else f"stop {of_stop[1]}"
         return f"{OF_STOP[of_stop[2]]} of {which}"
@@ -137,8 +144,10 @@ def path_label(data: xr.Dataset, path: str, units: Units | None) -> str:
     return with_unit(name, str(data[path].attrs.get("units", "")), units)
 
 
-def parameter_label(orbit: PeriodicOrbit, path: str, units: Units) -> str:
+def parameter_label(orbit: PeriodicOrbit | StructureOrbit, path: str, units: Units) -> str:
     """Return the label of an axis over the parameter of a branch or a curve of such orbits."""
+    if isinstance(orbit, StructureOrbit):
+        return _label_of_structure(orbit, path, units)
     oscillator, forcing = orbit.system
     if "." not in path:
         return path
@@ -148,3 +157,15 @@ def parameter_label(orbit: PeriodicOrbit, path: str, units: Units) -> str:
     path_of_name = "oscillator.damping_coefficient" if is_massive else path
     name = parameter_name(path_of_name, len(oscillator.stops), n_harmonics)
     return with_unit(name, dimensions_of(path, oscillator, forcing), units)
+
+
+def _label_of_structure(orbit: StructureOrbit, path: str, units: Units) -> str:
+    """Return the label of an axis over the parameter of a branch of a structure."""
+    structure, loads = orbit.structure, orbit.loads
+    if "." not in path:
+        return path
+    forcings = loads.forcings
+    load = LOAD.fullmatch(path)
+    n_harmonics = len(forcings[int(load[1])].harmonics) if load else 0
+    name = parameter_name(path, len(structure.stops), n_harmonics, len(forcings))
+    return with_unit(name, dimensions_of(path, structure, loads), units)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -14,12 +15,12 @@ from pydantic import PlainSerializer, PlainValidator
 from percuss.ensembles.job import too_large
 from percuss.errors import ParameterError
 from percuss.io.study_text import number
-from percuss.model.exact import Phase, PiTimes, angle, as_float, phase_problem
+from percuss.model.exact import Phase, PiTimes, angle, as_float, number_problem, phase_problem
 from percuss.model.paths import get_parameter, long_form, replace_parameter
 from percuss.model.start import Start
 from percuss.model.structure import StructureStart
 from percuss.numerics import exp, log
-from percuss.studies.study import StudyDraft
+from percuss.studies.study import StudyDraft, counted
 from percuss.studies.tables import (
     NO_PHASE,
     Path,
@@ -40,7 +41,9 @@ __all__ = [
     "StartAxis",
     "axes_of",
     "axis_values",
+    "direction_of",
     "over_of",
+    "ranges_in",
     "ranges_over",
     "values_over",
 ]  # fmt: skip
@@ -106,9 +109,25 @@ def axis_values(axis: AxisValues) -> tuple[Phase, ...]:
     return axis.values() if isinstance(axis, Span) else axis
 
 
-def over_of(over: Mapping[str, AxisValues]) -> dict[str, list[Phase]]:
-    """Return axes as the keyword ``over`` takes them."""
-    return {path: list(axis_values(axis)) for path, axis in over.items()}
+def over_of(over: Mapping[str, AxisValues]) -> dict[Any, list[Phase]]:
+    """Return axes as the keyword ``over`` takes them, directions as tuples."""
+    return {direction_of(path) or path: list(axis_values(axis)) for path, axis in over.items()}
+
+
+def direction_of(path: str) -> tuple[Any, ...] | None:
+    """Return the direction of starts that the key of an axis is; None where it is a path.
+
+    Examples
+    --------
+    >>> direction_of("[1, 0, 0.5, 0]"), direction_of("start.x0.0")
+    ((1, 0, 0.5, 0), None)
+    """
+    if not path.startswith("["):
+        return None
+    try:
+        return tuple(tomllib.loads(f"direction = {path}")["direction"])
+    except tomllib.TOMLDecodeError:
+        return (path,)
 
 
 def _axis_table(axis: AxisValues | ParameterRange | None) -> object:
@@ -158,17 +177,8 @@ def ranges_over(
     """
     ranges: dict[str, ParameterRange] = {}
     for path, place, given in _counted(study, count):
-        if not isinstance(given, list) or len(given) != 2:
-            reason = "not a range; write [first, last]"
-            study.faults.add(place, reason, shown(given))
-            continue
-        ends = [exact_phase(end) for end in given]
-        if not _numbers_are_right(study, place, ends) or not _is_known(study, path, place, None):
-            continue
-        if as_float(ends[0]) == as_float(ends[1]):
-            study.faults.add(place, "an empty range", shown(given))
-            continue
-        if not _fit(study, path, [(*place, 0), (*place, 1)], ends, None):
+        ends = _range(study, path, place, given, None)
+        if ends is None:
             continue
         own = as_float(get_parameter(study.model, study.force, None, path))
         low, high = sorted(as_float(end) for end in ends)
@@ -176,8 +186,59 @@ def ranges_over(
             reason = f"does not hold the model's own value {own:.12g}, where the branch begins"
             study.faults.add(place, reason, shown(given))
             continue
-        ranges[path] = ends[0], ends[1]
+        ranges[path] = ends
     return ranges
+
+
+def ranges_in(
+    study: StudyDraft, place: Path, start: Start | StructureStart | None
+) -> dict[str, ParameterRange]:
+    """Return the ranges, from least to largest, of a table inside a table; add their faults.
+
+    Parameters
+    ----------
+    study
+        The document and its model.
+    place
+        The table, which `study.document` has.
+    start
+        The start, whose numbers may be parameters; None: they may not.
+    """
+    ranges: dict[str, ParameterRange] = {}
+    names: dict[str, str] = {}
+    table = raw_table(raw_table(study.document, str(place[0])), str(place[1]))
+    for path, entry, given in _entries(place, table, len(place)):
+        ends = _range(study, path, entry, given, start)
+        if ends is None:
+            continue
+        if as_float(ends[0]) > as_float(ends[1]):
+            study.faults.add(entry, "the least is above the largest", shown(given))
+            continue
+        name = long_form(path, study.model, study.force, start)
+        if name in names:
+            study.faults.add(entry, f"the same parameter as {names[name]}")
+        names[name] = path
+        ranges[path] = ends
+    return ranges
+
+
+def _range(
+    study: StudyDraft, path: str, place: Path, given: Any, start: Start | StructureStart | None
+) -> ParameterRange | None:
+    """Return the ends of a range, None if it has faults; add these."""
+    if not isinstance(given, list) or len(given) != 2:
+        study.faults.add(place, "not a range; write [first, last]", shown(given))
+        return None
+    ends = [exact_phase(end) for end in given]
+    if not _numbers_are_right(study, place, ends) or not _is_known(study, path, place, start):
+        return None
+    if as_float(ends[0]) == as_float(ends[1]):
+        study.faults.add(place, "an empty range", shown(given))
+        return None
+    # A stop may be moved over the start where the start moves, too.
+    own = start if path.startswith("start.") else None
+    places = [(*place, 0), (*place, 1)]
+    return (ends[0], ends[1]) if _fit(study, path, places, ends, own) else None
 
 
 def values_over(
@@ -211,7 +272,8 @@ def values_over(
         values = axis_values(axis)
         # The values of a span have no places of their own in the file.
         places = [place if isinstance(axis, Span) else (*place, i) for i in range(len(values))]
-        if len(entries) == 1 and not _fit(study, path, places, values, start):
+        is_path = direction_of(path) is None
+        if is_path and len(entries) == 1 and not _fit(study, path, places, values, start):
             continue
         right[path] = axis
     return right
@@ -285,7 +347,7 @@ def _span(study: StudyDraft, place: Path, given: Mapping[str, Any]) -> Span | No
 
 def _counted(study: StudyDraft, count: int | None) -> Iterator[tuple[str, Path, Any]]:
     """Yield path, place and value of each entry of ``[over]``; add the fault of a wrong number."""
-    entries = list(_entries(("over",), raw_table(study.document, "over")))
+    entries = list(_entries(("over",), raw_table(study.document, "over"), 1))
     if "over" in study.document and not study.faults.is_wrong("over"):
         wanted = {1: "one is needed", 2: "two are needed", None: "at least one is needed"}[count]
         if (count is not None and len(entries) != count) or not entries:
@@ -295,14 +357,17 @@ def _counted(study: StudyDraft, count: int | None) -> Iterator[tuple[str, Path, 
     yield from entries
 
 
-def _entries(place: Path, table: Mapping[str, Any]) -> Iterator[tuple[str, Path, Any]]:
-    """Yield the entries of a table, and of the inner tables that unquoted paths make."""
+def _entries(place: Path, table: Mapping[str, Any], above: int) -> Iterator[tuple[str, Path, Any]]:
+    """Yield the entries of a table, and of the inner tables that unquoted paths make.
+
+    The first keys of the place, as many as `above`, are those of the table itself.
+    """
     for key, value in table.items():
         inner = (*place, key)
         if isinstance(value, Mapping) and not {"from", "to", "count"} & set(value):
-            yield from _entries(inner, value)
+            yield from _entries(inner, value, above)
         else:
-            yield ".".join(map(str, inner[1:])), inner, value
+            yield ".".join(map(str, inner[above:])), inner, value
 
 
 def _numbers_are_right(study: StudyDraft, place: Path, values: list[Any]) -> bool:
@@ -317,6 +382,9 @@ def _is_known(
     study: StudyDraft, path: str, place: Path, start: Start | StructureStart | None
 ) -> bool:
     """Return whether a right model has this parameter; add the fault if it has none."""
+    direction = direction_of(path)
+    if direction is not None:
+        return _is_direction(study, direction, place, start)
     if not all(LEAF.fullmatch(fault) for fault in _of_model(study)):
         return False
     try:
@@ -325,6 +393,27 @@ def _is_known(
         study.faults.add(place, error.reason)
         return False
     return study.has_right_model
+
+
+def _is_direction(
+    study: StudyDraft, direction: tuple[Any, ...], place: Path, start: object
+) -> bool:
+    """Return whether a structure's start has this direction; add the fault if it has not."""
+    if not study.has_right_model:
+        return False
+    n = 0 if study.structure is None or start is None else study.structure.n
+    reason = None
+    if not n:
+        reason = "a direction of starts, which this study has not; give paths"
+    elif len(direction) != 2 * n:
+        reason = f"{counted(len(direction), 'number')}; a direction has {2 * n}, of x0 and v0"
+    elif any(number_problem(number) is not None for number in direction):
+        reason = "not numbers alone; a direction is such as [1, 0, 0.5, 0]"
+    elif not any(map(as_float, direction)):
+        reason = "a direction of zeros; no start moves along it"
+    if reason is not None:
+        study.faults.add(place, reason)
+    return reason is None
 
 
 def _of_model(study: StudyDraft) -> list[str]:

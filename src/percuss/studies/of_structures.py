@@ -20,11 +20,16 @@ from percuss.model.structure import (
     structure_fields,
 )
 from percuss.model.units import in_units
-from percuss.studies.kinds.motion import Motion, ends_in_words
-from percuss.studies.kinds.orbit import Sought, multiplier_text
 from percuss.studies.structure_tables import has_size
-from percuss.studies.study import Study, StudyDraft, counted, with_unit
-from percuss.studies.tables import MISSING, Path, StudyFaults, shown
+from percuss.studies.study import (
+    Study,
+    StudyDraft,
+    counted,
+    ends_in_words,
+    multiplier_text,
+    with_unit,
+)
+from percuss.studies.tables import MISSING, Limits, NumbersKey, Path, StartState, StudyFaults, shown
 
 if TYPE_CHECKING:
     from percuss.motion.structures import StructureTrajectory
@@ -137,10 +142,10 @@ def check_measured(
     check_on(on, (table, "on"), study, is_needed=of_points or of_measures)
 
 
-def checked_motion(motion: Motion, study: StudyDraft) -> StructureStart:
+def checked_motion(begin: StartState, limits: Limits, study: StudyDraft) -> StructureStart:
     """Return the start of a motion of a structure, and add the faults of start and limits."""
-    limits, faults = motion.limits, study.faults
-    start = checked_start(motion.start, study)
+    faults = study.faults
+    start = checked_start(begin, study)
     if limits.periods is not None:
         _check_periods(limits.periods, limits.t_end, study)
     elif limits.t_end is None and not faults.is_wrong("run"):
@@ -176,9 +181,9 @@ def _check_periods(periods: Exact, t_end: object, study: StudyDraft) -> None:
         faults.add(("run", "periods"), reason, shown(periods))
 
 
-def check_sought(sought: Sought, study: StudyDraft) -> None:
+def check_sought(x0: NumbersKey | None, v0: NumbersKey | None, study: StudyDraft) -> None:
     """Add the faults of a structure's orbit that is sought: its guess, and what draws it."""
-    given = {name: getattr(sought, name) for name in ("x0", "v0")}
+    given: dict[str, Any] = {"x0": x0, "v0": v0}
     missing = [name for name, value in given.items() if value is None]
     if len(missing) == 1 and not study.faults.is_wrong("orbit"):
         study.faults.add(("orbit", missing[0]), "missing; a guess is a state, x0 and v0")
@@ -201,17 +206,19 @@ def _check_guess(start: StructureStart, study: StudyDraft) -> None:
         study.faults.add(keys, fault.reason, fault.value)
 
 
-def motion_of(motion: Motion, study: Study, execution: Execution) -> StructureTrajectory:
+def motion_of(
+    begin: StartState, limits: Limits, study: Study, execution: Execution
+) -> StructureTrajectory:
     """Return the motion of a structure."""
     from percuss.motion.simulate import simulate
 
-    limits, structure = motion.limits, study.structure
+    structure = study.structure
     # Only studies of structures are computed here.
     assert structure is not None
     return simulate(
         structure,
         loads_of(structure, study.force),
-        start=motion.start if isinstance(motion.start, StructureStart) else None,
+        start=begin if isinstance(begin, StructureStart) else None,
         t_end=limits.t_end,
         periods=limits.periods,
         max_impacts=limits.max_impacts,

@@ -85,7 +85,7 @@ def with_expressions(document: RawTable, faults: StudyFaults) -> RawTable:
         The document itself where no number is an expression.
     """
     numbers = _parameters(document, faults)
-    reader = _Reader(numbers, faults)
+    reader = _ExpressionReader(numbers, faults)
     tables = {
         name: reader.converted(document[name], (name,)) for name in _TABLES if name in document
     }
@@ -111,7 +111,7 @@ def _parameters(document: RawTable, faults: StudyFaults) -> dict[str, Any]:
     return numbers
 
 
-class _Reader:
+class _ExpressionReader:
     """Turns texts into expressions of some parameters."""
 
     def __init__(self, numbers: Mapping[str, Phase], faults: StudyFaults) -> None:

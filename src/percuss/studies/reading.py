@@ -5,15 +5,17 @@ from __future__ import annotations
 import difflib
 from collections.abc import Mapping
 from pathlib import Path as FilePath
-from typing import Any
+from typing import Any, get_args
 
 from percuss.errors import StudyError
 from percuss.io.record import load_record
 from percuss.model.faults import draft, unit_problem
+from percuss.model.forcing import Forcing
+from percuss.model.loads import Loads
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start
 from percuss.model.structure import Structure, StructureStart
-from percuss.studies.model_tables import read_model
+from percuss.studies.model_tables import read_oscillator
 from percuss.studies.parameters import with_expressions
 from percuss.studies.study import (
     TABLES,
@@ -173,7 +175,14 @@ def build_study(
     if "certify" in known_here and "certify" in document:
         certify = read(Certify, raw_table(document, "certify"), faults, ("certify",))
     question = None if kind is None else _read_question(kind, document, faults)
-    model, force = read_model(document, faults, folder)
+    model: Oscillator | Structure
+    force: Forcing | Loads | None
+    if of_structure:
+        from percuss.studies.structure_tables import read_structure
+
+        model, force = read_structure(document, faults, folder)
+    else:
+        model, force = read_oscillator(document, faults, folder)
     _check_units(draw, model, faults)
     # With a faulty parameter nothing is known of the numbers that follow from it.
     if question is None or faults.is_wrong("parameters"):
@@ -240,14 +249,18 @@ def _table_keys(kind: type[Question], name: str, *, of_structure: bool) -> list[
     if name == kind.kind and own:
         return own
     (field,) = (field for field, table in TABLES.items() if table == name)
-    shape = _start_shape(of_structure) if name == "start" else fields[field].annotation
+    shape = _shape_of(field, fields[field], of_structure=of_structure)
     if hasattr(shape, "of_structures"):
         return _fields_of(shape, of_structure=of_structure)
     return [] if name == "over" else keys_of(shape)
 
 
-def _start_shape(of_structure: bool) -> type[StartTable | StructureStartTable]:
-    return StructureStartTable if of_structure else StartTable
+def _shape_of(field: str, info: Any, *, of_structure: bool) -> Any:
+    """Return the type of a field that is a table of its own, also of one that may be None."""
+    if field == "start":
+        return StructureStartTable if of_structure else StartTable
+    one = [kind for kind in get_args(info.annotation) if kind is not type(None)]
+    return one[0] if len(one) == 1 else info.annotation
 
 
 def _read_question(kind: type[Question], document: RawTable, faults: StudyFaults) -> Question:
@@ -262,7 +275,7 @@ def _read_question(kind: type[Question], document: RawTable, faults: StudyFaults
         if table not in document and not info.is_required():
             continue
         raw = raw_table(document, table)
-        shape = _start_shape(of_structure) if name == "start" else info.annotation
+        shape = _shape_of(name, info, of_structure=of_structure)
         known = (
             _fields_of(shape, of_structure=of_structure)
             if hasattr(shape, "of_structures")

@@ -20,8 +20,7 @@ from percuss.model.mechanisms import cantilever, chain, impact_pair, vibro_impac
 from percuss.model.oscillator import plain_on
 from percuss.model.structure import Structure, on_faults, structure_fields
 from percuss.studies.matrix_file import read_matrix
-from percuss.studies.model_tables import forcing_of, list_of, stop_of, units_of_table
-from percuss.studies.shapes import (
+from percuss.studies.model_tables import (
     FORCING,
     ForcingShape,
     RestitutionKey,
@@ -31,6 +30,10 @@ from percuss.studies.shapes import (
     UnitsShape,
     WallShape,
     check_shape,
+    forcing_of,
+    list_of,
+    stop_of,
+    units_of_table,
 )
 from percuss.studies.tables import (
     MATRIX_FILES,
@@ -183,7 +186,7 @@ def read_structure(
     Parameters
     ----------
     document, faults, folder
-        As `percuss.studies.model_tables.read_model` takes them.
+        As `percuss.studies.reading.build_study` takes them.
 
     Returns
     -------
@@ -193,7 +196,7 @@ def read_structure(
     table = raw_table(document, "structure")
     if isinstance(document["structure"], Mapping):
         check_shape(STRUCTURE, table, ("structure",), faults)
-    structure = _Reader(table, folder, faults).structure()
+    structure = _StructureReader(table, folder, faults).structure()
     rows = document.get("loads", [])
     rows = rows if isinstance(rows, list) else []
     if not rows and "loads_period" in table:
@@ -204,7 +207,7 @@ def read_structure(
     return structure, _loads(rows, table, structure, folder, faults)
 
 
-class _Reader:
+class _StructureReader:
     """Makes the structure of a table, and adds its faults."""
 
     def __init__(self, table: RawTable, folder: FilePath | None, faults: StudyFaults) -> None:

@@ -34,10 +34,12 @@ from percuss.studies.tables import (
 if TYPE_CHECKING:
     from xarray import Dataset
 
+    from percuss.motion.extremes import Extrema
+
 __all__ = [
     "AT_REST", "TABLES", "Picture", "Question", "Study", "StudyDraft",
-    "check_start", "counted", "ends_of", "failure_rows", "impacts_in_words", "intervals_in_words",
-    "kind_named", "kind_names", "known_walls", "study_text", "titled_axes",
+    "check_start", "counted", "ends_in_words", "ends_of", "failure_rows", "impacts_in_words", "intervals_in_words",
+    "kind_named", "kind_names", "known_walls", "multiplier_text", "study_text", "titled_axes",
 ]  # fmt: skip
 
 # Draws the result of a study on an empty figure.
@@ -56,6 +58,7 @@ _KINDS = (
     "diagram",
     "basins",
     "lyapunov",
+    "design",
 )
 # Fields of questions that are tables of their own in a file, in its order; the other fields stand
 # in the table of the kind.
@@ -206,6 +209,7 @@ class Question(ABC):
         """Return the tables of the question in a study file."""
         keys = as_written(self)
         tables = {table: keys.pop(name) for name, table in TABLES.items() if name in keys}
+        tables = {table: own for table, own in tables.items() if own is not None}
         return {**tables, self.kind: keys} if keys else tables
 
     def arguments(self) -> dict[str, Any]:
@@ -286,6 +290,17 @@ def with_unit(value: float, unit: str, digits: int = 10) -> str:
     ('0.5 m/s', '0.5')
     """
     return f"{value:.{digits}g} {unit}" if is_unit(unit) else f"{value:.{digits}g}"
+
+
+def ends_in_words(extrema: Extrema, unit: str) -> str:
+    """Return the least and the largest value of a quantity with their instants."""
+    low, high = (with_unit(value, unit) for value in (extrema.minimum, extrema.maximum))
+    return f"{low} at t = {extrema.t_minimum:.10g} to {high} at t = {extrema.t_maximum:.10g}"
+
+
+def multiplier_text(value: complex) -> str:
+    """Return a multiplier as a report shows it."""
+    return f"{value.real:.6g}" if value.imag == 0.0 else f"{value.real:.6g}{value.imag:+.6g}i"
 
 
 def impacts_in_words(n_impacts: float) -> str:
@@ -396,8 +411,9 @@ def _tables_of(study: Study) -> dict[str, Any]:
     is_other = "of_oscillators" if study.structure is not None else "of_structures"
     others: Any = getattr(question, is_other)
     left = {question.kind: others}
-    if hasattr(question, "sought"):
-        left["orbit"] = getattr(question.sought, is_other)
+    sought = getattr(question, "sought", None)
+    if sought is not None:
+        left["orbit"] = getattr(sought, is_other)
     names = {TABLES.get(name) for name in others}
     return {
         table: {key: value for key, value in keys.items() if key not in left.get(table, ())}

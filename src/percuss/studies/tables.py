@@ -35,7 +35,7 @@ from percuss.model.units import Units
 
 __all__ = [
     "DRAW_ALL", "MATRIX_FILES", "MISSING", "NO_DIRECTION", "NO_NUMBER", "NO_PHASE", "SAVE_ALL", "Certify", "Count",
-    "Draw", "Flag", "NumberKey", "NumbersKey", "OnKey", "OnKeys", "Path", "PhaseKey", "RawTable", "Save", "StartState", "StartTable", "StructureStartTable", "StudyFault",
+    "Draw", "Flag", "Limits", "NumberKey", "NumbersKey", "OnKey", "OnKeys", "Path", "PhaseKey", "RawTable", "Save", "StartState", "StartTable", "StructureStartTable", "StudyFault",
     "StudyFaults", "StudyTable", "Text", "Whole", "as_written", "default", "exact_phase",
     "is_matrix_file", "keys_of", "line_of", "raw_table", "read", "sentence", "shown", "table", "table_only",
     "unknown_key", "unknown_value", "values_of", "words_of_file",
@@ -489,6 +489,25 @@ class Save:
         Field(strict=True, ge=2, le=MOST_SAMPLES),
         PlainSerializer(lambda n: None if n == SAMPLES else n),
     ] = SAMPLES
+
+
+@table
+class Limits:
+    """The end of a motion.
+
+    Parameters
+    ----------
+    t_end
+        Time of the end [time]; or None.
+    periods
+        Number of forcing periods from the start, in place of `t_end`; or None.
+    max_impacts
+        Number of impacts and entries into soft stops after which to stop; or None.
+    """
+
+    t_end: PhaseKey | None = None
+    periods: NumberKey | None = None
+    max_impacts: Annotated[int, Field(strict=True)] | None = None
 
 
 @table

@@ -85,7 +85,7 @@ def _long(study: Study) -> list[str]:
     tables: dict[str, Any] = study.question.tables()
     call, draw = _LONG[study.kind]
     options: dict[str, Any] = {**tables.get(study.kind, {})}
-    if "over" in tables:
+    if tables.get("over"):
         options = {"over": tables["over"]} | options
     rows = [f"    {name}={_value(value)}," for name, value in options.items() if value is not None]
     curves = _saddles(study) if study.draw.manifolds else []

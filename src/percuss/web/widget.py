@@ -18,7 +18,8 @@ from percuss.model.exact import Exact
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start
-from percuss.studies.kinds.motion import Limits, Motion
+from percuss.studies.kinds.motion import Motion
+from percuss.studies.tables import Limits
 from percuss.web.downloads import QUICK, File, file_of
 from percuss.web.page_data import page_data
 from percuss.web.presets import presets
@@ -88,8 +89,11 @@ def _tables(
     return {name: _without_none(table) for name, table in plain.items()}
 
 
-def _without_none(table: dict[str, Any]) -> dict[str, Any]:
-    return {name: value for name, value in table.items() if value is not None}
+def _without_none(value: Any) -> Any:
+    """Return a table without the keys that have no value, in all tables inside it too."""
+    if isinstance(value, dict):
+        return {name: _without_none(part) for name, part in value.items() if part is not None}
+    return [_without_none(part) for part in value] if isinstance(value, list) else value
 
 
 @cache

@@ -64,7 +64,7 @@ SYSTEMS = 16
 RESONANT = 1e-3
 # A bracket in the parameter that is a location, as a part of it.
 LOCATED = 1e-9
-# An impact this near to t = 0, as a part of the period, is passing it; parts of the range beyond.
+# An event this near to t = 0, as a part of the period, is passing it; parts of the range beyond.
 STROBED, BEYOND = 1e-6, (100.0 * DIFFERENCE, 1e-4, 1e-3)
 
 _KINDS: dict[str, SpecialPointKind] = {
@@ -450,17 +450,19 @@ class _BranchDetector:
         here: Point[StructureEquations],
         reason: str,
     ) -> Segment[StructureEquations, StructureSpecialPoint]:
-        """Return what is beyond the last point: the same branch where an impact is at t = 0."""
+        """Return what is beyond the last point: the same branch where an event is at t = 0."""
         return Segment([], reason, _past_the_strobe(here))
 
 
 def _past_the_strobe(here: Point[StructureEquations]) -> Point[StructureEquations] | None:
-    """Return the point at which the impact next to t = 0 has passed it, None if there is none.
+    """Return the point at which the event next to t = 0 has passed it, None if there is none.
 
-    There the state at t = 0, which is solved for, jumps from one side of the impact to the other.
+    There the state at t = 0, which is solved for, jumps from one side of the impact to the other,
+    or has a kink where a stop with a dashpot, whose force jumps, is entered or left.
     """
     equations, run = here.problem, here.orbit.run
-    times, way = run.impacts.t, math.copysign(1.0, here.tangent[-1])
+    times = np.sort(np.concatenate([run.impacts.t, run.crossings.t]))
+    way = math.copysign(1.0, here.tangent[-1])
     for limit, at in (("after", times[:1]), ("before", times[-1:])):
         distance = np.abs(at - (0.0 if limit == "after" else run.t_end))
         if not (distance < STROBED * run.t_end).any():

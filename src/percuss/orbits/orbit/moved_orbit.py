@@ -44,7 +44,10 @@ from percuss.motion.tables import Impacts
 from percuss.motion.trajectory import Trajectory
 from percuss.numerics import matmul, solve_linear
 
-__all__ = ["ClosedMotion", "OrbitSensitivity", "sensitivity_of_orbit"]
+__all__ = [
+    "ON_FOLD", "ClosedMotion", "OrbitSensitivity", "common_slowing", "refuse_derivative",
+    "sensitivity_of_orbit",
+]  # fmt: skip
 
 # Frequencies that a parameter moves in proportion do so to this part.
 ALIKE = 1e-12
@@ -119,7 +122,7 @@ def sensitivity_of_orbit(orbit: ClosedMotion, paths: Sequence[str]) -> OrbitSens
     events = run.record[0]
     still = sensitivity_of(run, paths, np.zeros((len(paths), 3)))
     if not still.differentiable:
-        _refuse(still.reason)
+        refuse_derivative(still.reason)
     end = np.stack(still(run.t_end), axis=-1)
     rate = _rate(orbit)
     n = len(still.paths)
@@ -153,7 +156,8 @@ def sensitivity_of_orbit(orbit: ClosedMotion, paths: Sequence[str]) -> OrbitSens
     )
 
 
-def _refuse(reason: str) -> NoReturn:
+def refuse_derivative(reason: str) -> NoReturn:
+    """Raise the error of an orbit that has no derivative."""
     advice = f"{reason}; take it at another value of a parameter"
     raise ConvergenceError("the orbit has no derivative", None, math.nan, advice)
 
@@ -176,23 +180,43 @@ def _slower(orbit: ClosedMotion, still: Sensitivity) -> Floats:
     for j in range(FIRST_HARMONIC, FIRST_HARMONIC + n):
         omega = float(law[j, OMEGA])
         parts.append(-rows[:, j, OMEGA] / (omega if omega > 0.0 else 1.0))
+    has_own = orbit.run.forcing is not None and orbit.run.forcing.given_period is not None
+    return common_slowing(parts, still.paths, has_own=has_own)
+
+
+def common_slowing(parts: Sequence[Floats], paths: Sequence[str], *, has_own: bool) -> Floats:
+    """Return the derivatives of the logarithm of the period of several forces.
+
+    Parameters
+    ----------
+    parts
+        Those of the period of each force, (n_parameters,).
+    paths
+        The parameters.
+    has_own
+        Whether the period was given, so that it stays.
+
+    Raises
+    ------
+    ParameterError
+        If a parameter leaves the forces without a period.
+    """
     if not parts:
-        return np.zeros(len(still.paths))
-    for p, path in enumerate(still.paths):
+        return np.zeros(len(paths))
+    for p, path in enumerate(paths):
         slower = [float(part[p]) for part in parts]
         apart = max(slower) - min(slower) > ALIKE * max(map(abs, slower))
-        has_own = orbit.run.forcing is not None and orbit.run.forcing.given_period is not None
         if apart or (has_own and any(slower)):
             reason = "moved alone it leaves the forcing without a period; tie the frequencies"
             raise ParameterError("paths", path, reason)
-    return parts[0]
+    return np.asarray(parts[0])
 
 
 def _solved(orbit: ClosedMotion, matrix: Floats, right: Floats) -> Floats:
     """Return the solution of two equations for each of the (n, 2) right-hand sides."""
     near = np.abs(orbit.multipliers - 1.0) < ON_FOLD
     if near.sum() > (0 if orbit.n_periods else 1) or not orbit.isolated:
-        _refuse("it is on a fold, or one of a family")
+        refuse_derivative("it is on a fold, or one of a family")
     return np.stack([np.asarray(solve_linear(matrix, row)) for row in right])
 
 

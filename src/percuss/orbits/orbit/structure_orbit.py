@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -22,6 +23,11 @@ from percuss.model.structure import Structure, StructureStart, check_start
 from percuss.motion.structures import StructureTrajectory, followed
 from percuss.motion.trajectory import Outcome
 from percuss.numerics import norm, solve_linear
+from percuss.orbits.orbit.moved_structure_orbit import (
+    ClosedStructureMotion,
+    StructureOrbitSensitivity,
+    sensitivity_of_structure_orbit,
+)
 
 __all__ = [
     "PeriodMap",
@@ -140,6 +146,40 @@ class StructureOrbit:
     def n_impacts(self) -> int:
         """Impacts on walls and entries into soft stops in a period."""
         return len(self.run.impacts) + int((self.run.crossings.direction == "in").sum())
+
+    def sensitivity(self, paths: Sequence[str]) -> StructureOrbitSensitivity:
+        """Return the derivative of the orbit by parameters, exact to rounding.
+
+        Parameters
+        ----------
+        paths
+            Paths of parameters of the structure and the loads, in long or short form, and names of
+            parameters in expressions.
+
+        Returns
+        -------
+        StructureOrbitSensitivity
+            That of its state at t = 0, period, impacts, motion and measures.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such parameter, or moved alone it leaves the loads without a period.
+        ConvergenceError
+            If the orbit grazes a wall, is on a fold, or is one of a family.
+
+        Examples
+        --------
+        >>> import percuss as pc
+        >>> wall = pc.Wall(at=0, side="above", restitution="0.7", on=0)
+        >>> two = pc.chain(masses=[1, 1], springs=[1, 1, 1], dashpots="0.1", stops=[wall])
+        >>> orbit = pc.find_orbit(two, pc.Loads({0: pc.cosine(2)}))
+        >>> d = orbit.sensitivity(["loads.0.amplitude"])
+        >>> bool(abs(d.x0[:, 0] - orbit.x0).max() < 1e-9)
+        True
+        """
+        closed = ClosedStructureMotion(self.run, self.period, self.monodromy, self.multipliers)
+        return sensitivity_of_structure_orbit(closed, paths)
 
     def __repr__(self) -> str:
         """Return the orbit in a line."""

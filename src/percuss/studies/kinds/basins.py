@@ -16,7 +16,15 @@ from percuss.execution import Execution
 from percuss.model.exact import as_float
 from percuss.model.faults import phase_faults, positive_faults
 from percuss.model.oscillator import Wall
-from percuss.studies.axes import AxisValues, OverAxes, StartAxis, axes_of, over_of, values_over
+from percuss.studies.axes import (
+    AxisValues,
+    OverAxes,
+    StartAxis,
+    axes_of,
+    direction_of,
+    over_of,
+    values_over,
+)
 from percuss.studies.measured import MeasureNames, check_measures
 from percuss.studies.study import (
     AT_REST,
@@ -53,7 +61,8 @@ class Basins(Question):
     stop, t0, periods, escape, measures
         As there.
     over, start, on
-        Of a structure, as there: two numbers of its start, and the others.
+        Of a structure, as there: two numbers of its start, or directions in which it moves, such
+        as "[1, 0, 0.5, 0]", and the start itself.
     """
 
     doing: ClassVar = "following the starts"
@@ -106,7 +115,7 @@ class Basins(Question):
         start = checked_start(self.start, study)
         over = values_over(study, 2, start)
         for path in over:
-            if not re.fullmatch(r"start\.[xv]0\.\d+", path):
+            if direction_of(path) is None and not re.fullmatch(r"start\.[xv]0\.\d+", path):
                 reason = 'no number of the start; a basin is over two, such as "start.x0.0"'
                 study.faults.add(("over", path), reason)
         return replace(self, start=start, over=over)

@@ -99,7 +99,9 @@ class Diagram(Question):
         if study.structure is not None:
             return self._of_structure(study)
         self._check_starts(study)
-        return replace(self, over=values_over(study, 1, self.starts[0]))
+        # A list of numbers, which is at fault here, is a start of a structure.
+        first = self.starts[0] if isinstance(self.starts[0], Start) else AT_REST
+        return replace(self, over=values_over(study, 1, first))
 
     def _of_structure(self, study: StudyDraft) -> Self:
         """Return the diagram of a structure with its starts and its axis, and add their faults."""

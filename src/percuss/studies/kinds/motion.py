@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
-
-from pydantic import Field
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from percuss.execution import Execution
 from percuss.model import exact
@@ -16,36 +14,16 @@ from percuss.model.loads import Loads
 from percuss.model.oscillator import Oscillator, SoftStop
 from percuss.model.start import end_after_periods, periods_faults, start_faults
 from percuss.model.units import FORCE, in_units
-from percuss.studies.study import Question, StudyDraft, known_walls, with_unit
-from percuss.studies.tables import NumberKey, PhaseKey, StartState, shown, table
+from percuss.studies.study import Question, StudyDraft, ends_in_words, known_walls
+from percuss.studies.tables import Limits, StartState, shown, table
 
 if TYPE_CHECKING:
-    from percuss.motion.extremes import Extrema
     from percuss.motion.impact_times import ImpactTimes
     from percuss.motion.structures import StructureTrajectory
     from percuss.motion.trajectory import Trajectory
     from percuss.studies.study import Study
 
-__all__ = ["Limits", "Motion", "ends_in_words"]
-
-
-@table
-class Limits:
-    """The end of a motion.
-
-    Parameters
-    ----------
-    t_end
-        Time of the end [time]; or None.
-    periods
-        Number of forcing periods from the start, in place of `t_end`; or None.
-    max_impacts
-        Number of impacts and entries into soft stops after which to stop; or None.
-    """
-
-    t_end: PhaseKey | None = None
-    periods: NumberKey | None = None
-    max_impacts: Annotated[int, Field(strict=True)] | None = None
+__all__ = ["Motion"]
 
 
 @table
@@ -99,7 +77,7 @@ class Motion(Question):
 
             if study.draw.window is not None:
                 self._check_window(study.draw.window, study)
-            return replace(self, start=checked_motion(self, study))
+            return replace(self, start=checked_motion(self.start, self.limits, study))
         if limits.periods is not None:
             # A forcing with faults may have no period.
             faults.add_from_model(
@@ -158,7 +136,7 @@ class Motion(Question):
         if study.structure is not None:
             from percuss.studies.of_structures import motion_of
 
-            return motion_of(self, study, execution)
+            return motion_of(self.start, self.limits, study, execution)
         return self.simulated(
             study,
             t_end=self.end(study.forcing),
@@ -236,12 +214,6 @@ def _extremes_in_words(run: Trajectory) -> dict[str, str]:
         if extrema.peak > 0.0:
             rows[f"force of stop {stop}"] = ends_in_words(extrema, in_units(osc.units, force))
     return rows
-
-
-def ends_in_words(extrema: Extrema, unit: str) -> str:
-    """Return the least and the largest value of a quantity with their instants."""
-    low, high = (with_unit(value, unit) for value in (extrema.minimum, extrema.maximum))
-    return f"{low} at t = {extrema.t_minimum:.10g} to {high} at t = {extrema.t_maximum:.10g}"
 
 
 def impact_times_words(times: ImpactTimes) -> str:

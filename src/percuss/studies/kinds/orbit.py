@@ -12,14 +12,20 @@ from percuss.execution import Execution
 from percuss.model.exact import as_float
 from percuss.model.faults import number_faults
 from percuss.model.loads import loads_of
-from percuss.studies.study import Question, StudyDraft, counted, impacts_in_words
+from percuss.studies.study import (
+    Question,
+    StudyDraft,
+    counted,
+    impacts_in_words,
+    multiplier_text,
+)
 from percuss.studies.tables import Count, NumberKey, NumbersKey, Whole, table
 
 if TYPE_CHECKING:
     from percuss.orbits import PeriodicOrbit, StructureOrbit
     from percuss.studies.study import Study
 
-__all__ = ["Orbit", "Sought", "multiplier_text"]
+__all__ = ["Orbit", "Sought"]
 
 
 def _impacts(value: object) -> object:
@@ -72,7 +78,7 @@ class Sought:
         if study.structure is not None:
             from percuss.studies.of_structures import check_sought
 
-            check_sought(self, study)
+            check_sought(self.x0, self.v0, study)
             return
         faults, guess = study.faults, {"cycle": self.cycle, "v_after": self.v_after}
         for name, value in guess.items():
@@ -193,8 +199,3 @@ class Orbit(Question):
         if not result.isolated:
             rows["not isolated"] = "one of a family of orbits in this same system"
         return rows | {"residual": f"{result.residual:.2g}"}
-
-
-def multiplier_text(value: complex) -> str:
-    """Return a multiplier as a report shows it."""
-    return f"{value.real:.6g}" if value.imag == 0.0 else f"{value.real:.6g}{value.imag:+.6g}i"

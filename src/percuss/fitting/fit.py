@@ -1,0 +1,240 @@
+"""Parameters of an oscillator from what was measured of its motion."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal
+
+import numpy as np
+
+from percuss.arrays import Flags, Floats
+from percuss.errors import ParameterError
+from percuss.fitting.losses import Loss, LossName
+from percuss.fitting.measured import MeasuredRecord, read_samples
+from percuss.fitting.result import Fit, result_of
+from percuss.fitting.search import FitSearch
+from percuss.model.exact import Exact, as_float, real
+from percuss.model.faults import raise_first
+from percuss.model.forcing import Forcing
+from percuss.model.oscillator import Oscillator, Wall
+from percuss.model.paths import long_form, replace_parameters
+from percuss.model.start import Start, start_of, wall_faults
+from percuss.model.structure import Structure
+from percuss.model.system import System
+from percuss.progress import Progress, Report
+
+__all__ = ["fit"]
+
+MOST_RUNS = 300
+
+
+def fit(
+    data: Any,
+    osc: Oscillator,
+    force: Forcing | Sequence[Forcing | None] | None = None,
+    *,
+    free: Mapping[str, Exact | tuple[Exact, Exact]],
+    start: Literal["free"] | Start | Sequence[Any] = "free",
+    noise: Any = None,
+    prior: Mapping[str, tuple[Exact, Exact]] | None = None,
+    loss: LossName = "linear",
+    loss_scale: float = 1.0,
+    progress: Report = None,
+) -> Fit:
+    """Fit parameters of an oscillator to what was measured of its motion.
+
+    Multiple shooting: the record is cut at nodes whose states are unknowns beside the parameters, so
+    that chaos does not lead a search astray. Gauss-Newton's steps have derivatives exact to
+    rounding, through all impacts; events may come, go and change their order on the way.
+
+    Parameters
+    ----------
+    data
+        MeasuredSamples of `displacement`, `velocity`, `acceleration` or `stop_force` (`stop_force_1` for
+        the second stop) at instants `t`: an xarray.Dataset or DataArray, a pandas.DataFrame, a
+        mapping of arrays, or the path of a CSV file with these names; instants need not be even, and
+        NaN are left out. Or `impact_times` alone, or beside them. A list of these: several records.
+    osc, force
+        The oscillator and its forcing, which give all other parameters; a list of forcings for
+        several records.
+    free
+        The parameters by their paths, those of a given start and names in expressions too: a range
+        (least, largest), in which the guess is looked for, or a guess.
+    start
+        "free": the state at the first sample is unknown too; else the start, as `simulate` takes it,
+        or a list of starts.
+    noise
+        Standard deviation of the data: a number, an array, or a mapping of these by quantity;
+        without it that of `attrs["noise"]`, and else estimated from the residuals.
+    prior
+        Mean and standard deviation of what was known of parameters before.
+    loss, loss_scale
+        As `scipy.optimize.least_squares` has it: "linear", "soft_l1", "huber", "cauchy" or "arctan",
+        and the residual in standard deviations beyond which it counts less.
+    progress
+        True shows a line on the error stream after two seconds; a function ``(done, total) ->
+        bool`` is called after each step, and ends the search by returning False.
+
+    Returns
+    -------
+    Fit
+        The parameters with their errors; where the search did not converge the best ones, with the
+        reason.
+
+    Raises
+    ------
+    ParameterError
+        If data, ranges or start are none, there are fewer values than unknowns, or samples lie
+        before the start; and for structures.
+
+    Examples
+    --------
+    The gap and the restitution of a rig, from its motion with some noise:
+
+    >>> import numpy as np
+    >>> import percuss as pc
+    >>> rig = pc.impact_oscillator("0.8", wall="0.2", side="above", damping="0.05")
+    >>> t = np.linspace(0, 60, 800)
+    >>> x, v = pc.simulate(rig, pc.cosine(2), v0=0.5, t_end=60)(t)
+    >>> x += 0.01 * np.random.default_rng(1).standard_normal(800)
+    >>> model = pc.impact_oscillator("0.6", wall="0.3", side="above", damping="0.05")
+    >>> pc.fit(
+    ...     {"t": t, "displacement": x}, model, pc.cosine(2), noise=0.01,
+    ...     free={"oscillator.stops.0.at": 0.3, "oscillator.stops.0.restitution": 0.6},
+    ... )
+    <Fit: oscillator.stops.0.at = 0.19995 ± 0.00011, oscillator.stops.0.restitution = 0.80007 ± 0.00012; \
+chi2 0.966>
+    """
+    if isinstance(osc, Structure):
+        raise ParameterError("osc", osc, "fits are those of oscillators; a structure has none yet")
+    records = _records(data, osc, force, start, noise)
+    names, low, high, ranged = _box(osc, records, free)
+    priors = _priors(osc, records, prior, names)
+    _check_count(records, names)
+    line = Progress(progress, MOST_RUNS, "runs", is_bound=True)
+    search = FitSearch(osc, records, names, low, high, ranged, priors, Loss(loss, loss_scale), line)
+    try:
+        return result_of(search, search.best())
+    finally:
+        line.close()
+
+
+def _records(
+    data: Any, osc: Oscillator, force: Any, start: Any, noise: Any
+) -> list[MeasuredRecord]:
+    """Return the records, checked."""
+    several = isinstance(data, Sequence) and not isinstance(data, str)
+    whole = list(data) if several else [data]
+    if not whole:
+        raise ParameterError("data", data, "no record")
+    n = len(whole)
+    forces = list(force) if isinstance(force, Sequence) else [force] * n
+    starts = [start] * n
+    if several and isinstance(start, Sequence) and not isinstance(start, str):
+        is_list = len(start) > 0 and isinstance(start[0], Start | Sequence)
+        starts = list(start) if is_list else starts
+    for name, some in (("force", forces), ("start", starts)):
+        if len(some) != n:
+            raise ParameterError(name, len(some), f"of {n} records")
+    records = []
+    for one, its_force, its_start in zip(whole, forces, starts, strict=True):
+        System.of(osc, its_force)
+        samples, impacts = read_samples(one, noise, len(osc.stops))
+        begin = None if its_start is None or _is_free(its_start) else start_of(its_start)
+        record = MeasuredRecord(samples, impacts, its_force, begin)
+        if begin is not None:
+            raise_first(wall_faults(osc, "start.x0", begin.x0))
+            if record.begin < as_float(begin.t0):
+                reason = f"before the start at t0 = {begin.t0}"
+                raise ParameterError("data.t", record.begin, reason)
+        records.append(record)
+    return records
+
+
+def _is_free(start: object) -> bool:
+    if isinstance(start, str) and start != "free":
+        raise ParameterError("start", start, 'neither "free" nor a start')
+    return isinstance(start, str)
+
+
+def _box(
+    osc: Oscillator, records: Sequence[MeasuredRecord], free: Mapping[str, Any]
+) -> tuple[dict[str, float], Floats, Floats, Flags]:
+    """Return guesses by long paths, their bounds, and which are ranges."""
+    if not free:
+        reason = 'no parameter; give one as {"oscillator.damping": 0.1}'
+        raise ParameterError("free", free, reason)
+    first = records[0]
+    guesses: dict[str, float] = {}
+    low, high, ranged = [], [], []
+    for path, given in free.items():
+        if path.startswith("start.") and first.start is None:
+            raise ParameterError("free", path, 'of a start that is free as a whole: start="free"')
+        name = long_form(path, osc, first.force, first.start)
+        if name in guesses:
+            raise ParameterError("free", path, "the same parameter, named twice")
+        is_range = isinstance(given, Sequence) and not isinstance(given, str)
+        ends = [real(f"free.{path}", end) for end in (given if is_range else (given,))]
+        if is_range and (len(ends) != 2 or not ends[0] < ends[1]):
+            raise ParameterError(f"free.{path}", given, "not a range (least, largest)")
+        for end in ends:
+            _check_value(osc, records, path, name, end)
+        guesses[name] = 0.5 * (ends[0] + ends[-1])
+        natural = _natural_bounds(osc, first, name)
+        low.append(max(ends[0], natural[0]) if is_range else natural[0])
+        high.append(min(ends[-1], natural[1]) if is_range else natural[1])
+        ranged.append(is_range)
+    return guesses, np.array(low), np.array(high), np.array(ranged)
+
+
+def _check_value(
+    osc: Oscillator, records: Sequence[MeasuredRecord], path: str, name: str, value: float
+) -> None:
+    """Refuse a guess, or an end of a range, that the model does not allow."""
+    for record in records:
+        try:
+            replace_parameters(osc, record.force, record.start, {name: value})
+        except ParameterError as error:
+            reason = f"the model does not allow it: {error}"
+            raise ParameterError(f"free.{path}", value, reason) from None
+
+
+def _natural_bounds(osc: Oscillator, record: MeasuredRecord, name: str) -> tuple[float, float]:
+    """Return the values that a parameter can have: a wall's not beyond the start, and the like."""
+    if ".restitution" in name and ".speeds" not in name:
+        return 0.0, 1.0
+    for i, stop in enumerate(osc.stops):
+        own = f"oscillator.stops.{i}."
+        if name == f"{own}at" and isinstance(stop, Wall) and record.start is not None:
+            x0 = as_float(record.start.x0)
+            return (x0, np.inf) if stop.side == "above" else (-np.inf, x0)
+        if name in (f"{own}stiffness", f"{own}damping"):
+            return 0.0, np.inf
+    return (0.0, np.inf) if name == "oscillator.mass" else (-np.inf, np.inf)
+
+
+def _priors(
+    osc: Oscillator, records: Sequence[MeasuredRecord], prior: Mapping[str, Any] | None, names: Any
+) -> Floats:
+    """Return the priors as rows of the parameter's number, its mean and its deviation."""
+    rows = []
+    for path, given in (prior or {}).items():
+        name = long_form(path, osc, records[0].force, records[0].start)
+        if name not in names:
+            raise ParameterError("prior", path, "none of the free parameters")
+        if not isinstance(given, Sequence) or isinstance(given, str) or len(given) != 2:
+            raise ParameterError(f"prior.{path}", given, "not (mean, standard deviation)")
+        mean, sigma = (real(f"prior.{path}", value) for value in given)
+        if not sigma > 0.0:
+            raise ParameterError(f"prior.{path}", sigma, "a standard deviation not above 0")
+        rows.append((list(names).index(name), mean, sigma))
+    return np.array(rows, dtype=np.float64).reshape(-1, 3)
+
+
+def _check_count(records: Sequence[MeasuredRecord], names: Any) -> None:
+    """Refuse fewer values than unknowns."""
+    count = sum(len(record) for record in records)
+    unknowns = len(names) + sum(2 for record in records if record.start is None)
+    if count < unknowns:
+        reason = f"{count} values for {unknowns} unknowns; free starts have two each"
+        raise ParameterError("data", count, reason)

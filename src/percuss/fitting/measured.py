@@ -1,0 +1,328 @@
+"""What was measured: samples of quantities and instants of impacts, in the forms that people have."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from percuss.arrays import Floats, Integers
+from percuss.errors import ParameterError
+from percuss.kernels.segments import ACCELERATION, DISPLACEMENT, OF_STOP, VELOCITY
+from percuss.model.forcing import Forcing
+from percuss.model.start import Start
+
+__all__ = [
+    "IMPACT_TIMES",
+    "MeasuredRecord",
+    "MeasuredSamples",
+    "quantity_name",
+    "quantity_number",
+    "read_samples",
+]
+
+QUANTITIES = {"displacement": DISPLACEMENT, "velocity": VELOCITY, "acceleration": ACCELERATION}
+STOP_FORCE, IMPACT_TIMES = "stop_force", "impact_times"
+# The number of a quantity that is no sample: the instant of an impact.
+OF_IMPACT = -1
+# Estimates of noise by differences are no smaller than this part of the values.
+LEAST_NOISE = 1e-9
+# The median of the magnitudes of a normal variable.
+MEDIAN_OF_NORMAL = 0.6744897501960817
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MeasuredSamples:
+    """MeasuredSamples in order of their instants.
+
+    Attributes
+    ----------
+    t
+        (n,) array, instants [time].
+    values
+        (n,) array; of an impact its instant.
+    quantities
+        (n,) array, what each is of (`kernels.segments`), -1 the instant of an impact.
+    noise
+        (n,) array, standard deviations, estimated where ``is_estimated``.
+    is_estimated
+        (n,) array of flags.
+    reach
+        How near to a jump a sample may be on the other side of it: a usual interval [time].
+    """
+
+    t: Floats
+    values: Floats
+    quantities: Integers
+    noise: Floats
+    is_estimated: Any
+    reach: float = 0.0
+
+    def __len__(self) -> int:
+        """Return how many they are."""
+        return len(self.t)
+
+    def taken(self, rows: Any) -> MeasuredSamples:
+        """Return some of them."""
+        return MeasuredSamples(
+            self.t[rows], self.values[rows], self.quantities[rows], self.noise[rows],
+            self.is_estimated[rows], self.reach,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MeasuredRecord:
+    """One measured motion.
+
+    Attributes
+    ----------
+    samples
+        What was measured of it.
+    impacts
+        The instants of impacts that were measured.
+    force
+        Its forcing.
+    start
+        Its start; None where that is unknown.
+    """
+
+    samples: MeasuredSamples
+    impacts: MeasuredSamples
+    force: Forcing | None
+    start: Start | None
+
+    @property
+    def begin(self) -> float:
+        """When the first sample was taken."""
+        return min(float(some.t[0]) for some in (self.samples, self.impacts) if len(some))
+
+    @property
+    def end(self) -> float:
+        """When the last sample was taken."""
+        return max(float(some.t[-1]) for some in (self.samples, self.impacts) if len(some))
+
+    def __len__(self) -> int:
+        """Return the number of values."""
+        return len(self.samples) + len(self.impacts)
+
+
+def quantity_name(quantity: int) -> str:
+    """Return the name of a quantity."""
+    for name, number in QUANTITIES.items():
+        if number == quantity:
+            return name
+    if quantity == OF_IMPACT:
+        return IMPACT_TIMES
+    return STOP_FORCE if quantity == OF_STOP else f"{STOP_FORCE}_{quantity - OF_STOP}"
+
+
+def read_samples(data: Any, noise: Any, n_stops: int) -> tuple[MeasuredSamples, MeasuredSamples]:
+    """Return the samples and the impact times of one record.
+
+    Parameters
+    ----------
+    data
+        As `fit` takes it.
+    noise
+        Standard deviations: a number, an array or a mapping of these by quantity; None where those
+        of the data hold.
+    n_stops
+        Stops of the oscillator.
+
+    Returns
+    -------
+    tuple of MeasuredSamples
+        MeasuredSamples and impacts, values that are NaN left out.
+
+    Raises
+    ------
+    ParameterError
+        If there is nothing that can be read.
+    """
+    columns, own_noise = _columns(data)
+    names = [name for name in columns if name not in ("t", "noise")]
+    if not names:
+        raise ParameterError("data", sorted(columns), f"no column of {_known()}")
+    parts: list[MeasuredSamples] = []
+    for name in names:
+        quantity = quantity_number(name, n_stops)
+        given = _noise_of(name, names, noise, own_noise.get(name, columns.get("noise")))
+        values = _numbers(name, columns[name])
+        if quantity == OF_IMPACT:
+            t = values
+        elif "t" not in columns:
+            raise ParameterError("data", name, 'without instants; give them as "t"')
+        else:
+            t = _numbers("t", columns["t"])
+        parts.append(_samples(name, t, values, quantity, given))
+    whole = _merged([part for part in parts if (part.quantities != OF_IMPACT).all()])
+    impacts = _merged(
+        [part for part in parts if (part.quantities == OF_IMPACT).all() and len(part)]
+    )
+    if len(whole) + len(impacts) == 0:
+        raise ParameterError("data", names, "all values are NaN")
+    return whole, impacts
+
+
+def _known() -> str:
+    return ", ".join([*QUANTITIES, STOP_FORCE, IMPACT_TIMES])
+
+
+def quantity_number(name: str, n_stops: int) -> int:
+    """Return the number of a quantity of an oscillator with so many stops."""
+    if name in QUANTITIES:
+        return int(QUANTITIES[name])
+    if name == IMPACT_TIMES:
+        return OF_IMPACT
+    stem, _, number = name.rpartition("_")
+    which = (
+        0 if name == STOP_FORCE else int(number) if stem == STOP_FORCE and number.isdigit() else -1
+    )
+    if which < 0:
+        raise ParameterError("data", name, f"none of the quantities {_known()}")
+    if which >= n_stops:
+        raise ParameterError("data", name, f"of stop {which}, where the oscillator has {n_stops}")
+    return int(OF_STOP) + which
+
+
+def _columns(data: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the columns of data by their names, and the noise that stands with each."""
+    if isinstance(data, str | PathLike):
+        return _of_file(Path(data)), {}
+    if isinstance(data, Mapping) and not hasattr(data, "data_vars"):
+        return dict(data), {}
+    if hasattr(data, "data_vars"):
+        variables = {str(name): data[name] for name in data.data_vars}
+        columns = {name: variable.values for name, variable in variables.items()}
+        if "t" not in columns and "t" in data.coords:
+            columns["t"] = data["t"].values
+        return columns, _attributes(variables)
+    if hasattr(data, "coords") and hasattr(data, "name"):
+        name = str(data.name)
+        columns = {name: data.values}
+        if "t" in data.coords:
+            columns["t"] = data["t"].values
+        return columns, _attributes({name: data})
+    if hasattr(data, "columns"):
+        columns = {str(name): data[name].to_numpy() for name in data.columns}
+        return {"t": data.index.to_numpy(), **columns}, {}
+    if hasattr(data, "index") and hasattr(data, "to_numpy"):
+        return {"t": data.index.to_numpy(), str(data.name): data.to_numpy()}, {}
+    reason = "none of a Dataset, a DataFrame, a mapping of arrays and the path of a CSV file"
+    raise ParameterError("data", type(data).__name__, reason)
+
+
+def _attributes(variables: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: it.attrs["noise"] for name, it in variables.items() if "noise" in it.attrs}
+
+
+def _of_file(path: Path) -> dict[str, Any]:
+    """Return the columns of a file of comma-separated values, an empty cell as NaN."""
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise ParameterError("data", str(path), (error.strerror or "not read").lower()) from None
+    lines = [line for line in text.splitlines() if line.strip() and not line.startswith("#")]
+    rows = [[cell.strip() for cell in row] for row in csv.reader(lines)]
+    if len(rows) < 2:
+        raise ParameterError("data", str(path), "no line of values under a line of names")
+    columns: dict[str, list[float]] = {name: [] for name in rows[0]}
+    for number, row in enumerate(rows[1:], 2):
+        if len(row) != len(rows[0]):
+            reason = f"row {number} has {len(row)} cells, the first one {len(rows[0])}"
+            raise ParameterError("data", str(path), reason)
+        for name, cell in zip(rows[0], row, strict=True):
+            try:
+                columns[name].append(float(cell) if cell else math.nan)
+            except ValueError:
+                reason = f'row {number}: {name} = "{cell}" is no number'
+                raise ParameterError("data", str(path), reason) from None
+    return dict(columns)
+
+
+def _numbers(name: str, values: Any) -> Floats:
+    try:
+        numbers = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ParameterError(f"data.{name}", type(values).__name__, "not numbers") from None
+    if numbers.ndim != 1:
+        raise ParameterError(f"data.{name}", numbers.shape, "not one row of numbers")
+    return numbers
+
+
+def _noise_of(name: str, names: Sequence[str], noise: Any, own: Any) -> Any:
+    """Return the noise that holds for a column: what was given for it, else its own."""
+    if isinstance(noise, Mapping):
+        unknown = [key for key in noise if key not in names]
+        if unknown:
+            raise ParameterError("noise", unknown[0], f"none of the data's {', '.join(names)}")
+        return noise.get(name, own)
+    if noise is not None and len(names) > 1:
+        raise ParameterError("noise", noise, f"of which? give a mapping by {', '.join(names)}")
+    return own if noise is None else noise
+
+
+def _samples(name: str, t: Floats, values: Floats, quantity: int, noise: Any) -> MeasuredSamples:
+    if len(t) != len(values):
+        reason = f"{len(values)} values at {len(t)} instants"
+        raise ParameterError(f"data.{name}", len(values), reason)
+    is_estimated = noise is None
+    sizes = np.full(len(t), math.nan) if is_estimated else np.asarray(noise, dtype=np.float64)
+    if sizes.ndim == 0:
+        sizes = np.full(len(t), float(sizes))
+    if sizes.shape != t.shape:
+        raise ParameterError(f"noise.{name}", len(sizes), f"of {len(t)} values")
+    there = np.isfinite(values)
+    if not np.isfinite(t[there]).all():
+        raise ParameterError("data.t", math.nan, "an instant is no finite number")
+    if not is_estimated and not (sizes[there] > 0.0).all():
+        raise ParameterError(f"noise.{name}", float(np.min(sizes[there])), "not above 0")
+    order = np.argsort(t[there], kind="stable")
+    t, values, sizes = t[there][order], values[there][order], sizes[there][order]
+    if is_estimated:
+        sizes = np.full(len(t), _rough_noise(t, values, quantity))
+    return MeasuredSamples(
+        t, values, np.full(len(t), quantity, dtype=np.int64), sizes,
+        np.full(len(t), is_estimated),
+    )  # fmt: skip
+
+
+def _rough_noise(t: Floats, values: Floats, quantity: int) -> float:
+    """Return the noise by third differences of neighbours, which smooth motions hardly have."""
+    size = math.sqrt(float(np.mean(values * values))) if len(values) else 1.0
+    if quantity == OF_IMPACT:
+        return 1e-3 * float(np.median(np.diff(t))) if len(t) > 1 else 1.0
+    if len(t) < 8 or size == 0.0:
+        return 1e-2 * size or 1.0
+    near = np.lib.stride_tricks.sliding_window_view(t, 4)
+    gaps = near[:, :, None] - near[:, None, :] + np.eye(4)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        weights = 1.0 / gaps.prod(axis=2)
+        weights /= np.sqrt((weights * weights).sum(axis=1))[:, None]
+    differences = (weights * np.lib.stride_tricks.sliding_window_view(values, 4)).sum(axis=1)
+    sizes = np.abs(differences[np.isfinite(differences)])
+    found = float(np.median(sizes)) / MEDIAN_OF_NORMAL if len(sizes) else 0.0
+    return max(found, LEAST_NOISE * size)
+
+
+def _merged(parts: Sequence[MeasuredSamples]) -> MeasuredSamples:
+    """Return samples of several quantities in order of their instants."""
+    if not parts:
+        none = np.zeros(0)
+        return MeasuredSamples(none, none, none.astype(np.int64), none, none.astype(bool))
+    whole = MeasuredSamples(
+        np.concatenate([part.t for part in parts]),
+        np.concatenate([part.values for part in parts]),
+        np.concatenate([part.quantities for part in parts]),
+        np.concatenate([part.noise for part in parts]),
+        np.concatenate([part.is_estimated for part in parts]),
+    )
+    apart = np.diff(np.sort(whole.t))
+    reach = float(np.median(apart[apart > 0.0])) if (apart > 0.0).any() else 0.0
+    return replace(whole, reach=reach).taken(np.argsort(whole.t, kind="stable"))

@@ -1,0 +1,410 @@
+"""The result of a fit."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from percuss.arrays import Flags, Floats
+from percuss.errors import ParameterError
+from percuss.fitting.measured import MeasuredSamples, quantity_name, quantity_number
+from percuss.fitting.search import FitCandidate, FitSearch
+from percuss.fitting.shooting import Layout, motion_between
+from percuss.fitting.solver import FIRM, TAUT, FitPoint, FitProblem, descend, point_at
+from percuss.model.forcing import Forcing
+from percuss.model.oscillator import Oscillator
+from percuss.model.paths import long_form, replace_parameters
+from percuss.model.start import Start
+from percuss.model.system import System
+from percuss.motion.html_table import html_table
+from percuss.motion.simulate import simulate
+from percuss.motion.trajectory import Trajectory
+from percuss.numerics.linear import directions
+
+if TYPE_CHECKING:
+    from xarray import Dataset
+
+__all__ = ["Fit", "result_of"]
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Fit:
+    """Parameters fitted to a record; made by `percuss.fit`.
+
+    Attributes
+    ----------
+    values, errors
+        The free parameters by their long paths, and their standard errors: infinite where the data
+        do not say anything, 0 at an end of a range.
+    covariance
+        (n_parameters, n_parameters) array, in the order of ``values``.
+    chi2
+        The mean of the squares of the residuals in standard deviations of the noise: 1 where the
+        model explains the data. Where the noise was estimated from the residuals it is 1 by that.
+    noise
+        Standard deviations by quantity, given or estimated; of several records those of the first.
+    whiteness
+        By how many standard deviations the number of runs of one sign among the residuals differs
+        from that of a random sequence: far below 0, the residuals hang together and the model
+        misses something.
+    unidentifiable
+        Directions in the space of the parameters about which the data say nothing, each a mapping of
+        paths to shares.
+    converged, reason
+        Whether it is a least-squares solution that explains the data, and why not.
+    n_runs
+        How often the whole record was followed.
+    at_bounds
+        Paths of the parameters at an end of their ranges.
+    oscillator, forcing, start
+        The fitted model; forcing and start of the first record.
+    nodes
+        (n_nodes, 3) array, instants, displacements and velocities from which the motion was followed
+        to the next; of all records, one after the other.
+    impacts
+        (n_impacts,) array, the impacts and entries into soft stops of the fitted motion over the
+        first record [time].
+    residuals
+        Dataset over ``sample``: t, value, fitted, residual (value less fitted), noise, quantity and
+        record.
+    problem
+        What was solved.
+    """
+
+    values: dict[str, float]
+    errors: dict[str, float]
+    covariance: Floats
+    chi2: float
+    noise: dict[str, float]
+    whiteness: float
+    unidentifiable: tuple[dict[str, float], ...]
+    converged: bool
+    reason: str
+    n_runs: int
+    at_bounds: tuple[str, ...]
+    oscillator: Oscillator
+    forcing: Forcing | None
+    start: Start
+    nodes: Floats
+    impacts: Floats
+    residuals: Dataset
+    problem: FitProblem
+
+    def __repr__(self) -> str:
+        """Return the parameters with their errors in a line."""
+        found = ", ".join(
+            f"{path} = {with_error(value, self.errors[path])}"
+            for path, value in self.values.items()
+        )
+        end = f"; {self.reason}" if self.reason else ""
+        return f"<Fit: {found}; chi2 {self.chi2:.3g}{end}>"
+
+    def _repr_html_(self) -> str:
+        columns = {
+            "parameter": np.array(list(self.values)),
+            "value": np.array(list(self.values.values())),
+            "error": np.array(list(self.errors.values())),
+        }
+        end = f"; {self.reason}" if self.reason else ""
+        return html_table(f"Fit: chi2 {self.chi2:.3g}, {self.n_runs} runs{end}", columns)
+
+    @property
+    def run(self) -> Trajectory:
+        """The motion of the fitted model over the first record.
+
+        In chaos it leaves the record after some time, as any run does, where the fit does not.
+        """
+        first = self.problem.layouts[0]
+        return simulate(
+            self.oscillator, self.forcing, start=self.start, t_end=float(first.spans[-1, 1])
+        )
+
+    def __call__(self, t: ArrayLike) -> tuple[Floats, Floats]:
+        """Return x and v of the fitted motion over the first record at times t.
+
+        Parameters
+        ----------
+        t
+            Times between its first node and its last sample, of any shape [time].
+
+        Returns
+        -------
+        tuple of arrays
+            x and v, of t's shape; from the nodes, so that chaos does not lead it astray.
+
+        Raises
+        ------
+        ParameterError
+            If a time lies outside the record.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import percuss as pc
+        >>> t = np.linspace(0, 9, 40)
+        >>> data = {"t": t, "displacement": 2 * np.cos(t)}
+        >>> fit = pc.fit(data, pc.Oscillator(), free={"oscillator.stiffness": 1.3})
+        >>> x, v = fit([0, 1.5])
+        >>> abs(x - 2 * np.cos([0, 1.5])).max() < 1e-9
+        np.True_
+        """
+        return self.of("displacement", t), self.of("velocity", t)
+
+    def of(self, quantity: str, t: ArrayLike) -> Floats:
+        """Return a quantity of the fitted motion over the first record at times t.
+
+        Parameters
+        ----------
+        quantity
+            "displacement", "velocity", "acceleration", "stop_force" or "stop_force_1" and so on.
+        t
+            Times between its first node and its last sample, of any shape [time].
+
+        Returns
+        -------
+        array
+            Of t's shape.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such quantity, or a time lies outside the record.
+        """
+        first, times = self.problem.layouts[0], np.asarray(t, dtype=np.float64)
+        system = System(self.oscillator, self.forcing)
+        number = quantity_number(quantity, len(self.oscillator.stops))
+        nodes, end = self.nodes[: len(first)], float(first.spans[-1, 1])
+        return motion_between(system, nodes, end, times.ravel(), [number]).reshape(times.shape)
+
+    def profile(self, path: str, n: int = 9, width: float = 3.0) -> Dataset:
+        """Return how the misfit grows with one parameter, all others fitted anew.
+
+        Where the errors are those of a straight line, ``growth`` is the square of the distance in
+        standard errors; else the values between which it stays below 1 hold the parameter with
+        68 per cent, and below 3.84 with 95.
+
+        Parameters
+        ----------
+        path
+            The parameter.
+        n
+            Number of values, >= 3.
+        width
+            How far they go to each side, in standard errors.
+
+        Returns
+        -------
+        Dataset
+            Over ``value``: ``growth`` of the sum of the losses, NaN where no motion was found; and
+            each other parameter.
+
+        Raises
+        ------
+        ParameterError
+            If it is no parameter of the fit, or has no error.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import percuss as pc
+        >>> t = np.linspace(0, 20, 100)
+        >>> x = np.cos(t) + 0.01 * np.sin(37 * t**2)
+        >>> data = {"t": t, "displacement": x}
+        >>> fit = pc.fit(data, pc.Oscillator(), free={"oscillator.stiffness": 1.1}, noise=0.007)
+        >>> fit.profile("oscillator.stiffness", n=3, width=1).growth.values.round(1) + 0.0
+        array([1., 0., 1.])
+        """
+        import xarray as xr
+
+        name = long_form(path, self.oscillator, self.forcing, self.start)
+        if name not in self.values:
+            raise ParameterError("path", path, "none of the fitted parameters")
+        error = self.errors[name]
+        if not 0.0 < error < math.inf:
+            raise ParameterError("path", path, f"its error is {error:g}; there is no profile")
+        if n < 3:
+            raise ParameterError("n", n, "less than 3")
+        which = self.problem.paths.index(name)
+        values = self.values[name] + error * width * np.linspace(-1.0, 1.0, n)
+        rows = np.full((n, len(self.values)), math.nan)
+        growth = np.full(n, math.nan)
+        best = point_at(
+            self.problem, np.array(list(self.values.values())), self.nodes[:, 1:].copy()
+        )
+        assert best is not None
+        least = best.cost(self.problem, FIRM)
+        middle = int(np.argmin(np.abs(values - self.values[name])))
+        for side in (range(middle, n), range(middle - 1, -1, -1)):
+            point = best
+            for i in side:
+                found = _held(self.problem, point, which, float(values[i]))
+                if found is None:
+                    break
+                point, rows[i] = found, found.values
+                growth[i] = found.cost(self.problem, FIRM) - least
+        columns = {key: ("value", rows[:, j]) for j, key in enumerate(self.values) if j != which}
+        return xr.Dataset({"growth": ("value", growth), **columns}, {"value": values})
+
+
+def _held(problem: FitProblem, near: FitPoint, which: int, value: float) -> FitPoint | None:
+    """Return the solution with one parameter held, None if there is none."""
+    low, high, values = problem.low.copy(), problem.high.copy(), near.values.copy()
+    low[which] = high[which] = values[which] = value
+    held = replace(problem, low=low, high=high)
+    begin = point_at(held, values, near.shots.nodes)
+    if begin is None:
+        return None
+    found = descend(held, begin, TAUT)
+    return found.point if found.is_settled and not len(found.torn(held)) else None
+
+
+def go_on() -> bool:
+    """Return that nobody asks a search to stop."""
+    return True
+
+
+def with_error(value: float, error: float) -> str:
+    """Return a value with its error to two digits, and as many digits as that leaves.
+
+    Examples
+    --------
+    >>> with_error(0.19981, 0.00056), with_error(2.0, math.inf), with_error(2.0, 0.0)
+    ('0.19981 ± 0.00056', '2 ± inf', '2 ± 0')
+    """
+    if not 0.0 < error < math.inf:
+        return f"{value:.6g} ± {error:g}"
+    digits = 1 - int(f"{error:.1e}".partition("e")[2])
+    if not 0 <= digits < 12:
+        return f"{value:.6g} ± {error:.2g}"
+    return f"{value:.{digits}f} ± {error:.{digits}f}"
+
+
+def runs_score(residuals: Floats) -> tuple[float, float, float]:
+    """Return the number of runs of one sign, and its mean and variance in a random sequence.
+
+    (Wald and Wolfowitz 1940, Ann. Math. Statist. 11, 147.)
+    """
+    signs = residuals > 0.0
+    n, above = len(signs), int(signs.sum())
+    below = n - above
+    if above == 0 or below == 0:
+        return 1.0, 1.0 + 0.5 * n, 0.25 * max(n - 1, 1)
+    mean = 1.0 + 2.0 * above * below / n
+    variance = (mean - 1.0) * (mean - 2.0) / max(n - 1, 1)
+    return float(1 + np.count_nonzero(signs[1:] != signs[:-1])), mean, variance
+
+
+def group_noise(samples: MeasuredSamples) -> float:
+    """Return the root of the mean square of the noise of samples."""
+    return math.sqrt(float(np.mean(np.square(samples.noise)))) if len(samples) else math.nan
+
+
+# A direction in which the error is as many times the sizes of the parameters is named as unknown.
+UNKNOWN = 1e3
+# Shares of a direction below this are left out of its name.
+LEAST_SHARE = 0.05
+
+
+def result_of(search: FitSearch, found: FitCandidate) -> Fit:
+    """Return the result of a search."""
+    problem, point = found.problem, found.descent.point
+    values = dict(zip(problem.paths, point.values.tolist(), strict=True))
+    held = (point.values <= problem.low) | (point.values >= problem.high)
+    covariance, errors, unknown = _uncertainty(search, found, held)
+    layouts = tuple(problem.layouts)
+    first = layouts[0].record
+    osc, force, start = replace_parameters(problem.osc, first.force, first.start, values)
+    spans = np.concatenate([layout.spans for layout in layouts])
+    nodes = np.concatenate([spans[:, :1], point.shots.nodes], axis=1)
+    if start is None:
+        start = Start(*nodes[0, [1, 2, 0]].tolist())
+    residuals, hits = point.equations.residuals, point.shots.hits
+    table, score = _table(layouts, residuals)
+    noise = {}
+    for samples in (first.samples, first.impacts):
+        for quantity in np.unique(samples.quantities).tolist():
+            of = samples.quantities == quantity
+            noise[quantity_name(quantity)] = group_noise(samples.taken(of))
+    return Fit(
+        values=values,
+        errors=dict(zip(problem.paths, errors.tolist(), strict=True)),
+        covariance=covariance,
+        chi2=float(np.mean(residuals * residuals)),
+        noise=noise,
+        whiteness=score,
+        unidentifiable=unknown,
+        converged=not found.reason,
+        reason=found.reason,
+        n_runs=search.n_runs,
+        at_bounds=tuple(path for path, at in zip(problem.paths, held, strict=True) if at),
+        oscillator=osc,
+        forcing=force,
+        start=start,
+        nodes=nodes,
+        impacts=np.sort(hits[hits[:, 0] < len(layouts[0]), 1]),
+        residuals=table,
+        problem=replace(problem, ask=go_on),
+    )
+
+
+def _uncertainty(
+    search: FitSearch, found: FitCandidate, held: Flags
+) -> tuple[Floats, Floats, tuple[dict[str, float], ...]]:
+    """Return covariance, standard errors, and the directions that the data leave open."""
+    paths, n = search.paths, len(search.paths)
+    values = found.descent.point.values
+    width = np.where(search.ranged, search.high - search.low, 0.0)
+    scales = np.maximum(np.abs(values), width)
+    scales = np.where(scales > 0.0, scales, 1.0)
+    covariance, errors = np.zeros((n, n)), np.zeros(n)
+    free = np.flatnonzero(~held)
+    unknown = []
+    if len(free):
+        matrix = found.descent.triangle[:, :-1] * scales
+        sizes, rows = directions(matrix[:, free])
+        for size, row in zip(sizes.tolist(), rows, strict=True):
+            if size * UNKNOWN < 1.0:
+                shares = np.where(np.abs(row) < LEAST_SHARE, 0.0, row)
+                named = {
+                    paths[i]: float(share) for i, share in zip(free, shares, strict=True) if share
+                }
+                unknown.append(named)
+                errors[free[shares != 0.0]] = math.inf
+                continue
+            along = row * scales[free] / size
+            covariance[np.ix_(free, free)] += along[:, None] * along
+    errors = np.where(np.isinf(errors), math.inf, np.sqrt(np.diag(covariance)))
+    return covariance, errors, tuple(unknown)
+
+
+def _table(layouts: tuple[Layout, ...], residuals: Floats) -> tuple[Dataset, float]:
+    """Return the residuals as a table, and the score of their runs of one sign."""
+    import xarray as xr
+
+    columns: dict[str, list[Any]] = {
+        name: [] for name in ("t", "value", "noise", "quantity", "record")
+    }
+    runs = mean = variance = 0.0
+    row = 0
+    for number, layout in enumerate(layouts):
+        for samples in (layout.record.samples, layout.record.impacts):
+            own = residuals[row : row + len(samples)]
+            row += len(samples)
+            for quantity in np.unique(samples.quantities).tolist():
+                some = runs_score(own[samples.quantities == quantity])
+                runs, mean, variance = runs + some[0], mean + some[1], variance + some[2]
+            names = [quantity_name(quantity) for quantity in samples.quantities.tolist()]
+            columns["t"].append(samples.t)
+            columns["value"].append(samples.values)
+            columns["noise"].append(samples.noise)
+            columns["quantity"].append(np.array(names, dtype=object))
+            columns["record"].append(np.full(len(samples), number))
+    joined = {name: np.concatenate(parts) for name, parts in columns.items()}
+    joined["residual"] = residuals * joined["noise"]
+    joined["fitted"] = joined["value"] - joined["residual"]
+    score = (runs - mean) / math.sqrt(variance) if variance > 0.0 else 0.0
+    return xr.Dataset({name: ("sample", joined[name]) for name in joined}), score

@@ -1,0 +1,390 @@
+"""The search for a fit: guesses, nodes, descents, and another one where that fails."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from percuss.arrays import Flags, Floats, Integers
+from percuss.errors import ParameterError
+from percuss.fitting.guess import Windows, best_start, extremes_of, lay_out, windows_of
+from percuss.fitting.losses import Loss
+from percuss.fitting.measured import MeasuredRecord
+from percuss.fitting.shooting import Layout
+from percuss.fitting.solver import (
+    FIRM,
+    LOOSE,
+    FitDescent,
+    FitPoint,
+    FitProblem,
+    descend,
+    point_at,
+)
+from percuss.model.oscillator import Oscillator, Wall
+from percuss.progress import Progress
+
+__all__ = ["FitCandidate", "FitSearch"]
+
+# From node to node, in periods of the fastest part of the motion, one after the other where the
+# search fails.
+CYCLES = (1.0, 0.5, 0.33, 2.0)
+# The share of stretches of a whole motion that may be begun anew.
+MOST_WRONG = 0.5
+# How often torn stretches are begun anew with the same nodes.
+MENDINGS = 3
+# Shifts of a node's state that are tried, in its standard errors.
+_SIZES = (0.0, 0.3, -0.3, 1.0, -1.0, 3.0, -3.0, 9.0, -9.0, 25.0, -25.0)
+SHIFTS = np.array([(x, v) for x in _SIZES[:9] for v in _SIZES])
+# A residual counts as no more than this where states are tried: where there may be outliers too.
+MOST_RESIDUAL, MOST_OF_OUTLIERS = 100.0, 10.0
+# Guesses in ranges: for one range, and the most.
+GUESSES, MOST_GUESSES = 8, 64
+# A mean square of the residuals above this many of its standard errors is not explained.
+UNLIKELY = 6.0
+# Where the noise was estimated: residuals this many times as large as neighbours differ.
+MUCH_LARGER = 3.0
+# Two misfits are the same to this part.
+SAME = 1e-4
+# The median of the squares of normal variables.
+MEDIAN_SQUARE = 0.4549364231195724
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FitCandidate:
+    """Where a descent ended, what is wrong with it, and the problem that it solved."""
+
+    problem: FitProblem
+    descent: FitDescent
+    reason: str
+    n_runs: int
+
+    @property
+    def misfit(self) -> float:
+        """The mean square of the residuals."""
+        return float(np.mean(np.square(self.descent.point.equations.right)))
+
+
+class FitSearch:
+    """A search for the parameters of one or several records.
+
+    Parameters
+    ----------
+    osc
+        The oscillator.
+    records
+        What was measured.
+    guesses
+        The parameters by their paths.
+    low, high
+        Their bounds.
+    ranged
+        For which of them the guess is looked for between these.
+    priors, loss
+        See `FitProblem`.
+    progress
+        Counts the steps.
+    """
+
+    def __init__(
+        self,
+        osc: Oscillator,
+        records: Sequence[MeasuredRecord],
+        guesses: dict[str, float],
+        low: Floats,
+        high: Floats,
+        ranged: Flags,
+        priors: Floats,
+        loss: Loss,
+        progress: Progress,
+    ) -> None:
+        self.osc, self.records, self.paths = osc, list(records), tuple(guesses)
+        self.guess = np.clip(np.array(list(guesses.values())), low, high)
+        self.low, self.high, self.ranged = low, high, ranged
+        self.priors, self.loss, self.progress = priors, loss, progress
+        self.n_runs = 0
+
+    def best(self) -> FitCandidate:
+        """Return the best candidate of descents with several distances of nodes."""
+        values = self.guess
+        best: FitCandidate | None = None
+        for attempt, cycles in enumerate(CYCLES):
+            problem, nodes = self._laid_out(values, cycles)
+            begin = self._begin(problem, nodes, values, is_first=attempt == 0)
+            if begin is None:
+                continue
+            candidate = self._mended(self._descended(problem, begin, LOOSE))
+            again = best is not None and _is_same(candidate, best)
+            if best is None or _is_better(candidate, best):
+                best = candidate
+            if not candidate.reason or again or self.progress.is_stopped:
+                break
+            values = best.descent.point.values
+        if best is None:
+            reason = "no motion can be followed from the guess; give others"
+            raise ParameterError(
+                "free", dict(zip(self.paths, self.guess.tolist(), strict=True)), reason
+            )
+        return self._with_noise(self._closed(best))
+
+    def _closed(self, found: FitCandidate) -> FitCandidate:
+        """Return the best motion that is whole, where the best one that was found is torn."""
+        if not len(found.descent.torn(found.problem)) or self.progress.is_stopped:
+            return found
+        problem = replace(found.problem, tear=math.inf)
+        begin = point_at(problem, found.descent.point.values, found.descent.point.shots.nodes)
+        self.n_runs += 1
+        if begin is None:
+            return found
+        other = self._descended(problem, begin, LOOSE)
+        return found if len(other.descent.torn(problem)) else other
+
+    def _laid_out(self, values: Floats, cycles: float) -> tuple[FitProblem, Floats]:
+        """Return the problem with nodes at some distance, and their states."""
+        named = dict(zip(self.paths, values.tolist(), strict=True))
+        layouts, states, errors = [], [], []
+        for record in self.records:
+            windows = windows_of(self.osc, record, named)
+            layout, nodes = lay_out(self.osc, record, windows, cycles)
+            layouts.append(layout)
+            states.append(nodes)
+            errors.append(_node_errors(record, windows))
+            self._windows = windows
+        problem = FitProblem(
+            self.osc, layouts, self.paths, self.low, self.high,
+            np.median(np.array(errors), axis=0), self.priors, self.loss, self.progress.advance,
+        )  # fmt: skip
+        return problem, np.concatenate(states)
+
+    def _begin(
+        self, problem: FitProblem, nodes: Floats, values: Floats, *, is_first: bool
+    ) -> FitPoint | None:
+        """Return the best of the guesses."""
+        tried = self._guesses(values) if is_first else [values]
+        points = []
+        for one in tried:
+            self.n_runs += 1
+            point = point_at(problem, one, nodes)
+            if point is not None:
+                points.append(point)
+        return min(points, key=lambda point: point.cost(problem, LOOSE), default=None)
+
+    def _guesses(self, values: Floats) -> list[Floats]:
+        """Return guesses: that given, places in the ranges, and walls where the motion turns."""
+        n = int(self.ranged.sum())
+        guesses = [values]
+        if n:
+            guesses = []
+            for i in range(min(MOST_GUESSES, GUESSES << (n - 1))):
+                guess = values.copy()
+                places = np.array([_halton(i + 1, base) for base in _PRIMES[:n]])
+                low, high = self.low[self.ranged], self.high[self.ranged]
+                guess[self.ranged] = low + places * (high - low)
+                guesses.append(guess)
+        walls = self._walls()
+        if not walls:
+            return guesses
+        moved, passed = [], n > 0
+        for guess in guesses:
+            other = guess.copy()
+            for row, (at, side) in walls.items():
+                passed = passed or side * (at - guess[row]) > 0.0
+                other[row] = min(max(at, self.low[row]), self.high[row])
+            moved.append(other)
+        # A wall that the motion passes is none.
+        return moved if passed else [*guesses, *moved]
+
+    def _walls(self) -> dict[int, tuple[float, float]]:
+        """Return the free places of walls: how far the motion goes there, and on which side."""
+        good = self._windows.good()
+        found: dict[int, tuple[float, float]] = {}
+        if not len(good.t) or not len(self.records[0].samples):
+            return found
+        least, largest = extremes_of(good)
+        for i, stop in enumerate(self.osc.stops):
+            path = f"oscillator.stops.{i}.at"
+            if isinstance(stop, Wall) and path in self.paths:
+                above = stop.side == "above"
+                found[self.paths.index(path)] = (largest, 1.0) if above else (least, -1.0)
+        return found
+
+    def _descended(self, problem: FitProblem, begin: FitPoint, weight: float) -> FitCandidate:
+        """Return where a descent ends."""
+        descent = descend(problem, begin, weight)
+        self.n_runs += descent.n_runs
+        return FitCandidate(problem, descent, self._reason(problem, descent), self.n_runs)
+
+    def _mended(self, found: FitCandidate) -> FitCandidate:
+        """Return the candidate after torn stretches were followed anew from their own samples."""
+        for _ in range(MENDINGS):
+            torn = found.descent.torn(found.problem)
+            wrong = np.union1d(torn, found.descent.strained())
+            if not found.reason or not len(wrong) or self.progress.is_stopped:
+                break
+            # Where a motion misses most stretches a little it is not for single impacts.
+            is_whole = found.descent.is_settled and not len(torn)
+            if is_whole and len(wrong) > max(MOST_WRONG * len(found.problem.linked), 3):
+                break
+            begin = self._begun_anew(found, wrong)
+            if begin is None:
+                break
+            other = self._descended(found.problem, begin, LOOSE)
+            if not _is_better(other, found):
+                break
+            found = other
+        return found
+
+    def _begun_anew(self, found: FitCandidate, wrong: Integers) -> FitPoint | None:
+        """Return the point with better states of the nodes at the ends of some segments.
+
+        Whether a slow impact is met, or missed, is decided by less than the noise of a node: states
+        around that by its own samples are tried.
+        """
+        problem, point = found.problem, found.descent.point
+        named = dict(zip(self.paths, point.values.tolist(), strict=True))
+        nodes, ends, row = point.shots.nodes.copy(), point.shots.ends.copy(), 0
+        for layout in problem.layouts:
+            good = windows_of(self.osc, layout.record, named).good()
+            for k in np.union1d(wrong, wrong + 1).tolist():
+                if not row + layout.is_fixed <= k < row + len(layout):
+                    continue
+                centres = [nodes[k]]
+                if k > row and len(good.t):
+                    centres.append(
+                        good.states[np.argmin(np.abs(good.t - layout.spans[k - row, 0]))]
+                    )
+                elif len(good.t):
+                    # From the first window that is a flight straight back, or off a wall between.
+                    x, v = good.first_states[0].tolist()
+                    late = float(good.begin[0] - layout.spans[0, 0])
+                    centres += [np.array([x - v * late, v]), np.array([x, -v])]
+                before = ends[k - 1] if k > row else None
+                after = nodes[k + 1] if k + 1 < row + len(layout) else None
+                tried = np.concatenate([at + SHIFTS * problem.node_errors for at in centres])
+                most = MOST_RESIDUAL if self.loss.name == "linear" else MOST_OF_OUTLIERS
+                nodes[k], ends[k] = best_start(
+                    self.osc, layout, k - row, named, tried, (problem.node_errors, most),
+                    (before, after),
+                )  # fmt: skip
+            row += len(layout)
+        self.n_runs += 1
+        return point_at(problem, point.values, nodes)
+
+    def _reason(self, problem: FitProblem, descent: FitDescent) -> str:
+        """Return why a descent has not found what explains the data; empty if it has."""
+        torn = descent.torn(problem)
+        if self.progress.is_stopped:
+            return descent.reason or "the search was stopped"
+        if len(torn):
+            spans = np.concatenate([layout.spans for layout in problem.layouts])
+            begin, end = spans[torn[0]].tolist()
+            return (
+                f"no motion of the model passes the samples between t = {begin:.6g} and {end:.6g}"
+                + (f", and {len(torn) - 1} other stretches" if len(torn) > 1 else "")
+            )
+        right = descent.point.equations.right
+        misfit, n = float(np.mean(right * right)), len(right)
+        if self.loss.name != "linear":
+            misfit = float(np.median(right * right)) / MEDIAN_SQUARE
+        known = not any(record.samples.is_estimated.any() for record in self.records)
+        limit = 1.0 + UNLIKELY * math.sqrt(2.0 / n) if known else MUCH_LARGER * MUCH_LARGER
+        if misfit > limit:
+            return (
+                f"no motion near the guess explains the data: chi2 is {misfit:.3g} where "
+                f"{'1' if known else 'about 1'} was to be expected"
+            )
+        return "" if descent.is_settled else descent.reason
+
+    def _with_noise(self, found: FitCandidate) -> FitCandidate:
+        """Return the candidate with the noise that its residuals have, where that was not given."""
+        if not any(
+            some.is_estimated.any() for r in self.records for some in (r.samples, r.impacts)
+        ):
+            return found
+        quantities = set()
+        for _ in range(2):
+            layouts: list[Layout] = []
+            residuals = found.descent.point.equations.residuals
+            share = 1.0 - min(self._n_unknowns() / len(residuals), 0.9)
+            row = 0
+            for layout in found.problem.layouts:
+                some = []
+                for samples in (layout.record.samples, layout.record.impacts):
+                    noise = samples.noise.copy()
+                    own = residuals[row : row + len(samples)]
+                    row += len(samples)
+                    for quantity in np.unique(samples.quantities).tolist():
+                        of = (samples.quantities == quantity) & samples.is_estimated
+                        if of.any():
+                            quantities.add((len(layouts), quantity))
+                            size = math.sqrt(float(np.mean(np.square(own[of]))) / share)
+                            noise[of] *= size or 1.0
+                    some.append(replace(samples, noise=noise))
+                record = replace(layout.record, samples=some[0], impacts=some[1])
+                layouts.append(replace(layout, record=record))
+            problem = replace(found.problem, layouts=layouts)
+            point = point_at(problem, found.descent.point.values, found.descent.point.shots.nodes)
+            self.n_runs += 1
+            if point is None:
+                return found
+            if len(quantities) > 1 and not found.reason:
+                descent = descend(problem, point, FIRM)
+                self.n_runs += descent.n_runs
+            else:
+                descent = replace_point(problem, found.descent, point)
+            found = FitCandidate(problem, descent, found.reason, self.n_runs)
+            if len(quantities) <= 1:
+                break
+        return found
+
+    def _n_unknowns(self) -> int:
+        return len(self.paths) + sum(2 for record in self.records if record.start is None)
+
+
+def replace_point(problem: FitProblem, descent: FitDescent, point: FitPoint) -> FitDescent:
+    """Return a descent at the same place under another noise."""
+    from percuss.fitting.solver import FitStep
+
+    triangle = FitStep.of(problem, point, FIRM).triangle
+    return FitDescent(point, triangle, 0, descent.is_settled, descent.reason, descent.weight)
+
+
+def _is_same(one: FitCandidate, other: FitCandidate) -> bool:
+    """Return whether two descents have ended at one solution, which then explains no more."""
+    if len(one.descent.torn(one.problem)) or len(other.descent.torn(other.problem)):
+        return False
+    settled = one.descent.is_settled and other.descent.is_settled
+    return settled and abs(one.misfit - other.misfit) < SAME * other.misfit
+
+
+def _is_better(one: FitCandidate, other: FitCandidate) -> bool:
+    keys = [(bool(it.reason), len(it.descent.torn(it.problem)), it.misfit) for it in (one, other)]
+    return keys[0] < keys[1]
+
+
+def _node_errors(record: MeasuredRecord, windows: Windows) -> Floats:
+    """Return the standard errors of x and v of a node by the samples around it."""
+    good = windows.good()
+    if len(good.t):
+        errors = np.median(good.errors, axis=0)
+        if (errors > 0.0).all():
+            return np.asarray(errors)
+    samples = record.samples if len(record.samples) else record.impacts
+    size = float(np.median(samples.noise))
+    length = (record.end - record.begin) / max(len(samples) - 1, 1) or 1.0
+    return np.array([size, size / length])
+
+
+_PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29)
+
+
+def _halton(i: int, base: int) -> float:
+    """Return the i-th of a sequence of places spread over (0, 1) (Halton 1960)."""
+    place, part = 0.0, 1.0
+    while i:
+        part /= base
+        i, digit = divmod(i, base)
+        place += part * digit
+    return place

@@ -1,0 +1,278 @@
+"""Multiple shooting: a record cut into segments, each a run from a node with a state of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from percuss.arrays import Floats, Integers
+from percuss.fitting.measured import MeasuredRecord, MeasuredSamples
+from percuss.kernels import sensitivity as carried
+from percuss.kernels.flight_columns import (
+    MOST_TERMS,
+    PHASE_ENTRIES,
+    SHARED_ENTRIES,
+    Change,
+    ColumnWorkspace,
+)
+from percuss.kernels.law_columns import COLUMNS, N_HARMONICS
+from percuss.kernels.record import new_run
+from percuss.kernels.segments import (
+    SegmentResults,
+    Segments,
+    SegmentSpace,
+    follow_segments,
+)
+from percuss.model.exact import as_float
+from percuss.model.moved_law import MovedLaw, moved_law
+from percuss.model.oscillator import Oscillator
+from percuss.model.paths import replace_parameters
+from percuss.model.start import Start
+from percuss.model.system import System, stop_rows
+from percuss.motion.trajectory import times_within
+from percuss.numerics.linear import is_finite
+
+__all__ = ["Layout", "Shots", "motion_between", "shoot"]
+
+# Events of one segment.
+MOST_EVENTS = 4_000
+# Impacts that are kept, for each segment.
+HITS_A_SEGMENT = 64
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Layout:
+    """Where the segments of a record begin and end.
+
+    Attributes
+    ----------
+    record
+        What was measured, and under which forcing.
+    spans
+        (n, 2) array, when each begins, at its node, and ends.
+    first
+        (n + 1,) array, the first sample of each segment, and the number of all.
+    is_fixed
+        Whether the first node is the start of the record, and no unknown.
+    """
+
+    record: MeasuredRecord
+    spans: Floats
+    first: Integers
+    is_fixed: bool
+
+    def __len__(self) -> int:
+        """Return the number of segments."""
+        return len(self.spans)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shots:
+    """What comes of all segments of all records, one after the other.
+
+    Attributes
+    ----------
+    nodes
+        (n, 2) array, x and v at the nodes; those behind a wall are moved onto it.
+    values, rows
+        (n_samples, 2) and (n_samples, 2, n_parameters + 2) arrays, what is measured and its
+        derivatives, by the state of the segment's own node last; and the same on the other side of
+        an event near by.
+    away
+        (n_samples,) array, how far that event is; infinite where there is none.
+    ends, end_rows
+        (n, 2) and (n, 2, n_parameters + 2) arrays, of x and v at the ends of the segments.
+    counts
+        (n,) array, events of each segment; negative where it was not followed.
+    hits
+        (n_hits, 4 + n_parameters) array, the impacts and entries into soft stops: the segment, the
+        instant, and its derivatives.
+    """
+
+    nodes: Floats
+    values: Floats
+    rows: Floats
+    away: Floats
+    ends: Floats
+    end_rows: Floats
+    counts: Integers
+    hits: Floats
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether all segments were followed, to numbers."""
+        numbers = (self.values[:, 0], self.rows[:, 0], self.ends, self.end_rows, self.hits)
+        return bool((self.counts >= 0).all()) and is_finite(*numbers)
+
+
+def shoot(
+    osc: Oscillator, layouts: Sequence[Layout], values: Mapping[str, float], nodes: Floats
+) -> Shots:
+    """Follow all segments at a setting of the parameters.
+
+    Parameters
+    ----------
+    osc
+        The oscillator.
+    layouts
+        The records with their nodes.
+    values
+        The parameters by their paths.
+    nodes
+        (n, 2) array, the states of the nodes.
+
+    Returns
+    -------
+    Shots
+        What comes of them.
+
+    Raises
+    ------
+    ParameterError
+        If the values make no model.
+    """
+    parts = []
+    row = 0
+    for layout in layouts:
+        record = layout.record
+        moved_osc, force, start = replace_parameters(osc, record.force, record.start, values)
+        system = System(moved_osc, force)
+        moved = moved_law(system, start, list(values)) if values else None
+        own = nodes[row : row + len(layout)].copy()
+        parts.append(_record_shots(layout, system, start, moved, own))
+        row += len(layout)
+    if len(parts) == 1:
+        return parts[0]
+    return _joined(parts)
+
+
+def _joined(parts: Sequence[Shots]) -> Shots:
+    before = 0
+    hits = []
+    for part in parts:
+        hits.append(part.hits.copy())
+        hits[-1][:, 0] += before
+        before += len(part.nodes)
+
+    def joined(name: str) -> Any:
+        return np.concatenate([getattr(part, name) for part in parts])
+
+    return Shots(
+        joined("nodes"), joined("values"), joined("rows"), joined("away"), joined("ends"),
+        joined("end_rows"), joined("counts"), np.concatenate(hits),
+    )  # fmt: skip
+
+
+def _record_shots(
+    layout: Layout, system: System, start: Start | None, moved: MovedLaw | None, nodes: Floats
+) -> Shots:
+    law, n, n_stops = system.law, len(layout), len(system.oscillator.stops)
+    n_p = 0 if moved is None else len(moved.paths)
+    # Two more columns, which move nothing of the law: those of the node's state.
+    rows = np.zeros((n_p + 2, len(law) if moved is None else moved.change.rows.shape[1], COLUMNS))
+    moved_stops = np.zeros((n_p + 2, n_stops, 3))
+    begins = np.zeros((n, n_p + 2, 3))
+    spans = layout.spans.copy()
+    unit = law
+    begins[:, n_p, carried.BEGIN_X] = 1.0
+    begins[:, n_p + 1, carried.BEGIN_V] = 1.0
+    if moved is not None:
+        rows[:n_p], moved_stops[:n_p], unit = moved.change.rows, moved.stops, moved.change.unit
+    if layout.is_fixed:
+        assert start is not None
+        begins[0] = 0.0
+        if moved is not None:
+            begins[0, :n_p] = moved.begin
+        nodes[0] = as_float(start.x0), as_float(start.v0)
+        spans[0, 0] = as_float(start.t0)
+    samples = layout.record.samples
+    segments = Segments(
+        spans, nodes, begins, layout.first, samples.t, samples.quantities,
+        samples.reach, stop_rows(system.oscillator), moved_stops,
+    )  # fmt: skip
+    m = len(samples.t)
+    results = SegmentResults(
+        np.full((m, 2), np.nan),
+        np.full((m, 2, n_p + 2), np.nan),
+        np.full(m, np.inf),
+        np.full((n, 2), np.nan),
+        np.full((n, 2, n_p + 2), np.nan),
+        np.empty((HITS_A_SEGMENT * n, 4 + n_p)),
+        np.zeros(n, dtype=np.int64),
+    )
+    space = _space(law, n_p + 2)
+    n_hits = follow_segments(law, Change(rows, unit), segments, space, results)
+    return Shots(
+        nodes, results.values, results.rows, results.away, results.ends, results.end_rows, results.counts,
+        results.hits[: min(n_hits, len(results.hits))],
+    )  # fmt: skip
+
+
+def _space(law: Floats, n_columns: int) -> SegmentSpace:
+    n = int(law[0, N_HARMONICS])
+    phases = np.zeros((3, n, 2))
+    work = ColumnWorkspace(
+        phases[0], phases[1], phases[2], np.zeros(SHARED_ENTRIES), np.zeros((n, PHASE_ENTRIES)),
+        np.zeros(MOST_TERMS), np.zeros((n_columns, 2)),
+    )  # fmt: skip
+    return SegmentSpace(
+        new_run(law, MOST_EVENTS),
+        np.empty((MOST_EVENTS, n_columns, carried.SENSITIVITY_COLUMNS)),
+        work,
+        np.zeros((n_columns, 3)),
+        np.zeros(1),
+        np.zeros((2, 1)),
+        np.zeros((2, 1, n_columns)),
+        np.zeros(0),
+        np.zeros((0, n_columns)),
+    )
+
+
+def motion_between(
+    system: System, nodes: Floats, end: float, t: Floats, quantities: Sequence[int]
+) -> Floats:
+    """Return quantities of a motion at times, each from the node before it.
+
+    Parameters
+    ----------
+    system
+        What moves.
+    nodes
+        (n, 3) array, instant, displacement and velocity of each.
+    end
+        When the motion ends.
+    t
+        (n_times,) array of times.
+    quantities
+        Numbers of what is asked for.
+
+    Returns
+    -------
+    array
+        (n_times, n_quantities).
+
+    Raises
+    ------
+    ParameterError
+        If a time lies outside.
+    """
+    order = np.argsort(t, kind="stable")
+    times = times_within(t, float(nodes[0, 0]), end)[order]
+    n = len(quantities)
+    repeated = np.repeat(times, n)
+    ones = np.ones(len(repeated))
+    samples = MeasuredSamples(
+        repeated, ones, np.tile(np.array(quantities, dtype=np.int64), len(times)), ones, ones > 0.0
+    )
+    first = np.searchsorted(repeated, nodes[:, 0], side="left")
+    first[0] = 0
+    spans = np.stack([nodes[:, 0], np.append(nodes[1:, 0], end)], axis=1)
+    record = MeasuredRecord(samples, samples.taken(slice(0, 0)), system.forcing, None)
+    layout = Layout(record, spans, np.append(first, len(repeated)), False)
+    found = shoot(system.oscillator, (layout,), {}, nodes[:, 1:].copy()).values[:, 0]
+    moved = np.empty((len(times), n))
+    moved[order] = found.reshape(-1, n)
+    return moved

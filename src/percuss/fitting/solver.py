@@ -1,0 +1,445 @@
+"""Least squares over parameters and nodes: Gauss-Newton's steps, from loose links to firm ones.
+
+A segment need not end at the next node at first: the defects are equations with a weight that grows
+from step to step. While it is small, all segments stay near their samples, and the equations are
+nearly linear in the parameters (docs/theory/fitting.md).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from percuss.arrays import Flags, Floats, Integers
+from percuss.errors import ParameterError
+from percuss.fitting.losses import Loss
+from percuss.fitting.measured import MeasuredSamples
+from percuss.fitting.shooting import Layout, Shots, shoot
+from percuss.kernels.condense import Chain, condense, expand
+from percuss.kernels.segments import DISPLACEMENT
+from percuss.model.oscillator import Oscillator
+from percuss.numerics import log
+from percuss.numerics.linear import least_squares, matmul, norm
+
+__all__ = ["FitEquations", "FitPoint", "FitProblem", "descend", "point_at"]
+
+# Weights of the links in standard errors of the nodes: at first, the factor of a step, at last.
+LOOSE, FIRMER, FIRM = 1.0, 10.0, 1e5
+# From this weight on samples have the loss that was asked for.
+TAUT = 1e3
+# Defects, and residuals at first, beyond this many of their weights count less.
+TORN = 10.0
+# A link is torn for good if it misses by more than this part of the nodes' standard errors.
+HELD = 0.1
+# A segment's sum of squares this many of its standard errors above what is to be expected is not
+# noise.
+STRAINED = 6.0
+# A node's state that nothing says anything about is left as it is, with this weight.
+ANCHOR = 1e-6
+# Damping: at first, and its factors after failure and success.
+DAMPING, MORE, LESS = 1e-2, 8.0, 0.125
+# A step that makes this part of what it promised makes the links firmer; below this mean square,
+# any does.
+KEPT, GOOD = 0.5, 2.0
+# A search ends where a step moves nothing by more than this part of its standard error, squared.
+CLOSE = 1e-6
+# Most steps, and trials of a step; and how often links are loosened again.
+MOST_STEPS, MOST_TRIALS, MOST_LOOSENINGS = 60, 10, 4
+# The width of a kink, in intervals between samples.
+KINK = 0.1
+# Where no step makes the misfit smaller, one below this part of a standard error, squared, is none.
+NO_STEP = 0.01
+# Singular values below this part of the largest one count as zero.
+WEAK = 1e-11
+# The loss of the samples until the links are firm.
+ROBUST = Loss("cauchy", TORN)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FitProblem:
+    """What is fitted.
+
+    Attributes
+    ----------
+    osc
+        The oscillator.
+    layouts
+        The records and their nodes.
+    paths, low, high
+        The parameters and their bounds, infinite where there is none.
+    node_errors
+        (2,) array, standard errors of x and v of a node by the samples around it.
+    priors
+        (n, 3) array: the parameter, its mean, its standard deviation.
+    loss
+        Of the residuals.
+    ask
+        Called after each run; False ends the search.
+    tear
+        Defects beyond this many of their weights count less, as in Cauchy's loss.
+    """
+
+    osc: Oscillator
+    layouts: Sequence[Layout]
+    paths: tuple[str, ...]
+    low: Floats
+    high: Floats
+    node_errors: Floats
+    priors: Floats
+    loss: Loss
+    ask: Callable[[], bool]
+    tear: float = TORN
+
+    def shoot(self, values: Floats, nodes: Floats) -> Shots | None:
+        """Return the runs from all nodes, None if there are none that can be followed."""
+        named = dict(zip(self.paths, values.tolist(), strict=True))
+        try:
+            shots = shoot(self.osc, self.layouts, named, nodes)
+        except ParameterError:
+            return None
+        return shots if shots.is_complete else None
+
+    def loss_at(self, weight: float) -> Loss:
+        """Return the loss while links have a weight: stretches that miss an impact pull less."""
+        return ROBUST if self.loss.name == "linear" and weight < TAUT else self.loss
+
+    @property
+    def linked(self) -> Flags:
+        """Whether another segment of the same record follows each."""
+        parts = [np.arange(len(layout)) < len(layout) - 1 for layout in self.layouts]
+        return np.concatenate(parts)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FitEquations:
+    """The residuals at a point, in standard deviations, and their derivatives.
+
+    ``segment`` (n,) is the segment of each, ``right`` (n,) measured less computed, ``rows``
+    (n, n_parameters + 2) the derivatives of the latter; ``defects`` (n_segments, 2) by what each
+    segment misses the next node. They are in the order of segments; ``order`` has where each was.
+    """
+
+    segment: Integers
+    right: Floats
+    rows: Floats
+    defects: Floats
+    order: Integers
+
+    @property
+    def residuals(self) -> Floats:
+        """The residuals of each record's samples, then of its impacts, in standard deviations."""
+        found = np.empty_like(self.right)
+        found[self.order] = self.right
+        return found
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FitPoint:
+    """Values of the parameters with the runs from all nodes."""
+
+    values: Floats
+    shots: Shots
+    equations: FitEquations
+
+    def cost(self, problem: FitProblem, weight: float) -> float:
+        """Return the sum of the losses, with links of a weight."""
+        links = weight * weight * squares_of_defects(problem, self.equations.defects)
+        if problem.tear < math.inf:
+            links = problem.tear**2 * log(1.0 + links / problem.tear**2)
+        whole = problem.loss_at(weight).sum(self.equations.right) + float(links.sum())
+        for row, mean, sigma in problem.priors.tolist():
+            whole += ((self.values[int(row)] - mean) / sigma) ** 2
+        return whole
+
+
+def squares_of_defects(problem: FitProblem, defects: Floats) -> Floats:
+    """Return the square of the defect of each link, in standard errors of the nodes."""
+    parts = defects / problem.node_errors
+    return np.asarray((parts * parts).sum(axis=1))
+
+
+def point_at(problem: FitProblem, values: Floats, nodes: Floats) -> FitPoint | None:
+    """Return the point with these values and nodes, None if there is none."""
+    shots = problem.shoot(values, nodes)
+    if shots is None:
+        return None
+    return FitPoint(values, shots, equations_of(problem, shots))
+
+
+def equations_of(problem: FitProblem, shots: Shots) -> FitEquations:
+    """Return the residuals of all samples and impacts."""
+    defects = np.zeros_like(shots.ends)
+    linked = np.flatnonzero(problem.linked)
+    defects[linked] = shots.ends[linked] - shots.nodes[linked + 1]
+    segments: list[Integers] = []
+    rights: list[Floats] = []
+    rows: list[Floats] = []
+    sample = node = 0
+    for layout in problem.layouts:
+        some = layout.record.samples
+        own = slice(sample, sample + len(some))
+        counts = np.diff(layout.first)
+        segments.append(np.repeat(np.arange(node, node + len(layout)), counts))
+        parts = _sided(some, shots, own)
+        rights.append(parts[0])
+        rows.append(parts[1])
+        impacts = layout.record.impacts
+        if len(impacts):
+            segment, right, row = _matched(layout, shots.hits, node)
+            segments.append(segment)
+            rights.append(right)
+            rows.append(row)
+        sample += len(some)
+        node += len(layout)
+    segment = np.concatenate(segments)
+    order = np.argsort(segment, kind="stable")
+    return FitEquations(
+        segment[order], np.concatenate(rights)[order], np.concatenate(rows)[order], defects, order
+    )
+
+
+def _sided(some: MeasuredSamples, shots: Shots, own: slice) -> tuple[Floats, Floats]:
+    """Return residuals and rows of samples, those beside events on the side that suits them.
+
+    A displacement is the same on both sides, but its derivatives are not: next to the event they
+    pass from one to the other, or a search would go to and fro over the kink.
+    """
+    both = (some.values[:, None] - shots.values[own]) / some.noise[:, None]
+    rows = shots.rows[own] / some.noise[:, None, None]
+    right, row = both[:, 0].copy(), rows[:, 0].copy()
+    beside = np.flatnonzero(np.isfinite(shots.away[own]))
+    jumps = some.quantities[beside] != DISPLACEMENT
+    better = np.abs(both[beside, 1]) < np.abs(both[beside, 0])
+    other = beside[jumps & better]
+    right[other], row[other] = both[other, 1], rows[other, 1]
+    near = shots.away[own][beside] / (KINK * some.reach)
+    kink, share = beside[~jumps & (near < 1.0)], (0.5 - 0.5 * near)[~jumps & (near < 1.0)]
+    row[kink] += share[:, None] * (rows[kink, 1] - rows[kink, 0])
+    return right, row
+
+
+# A measured impact that no run has counts as this many standard deviations.
+UNSEEN = 100.0
+
+
+def _matched(layout: Layout, hits: Floats, node: int) -> tuple[Integers, Floats, Floats]:
+    """Return segments, residuals and rows of impact times: each with the nearest of the runs.
+
+    Where nothing else was measured each lies in a segment of its own, and is met there.
+    """
+    impacts = layout.record.impacts
+    hits = hits[(hits[:, 0] >= node) & (hits[:, 0] < node + len(layout))]
+    own = node + np.searchsorted(layout.spans[:, 0], impacts.t, side="right") - 1
+    own = np.maximum(own, node)
+    apart = np.abs(hits[None, :, 1] - impacts.t[:, None])
+    if not len(layout.record.samples):
+        apart = np.where(hits[None, :, 0] == own[:, None], apart, np.inf)
+    n, width = len(impacts), hits.shape[1] - 2
+    segment, right, rows = own.astype(np.int64), np.full(n, UNSEEN), np.zeros((n, width))
+    if len(hits):
+        nearest = np.argmin(apart, axis=1)
+        met = np.isfinite(apart[np.arange(n), nearest])
+        found = hits[nearest[met]]
+        segment[met] = found[:, 0].astype(np.int64)
+        right[met] = (impacts.t[met] - found[:, 1]) / impacts.noise[met]
+        rows[met] = found[:, 2:] / impacts.noise[met, None]
+    return segment, right, rows
+
+
+@dataclass(eq=False)
+class FitDescent:
+    """A search, and where it ended.
+
+    Attributes
+    ----------
+    point
+        The best point.
+    triangle
+        (n, n_parameters + 1) array: the equations of the parameters after the nodes are eliminated.
+    n_runs
+        How often all segments were followed.
+    is_settled
+        Whether the last steps were far below the standard errors.
+    reason
+        Why it ended otherwise.
+    """
+
+    point: FitPoint
+    triangle: Floats
+    n_runs: int = 0
+    is_settled: bool = False
+    reason: str = ""
+    weight: float = field(default=LOOSE)
+
+    def strained(self) -> Integers:
+        """Return the segments whose samples are missed by far more than by noise."""
+        right, segment = self.point.equations.right, self.point.equations.segment
+        n = len(self.point.equations.defects)
+        counts = np.bincount(segment, minlength=n)
+        sums = np.bincount(segment, weights=right * right, minlength=n)
+        return np.flatnonzero(sums > counts + STRAINED * np.sqrt(2.0 * counts + 1.0))
+
+    def torn(self, problem: FitProblem) -> Integers:
+        """Return the segments that do not end at the next node."""
+        found = squares_of_defects(problem, self.point.equations.defects)
+        return np.flatnonzero(found > HELD * HELD)
+
+
+def descend(problem: FitProblem, start: FitPoint, weight: float = LOOSE) -> FitDescent:
+    """Go from a point to the least squares.
+
+    Parameters
+    ----------
+    problem
+        What is fitted.
+    start
+        Where to begin.
+    weight
+        Of the links at first.
+
+    Returns
+    -------
+    FitDescent
+        Where it ended.
+    """
+    found = FitDescent(start, np.zeros((0, len(problem.paths) + 1)), weight=weight)
+    damping, loosened = 0.0, 0
+    for _ in range(MOST_STEPS):
+        before = found.point.cost(problem, found.weight)
+        step = FitStep.of(problem, found.point, found.weight)
+        found.triangle = step.triangle
+        trial, damping = _tried(problem, found, step, before, damping)
+        if not problem.ask():
+            found.reason = "the search was stopped"
+            return found
+        if trial is None:
+            moved = matmul(step.triangle[:, :-1], step.parameters(problem, found.point.values, 0.0))
+            if found.weight >= TAUT and norm(moved) ** 2 < NO_STEP:
+                found.is_settled = True
+                return found
+            if found.weight <= LOOSE or loosened == MOST_LOOSENINGS:
+                found.reason = "no step makes the misfit smaller"
+                return found
+            found.weight, damping, loosened = max(found.weight / FIRMER, LOOSE), 0.0, loosened + 1
+            continue
+        moved = matmul(step.triangle[:, :-1], trial.values - found.point.values)
+        promised = step.promised(problem, found.point, damping)
+        after = trial.cost(problem, found.weight)
+        found.point = trial
+        if found.weight >= FIRM and norm(moved) ** 2 < CLOSE:
+            found.triangle = FitStep.of(problem, trial, found.weight).triangle
+            found.is_settled = True
+            return found
+        share = (before - after) / max(promised, 1e-300)
+        is_good = share > KEPT or after < GOOD * len(trial.equations.right)
+        if share > KEPT:
+            damping = damping * LESS if damping > 1e-6 else 0.0
+        if is_good and damping < 1.0:
+            found.weight = min(found.weight * FIRMER, FIRM)
+    found.reason = f"{MOST_STEPS} steps were not enough"
+    return found
+
+
+def _tried(
+    problem: FitProblem, found: FitDescent, step: FitStep, before: float, damping: float
+) -> tuple[FitPoint | None, float]:
+    """Return the point of a step that makes the cost smaller, and its damping."""
+    for _ in range(MOST_TRIALS):
+        values, nodes = step.taken(problem, found.point, damping)
+        trial = point_at(problem, values, nodes)
+        found.n_runs += 1
+        if trial is not None:
+            after = trial.cost(problem, found.weight)
+            if after < before * (1.0 + 1e-9) + CLOSE:
+                return trial, damping
+        damping = max(damping * MORE, DAMPING)
+    return None, damping
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FitStep:
+    """The linear equations at a point, with the nodes eliminated."""
+
+    chain: Chain
+    factors: Floats
+    triangle: Floats
+    weights: Floats
+
+    @classmethod
+    def of(cls, problem: FitProblem, point: FitPoint, weight: float) -> FitStep:
+        """Return the equations at a point, with links of a weight."""
+        equations, n_p = point.equations, len(problem.paths)
+        square = weight * weight * squares_of_defects(problem, equations.defects)
+        links = weight / np.sqrt(1.0 + square / problem.tear**2)
+        kept = problem.loss_at(weight).weights(equations.right)
+        n = len(equations.defects)
+        counts = np.bincount(equations.segment, minlength=n)
+        first = np.concatenate([[0], np.cumsum(counts)])
+        chain = Chain(
+            equations.rows * kept[:, None], equations.right * kept, first,
+            point.shots.end_rows, equations.defects, problem.linked,
+            links[:, None] / problem.node_errors, ANCHOR / problem.node_errors,
+        )  # fmt: skip
+        factors = np.zeros((n, 2, 5 + n_p))
+        carried = np.zeros((2 + n_p, 3 + n_p))
+        condense(chain, factors, carried, np.zeros((6 + n_p + int(counts.max()), 5 + n_p)))
+        rows = [carried[:, 2:]]
+        for row, mean, sigma in problem.priors.tolist():
+            prior = np.zeros((1, n_p + 1))
+            prior[0, int(row)], prior[0, -1] = 1.0 / sigma, (mean - point.values[int(row)]) / sigma
+            rows.append(prior)
+        return cls(chain, factors, np.concatenate(rows), kept)
+
+    def parameters(self, problem: FitProblem, values: Floats, damping: float) -> Floats:
+        """Return the step of the parameters that stays within their bounds."""
+        matrix, right = self.triangle[:, :-1], self.triangle[:, -1]
+        n = matrix.shape[1]
+        sizes = np.sqrt((matrix * matrix).sum(axis=0))
+        units = np.where(sizes > 0.0, sizes, 1.0)
+        whole = np.concatenate([matrix / units, math.sqrt(damping) * np.eye(n)])
+        right = np.concatenate([right, np.zeros(n)])
+        step, free = np.zeros(n), sizes > 0.0
+        for _ in range(n):
+            if not free.any():
+                break
+            rest = right - matmul(whole[:, ~free], step[~free])
+            step[free] = least_squares(whole[:, free], rest, WEAK)
+            ahead = values + step / units
+            out = free & ((ahead < problem.low) | (ahead > problem.high))
+            if not out.any():
+                break
+            held = np.clip(ahead, problem.low, problem.high)
+            step[out] = ((held - values) * units)[out]
+            free &= ~out
+        return step / units
+
+    def states(self, step: Floats) -> Floats:
+        """Return the steps of the nodes."""
+        states = np.zeros((len(self.factors), 2))
+        expand(self.factors, step, states)
+        return states
+
+    def taken(self, problem: FitProblem, point: FitPoint, damping: float) -> tuple[Floats, Floats]:
+        """Return parameters and nodes after the step."""
+        step = self.parameters(problem, point.values, damping)
+        values = np.clip(point.values + step, problem.low, problem.high)
+        return values, point.shots.nodes + self.states(step)
+
+    def promised(self, problem: FitProblem, point: FitPoint, damping: float) -> float:
+        """Return by how much the sum of squares of the linear equations becomes smaller."""
+        chain, n_p = self.chain, len(problem.paths)
+        step = self.parameters(problem, point.values, damping)
+        states = self.states(step)
+        segment = np.repeat(np.arange(len(states)), np.diff(chain.first))
+        left = chain.right - matmul(chain.rows[:, :n_p], step)
+        left -= (chain.rows[:, n_p:] * states[segment]).sum(axis=1)
+        ends = chain.defects + matmul(chain.end_rows[:, :, :n_p], step)
+        ends += (chain.end_rows[:, :, n_p:] * states[:, None, :]).sum(axis=2)
+        ends[:-1] -= states[1:]
+        ends = np.where(chain.linked[:, None], ends, 0.0)
+        before = (chain.right**2).sum() + ((chain.weights * chain.defects) ** 2).sum()
+        after = (left**2).sum() + ((chain.weights * ends) ** 2).sum()
+        return float(before - after)

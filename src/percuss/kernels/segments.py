@@ -1,0 +1,438 @@
+"""Many short runs in one call, with what is measured of each and its derivatives.
+
+A *segment* is a run from a node, an instant with a state of its own, up to the next one. Each is
+followed as `march` does, its columns are carried over its events, and both are evaluated where
+there are samples and at its end. Nothing of a segment but these numbers is kept.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from percuss.arrays import Floats, Integers
+from percuss.kernels.compile import kernel
+from percuss.kernels.flight import constant_force, force_and_slopes, move, set_phases
+from percuss.kernels.flight_columns import (
+    Change,
+    ColumnWorkspace,
+    moved_constant_force,
+    moved_drive,
+)
+from percuss.kernels.law_columns import (
+    DAMPING,
+    FIRST_HARMONIC,
+    LOWER,
+    LOWER_ENTRY,
+    LOWER_KIND,
+    MASS,
+    N_REGIONS,
+    NUMBER,
+    STOP_AT,
+    STOP_BOUND,
+    STOP_DRAG,
+    STOP_FIRST,
+    STOP_LAST,
+    STOP_STIFFNESS,
+    UPPER,
+    UPPER_ENTRY,
+    UPPER_KIND,
+    WALL,
+    Law,
+)
+from percuss.kernels.march import march
+from percuss.kernels.record import (
+    AT_REST,
+    BOUND,
+    CONTACT,
+    CROSSING,
+    EVENT_T,
+    EVENT_T_LOW,
+    FULL,
+    HUGE,
+    IMPACT,
+    KIND,
+    N_EVENTS,
+    N_GRAZES,
+    NEXT_REGION,
+    REACHED_END,
+    SLOW_LANDING,
+    SPENT,
+    MotionRecord,
+    Run,
+    T,
+    V,
+    X,
+    flight_after,
+    place_of_event,
+)
+from percuss.kernels.sample import evaluate, flight_at
+from percuss.kernels.sensitivity import (
+    BASE,
+    BEGIN_X,
+    DT,
+    VariedRecord,
+    carry,
+    columns_at,
+    fly,
+    moved_place,
+)
+
+# What a sample is of; from OF_STOP on, the force of stop number quantity - OF_STOP.
+DISPLACEMENT, VELOCITY, ACCELERATION, OF_STOP = range(4)
+# Searches of one segment before it counts as none that can be followed.
+MOST_SEARCHES = 20_000
+NO_LIMIT = 2**62
+# Columns of the change of a stop.
+CHANGE_OF_AT, CHANGE_OF_STIFFNESS, CHANGE_OF_DAMPING = range(3)
+
+
+class Segments(NamedTuple):
+    """Where segments begin and end, and the samples of each.
+
+    ``spans`` (n, 2) are the instants, ``nodes`` (n, 2) x and v at the first, which a node behind a
+    wall is moved onto. ``begins`` (n, n_columns, 3) are the columns of x, v and t there.
+    Sample i, of those from ``first[k]`` to ``first[k + 1]`` in segment k, is of a quantity at an
+    instant; ``after`` says which limit it takes at an event.
+    """
+
+    spans: Floats
+    nodes: Floats
+    begins: Floats
+    first: Integers
+    instants: Floats
+    quantities: Integers
+    reach: float
+    stops: Floats
+    moved_stops: Floats
+
+
+class SegmentSpace(NamedTuple):
+    """Scratch: a run, columns of its events, and of one instant."""
+
+    run: Run
+    columns: Floats
+    work: ColumnWorkspace
+    begin: Floats
+    instant: Floats
+    motion: Floats
+    moved: Floats
+    touches: Floats
+    jumps: Floats
+
+
+class SegmentResults(NamedTuple):
+    """What comes of each segment.
+
+    ``values`` (n_samples, 2) and ``rows`` (n_samples, 2, n_columns) are the samples and their
+    derivatives, and what they would be on the other side of an event that is ``away`` (n_samples,)
+    from them, infinite where there is none; ``ends`` (n, 2) and ``end_rows`` (n, 2, n_columns) those of x and v at the end.
+    ``hits`` (capacity, 2 + n_columns) are the impacts and entries into stops: segment, instant and
+    its derivatives; ``counts`` (n,) the events of each segment, negative where it was not followed.
+    """
+
+    values: Floats
+    rows: Floats
+    away: Floats
+    ends: Floats
+    end_rows: Floats
+    hits: Floats
+    counts: Integers
+
+
+@kernel
+def follow_segments(
+    law: Law, change: Change, segments: Segments, space: SegmentSpace, results: SegmentResults
+) -> int:
+    """Follow all segments; return the number of hits."""
+    n_hits = 0
+    for k in range(segments.spans.shape[0]):
+        n_hits = follow_segment(law, change, segments, k, space, results, n_hits)
+    return n_hits
+
+
+@kernel
+def follow_segment(
+    law: Law,
+    change: Change,
+    segments: Segments,
+    k: int,
+    space: SegmentSpace,
+    results: SegmentResults,
+    n_hits: int,
+) -> int:
+    """Follow one segment; return the number of hits so far."""
+    run = space.run
+    begin_segment(law, change, segments, k, space)
+    status = march_on(run, segments.spans[k, 1])
+    n = run.counters[N_EVENTS]
+    if status not in (REACHED_END, AT_REST):
+        results.counts[k] = -1
+        return n_hits
+    results.counts[k] = n - 1
+    events, marks = run.events[:n], run.marks[:n]
+    record = MotionRecord(law, segments.nodes[k, 0], events, marks)
+    varied = VariedRecord(record, change, space.touches, space.jumps)
+    columns = space.columns[:n]
+    carry(varied, space.begin, space.work, columns)
+    tidy(columns)
+    for i in range(segments.first[k], segments.first[k + 1]):
+        observe_sample(varied, columns, segments, i, space, results)
+    evaluate_at(varied, columns, segments.spans[k, 1], space)
+    for j in range(2):
+        results.ends[k, j] = space.motion[j, 0]
+        for p in range(columns.shape[1]):
+            results.end_rows[k, j, p] = space.moved[j, 0, p]
+    for row in range(1, n):
+        is_hit = marks[row, KIND] == IMPACT or marks[row, KIND] == SLOW_LANDING
+        if marks[row, KIND] == CROSSING:
+            is_hit = enters(law, marks, row)
+        if is_hit and n_hits < results.hits.shape[0]:
+            results.hits[n_hits, 0] = k
+            results.hits[n_hits, 1] = events[row, EVENT_T]
+            for p in range(columns.shape[1]):
+                results.hits[n_hits, 2 + p] = columns[row, p, DT]
+            n_hits += 1
+    return n_hits
+
+
+@kernel
+def enters(law: Law, marks: Integers, row: int) -> bool:
+    """Return whether a crossing goes into a soft stop: into the stiffer region."""
+    before = int(marks[row - 1, NEXT_REGION])
+    upwards = int(marks[row, BOUND]) != int(law[before, NUMBER])
+    return law[before, UPPER_ENTRY if upwards else LOWER_ENTRY] == 1.0
+
+
+@kernel
+def begin_segment(
+    law: Law, change: Change, segments: Segments, k: int, space: SegmentSpace
+) -> None:
+    """Write the state and the columns at a node, which is moved out of a wall."""
+    run, begin = space.run, space.begin
+    n_columns = begin.shape[0]
+    for p in range(n_columns):
+        for j in range(3):
+            begin[p, j] = segments.begins[k, p, j]
+    lowest = FIRST_HARMONIC + run.phases.shape[0]
+    highest = lowest + (int(law[0, N_REGIONS]) - 1) * (1 + run.phases.shape[0])
+    nodes = segments.nodes
+    for region, kind, column in ((lowest, LOWER_KIND, LOWER), (highest, UPPER_KIND, UPPER)):
+        depth = nodes[k, 0] - law[region, column]
+        beyond = depth < 0.0 if column == LOWER else depth > 0.0
+        if law[region, kind] != WALL or not beyond:
+            continue
+        nodes[k, 0] = law[region, column]
+        bound = int(law[region, NUMBER]) + (0 if column == LOWER else 1)
+        for p in range(n_columns):
+            begin[p, BEGIN_X] = moved_place(change.rows[p], law, region, bound)
+    for i in range(run.state.shape[0]):
+        run.state[i] = 0.0
+    for i in range(run.counters.shape[0]):
+        run.counters[i] = 0
+    run.state[T] = segments.spans[k, 0]
+    run.state[X] = nodes[k, 0]
+    run.state[V] = nodes[k, 1]
+
+
+@kernel
+def march_on(run: Run, t_end: float) -> int:
+    """March to the end, without keeping grazes."""
+    if not (abs(run.state[X]) < HUGE and abs(run.state[V]) < HUGE):
+        return SPENT
+    while True:
+        status = march(run, t_end, NO_LIMIT, MOST_SEARCHES)
+        if status != FULL or run.counters[N_GRAZES] == 0:
+            return status
+        if run.counters[N_EVENTS] + 2 > run.events.shape[0]:
+            return status
+        run.counters[N_GRAZES] = 0
+
+
+@kernel
+def tidy(columns: Floats) -> None:
+    """Take a column as zero where there is none, at a landing at rest."""
+    for n in range(columns.shape[0]):
+        for p in range(columns.shape[1]):
+            for i in range(columns.shape[2]):
+                if math.isnan(columns[n, p, i]):
+                    columns[n, p, i] = 0.0
+
+
+@kernel
+def evaluate_at(varied: VariedRecord, columns: Floats, t: float, space: SegmentSpace) -> None:
+    """Write x and v, and their columns, at an instant."""
+    instant, work = space.instant, space.work
+    instant[0] = t
+    evaluate(varied.record, instant, True, work.phases, work.scratch, space.motion)
+    columns_at(varied, columns, instant, True, work, space.moved)
+
+
+@kernel
+def observe_sample(
+    varied: VariedRecord,
+    columns: Floats,
+    segments: Segments,
+    i: int,
+    space: SegmentSpace,
+    results: SegmentResults,
+) -> None:
+    """Write what is measured at a sample, on both sides of an event near it, with derivatives."""
+    t = segments.instants[i]
+    events, marks = varied.record.events, varied.record.marks
+    evaluate_at(varied, columns, t, space)
+    row = flight_at(events, t, True)
+    observe_side(varied, segments, i, (0, row), space, results)
+    results.away[i] = math.inf
+    before = t - events[row, EVENT_T]
+    after = events[row + 1, EVENT_T] - t if row + 1 < events.shape[0] else math.inf
+    other = row + 1 if after < before else row - 1
+    if other < 0 or min(before, after) > segments.reach:
+        return
+    jump = marks[max(row, other), KIND]
+    is_jump = jump == IMPACT or jump == CROSSING  # noqa: PLR1714
+    if not is_jump or marks[other, KIND] == CONTACT:
+        return
+    results.away[i] = min(before, after)
+    extrapolate(varied, columns, t, other, space)
+    observe_side(varied, segments, i, (1, other), space, results)
+
+
+@kernel
+def extrapolate(
+    varied: VariedRecord, columns: Floats, t: float, row: int, space: SegmentSpace
+) -> None:
+    """Write x, v and their columns at an instant beside the flight that begins with an event."""
+    record, work = varied.record, space.work
+    events = record.events
+    flight = flight_after(record, row, work.phases, work.scratch)
+    s = (t - events[row, EVENT_T]) - events[row, EVENT_T_LOW]
+    y, v = move(flight, s)
+    space.motion[0, 0] = place_of_event(record, row) + y
+    space.motion[1, 0] = v
+    fly(varied, flight, row, s, work, columns)
+    for p in range(columns.shape[1]):
+        space.moved[0, 0, p] = columns[row, p, BASE] + work.ends[p, 0]
+        space.moved[1, 0, p] = work.ends[p, 1]
+
+
+@kernel
+def observe_side(
+    varied: VariedRecord,
+    segments: Segments,
+    i: int,
+    where: tuple[int, int],
+    space: SegmentSpace,
+    results: SegmentResults,
+) -> None:
+    """Write what is measured in the flight that begins with an event: side and row of that."""
+    side = where[0]
+    quantity = int(segments.quantities[i])
+    if quantity < ACCELERATION:
+        results.values[i, side] = space.motion[quantity, 0]
+        for p in range(results.rows.shape[2]):
+            results.rows[i, side, p] = space.moved[quantity, 0, p]
+    elif quantity == ACCELERATION:
+        observe_acceleration(varied, segments, i, where, space, results)
+    elif segments.stops[quantity - OF_STOP, STOP_BOUND] >= 0.0:
+        observe_wall(varied, segments, i, where, space, results)
+    else:
+        observe_stop(varied, segments, i, where, space, results)
+
+
+@kernel
+def observe_acceleration(
+    varied: VariedRecord,
+    segments: Segments,
+    i: int,
+    where: tuple[int, int],
+    space: SegmentSpace,
+    results: SegmentResults,
+) -> None:
+    """Write the acceleration and its derivatives: that of a mass on a wall is zero."""
+    side, row = where
+    record, change = varied.record, varied.change
+    law, marks, phases, t = record.law, record.marks, space.work.phases, segments.instants[i]
+    region = int(marks[row, NEXT_REGION])
+    x = space.motion[0, 0]
+    v = space.motion[1, 0]
+    if marks[row, KIND] == CONTACT:
+        results.values[i, side] = 0.0
+        for p in range(results.rows.shape[2]):
+            results.rows[i, side, p] = 0.0
+        return
+    set_phases(law, t, 0.0, phases)
+    drag = 2.0 * law[region, DAMPING]
+    push = constant_force(law, region, x) + force_and_slopes(law, phases)[0]
+    results.values[i, side] = push - drag * v
+    for p in range(results.rows.shape[2]):
+        rows = change.rows[p]
+        more = moved_drive(law, rows, change.unit, t, 0.0, phases)[0]
+        more += moved_constant_force(law, rows, region, x, space.moved[0, 0, p])
+        more -= 2.0 * rows[region, DAMPING] * v + drag * space.moved[1, 0, p]
+        results.rows[i, side, p] = more
+
+
+@kernel
+def observe_wall(
+    varied: VariedRecord,
+    segments: Segments,
+    i: int,
+    where: tuple[int, int],
+    space: SegmentSpace,
+    results: SegmentResults,
+) -> None:
+    """Write the force of a wall on the mass in contact, and its derivatives; zero in flight."""
+    side, row = where
+    record, change = varied.record, varied.change
+    law, marks, phases, t = record.law, record.marks, space.work.phases, segments.instants[i]
+    region = int(marks[row, NEXT_REGION])
+    stop = segments.stops[int(segments.quantities[i]) - OF_STOP]
+    results.values[i, side] = 0.0
+    for p in range(results.rows.shape[2]):
+        results.rows[i, side, p] = 0.0
+    if marks[row, KIND] != CONTACT or float(marks[row, BOUND]) != stop[STOP_BOUND]:
+        return
+    x = space.motion[0, 0]
+    mass = law[0, MASS]
+    set_phases(law, t, 0.0, phases)
+    push = constant_force(law, region, x) + force_and_slopes(law, phases)[0]
+    results.values[i, side] = -mass * push
+    for p in range(results.rows.shape[2]):
+        rows = change.rows[p]
+        more = moved_drive(law, rows, change.unit, t, 0.0, phases)[0]
+        more += moved_constant_force(law, rows, region, x, space.moved[0, 0, p])
+        results.rows[i, side, p] = -mass * more - rows[0, MASS] * push
+
+
+@kernel
+def observe_stop(
+    varied: VariedRecord,
+    segments: Segments,
+    i: int,
+    where: tuple[int, int],
+    space: SegmentSpace,
+    results: SegmentResults,
+) -> None:
+    """Write the force of a soft stop on the mass, and its derivatives; zero off it."""
+    side, row = where
+    law, change = varied.record.law, varied.change
+    which = int(segments.quantities[i]) - OF_STOP
+    stop = segments.stops[which]
+    number = law[int(varied.record.marks[row, NEXT_REGION]), NUMBER]
+    results.values[i, side] = 0.0
+    for p in range(results.rows.shape[2]):
+        results.rows[i, side, p] = 0.0
+    if number < stop[STOP_FIRST] or number > stop[STOP_LAST]:
+        return
+    mass = law[0, MASS]
+    v = space.motion[1, 0]
+    depth = space.motion[0, 0] - stop[STOP_AT]
+    push = -stop[STOP_STIFFNESS] * depth - stop[STOP_DRAG] * v
+    results.values[i, side] = mass * push
+    for p in range(results.rows.shape[2]):
+        own = segments.moved_stops[p, which]
+        more = -own[CHANGE_OF_STIFFNESS] * depth - 2.0 * own[CHANGE_OF_DAMPING] * v
+        more -= stop[STOP_STIFFNESS] * (space.moved[0, 0, p] - own[CHANGE_OF_AT])
+        more -= stop[STOP_DRAG] * space.moved[1, 0, p]
+        results.rows[i, side, p] = mass * more + change.rows[p, 0, MASS] * push

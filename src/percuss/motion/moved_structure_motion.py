@@ -1,0 +1,172 @@
+"""The derivative of a structure's motion by parameters, called with times."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from percuss.arrays import Floats
+from percuss.errors import ParameterError
+from percuss.kernels.structure import sensitivity as engine
+from percuss.kernels.structure.march import StructureRun, new_run
+from percuss.kernels.structure.sensitivity import ColumnRecord, VariedRun
+from percuss.model.acting_sets import StructureSystem
+from percuss.model.exact import reals
+from percuss.model.moved_structure import MovedStructure
+from percuss.model.oscillator import On
+from percuss.model.structure import Structure, StructureStart
+from percuss.motion.extremes import Extrema, QuantityName
+from percuss.motion.moved_motion import MovedEvents
+from percuss.motion.tables import Contacts, Crossings, Grazes, Impacts, Limit
+from percuss.motion.trajectory import times_within
+
+__all__ = ["AnyStructureMotion", "MovedStructureMotion", "rates_at", "scratch_of"]
+
+
+class AnyStructureMotion(Protocol):
+    """What a derivative reads of a structure's motion, as a `StructureTrajectory` has it."""
+
+    @property
+    def system(self) -> StructureSystem:
+        """The structure and its loads."""
+        ...
+
+    @property
+    def structure(self) -> Structure:
+        """What moves."""
+        ...
+
+    @property
+    def start(self) -> StructureStart:
+        """Its start."""
+        ...
+
+    @property
+    def t0(self) -> float:
+        """When it starts."""
+        ...
+
+    @property
+    def t_end(self) -> float:
+        """When it ends."""
+        ...
+
+    @property
+    def record(self) -> StructureRun:
+        """Its events, marks and modes."""
+        ...
+
+    @property
+    def impacts(self) -> Impacts:
+        """Its impacts."""
+        ...
+
+    @property
+    def crossings(self) -> Crossings:
+        """Its crossings."""
+        ...
+
+    @property
+    def contacts(self) -> Contacts:
+        """Its contacts."""
+        ...
+
+    @property
+    def grazes(self) -> Grazes:
+        """Its grazes."""
+        ...
+
+    def __call__(self, t: ArrayLike, limit: Limit = "after") -> tuple[Floats, Floats]:
+        """Return x and v at times t."""
+        ...
+
+    def extremes(self, of: QuantityName, stop: int = 0, on: On | None = None) -> Extrema:
+        """Return the extreme values of a quantity."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class MovedStructureMotion(MovedEvents):
+    """The derivative of a structure's motion by parameters.
+
+    Called with times, it gives the derivatives of x and v there.
+
+    Attributes
+    ----------
+    run
+        The run.
+    moved
+        How the parameters move its equation.
+    varied, begin
+        What the kernels took: the record with its change and grazes, and the (2 n + 1,
+        n_parameters) derivatives of x, v and t of the start.
+    columns
+        The columns of all events, as the kernels wrote them.
+    """
+
+    run: AnyStructureMotion
+    moved: MovedStructure
+    varied: VariedRun
+    begin: Floats
+    columns: ColumnRecord
+
+    def __call__(self, t: ArrayLike, limit: Limit = "after") -> tuple[Floats, Floats]:
+        """Return the derivatives of x and v at times t, which stay.
+
+        Parameters
+        ----------
+        t
+            Times in the run, of any shape [time].
+        limit
+            Which side to take at the very instant of an event: there both jump.
+
+        Returns
+        -------
+        tuple of arrays
+            dx and dv, of t's shape + (n, n_parameters); NaN from a graze on.
+
+        Raises
+        ------
+        ParameterError
+            If a time lies outside the run.
+
+        Examples
+        --------
+        >>> import percuss as pc
+        >>> pair = pc.impact_pair(masses=[1, 1], gap="0.5", restitution="0.8")
+        >>> run = pc.simulate(pair, v0=[1, 0], t_end=10)
+        >>> dx, dv = run.sensitivity(["start.v0.0"])(0.25)
+        >>> dx[:, 0], dv[:, 0]
+        (array([0.25, 0.  ]), array([1., 0.]))
+        """
+        if limit not in ("after", "before"):
+            raise ParameterError("limit", limit, 'neither "after" nor "before"')
+        instants = reals("t", t)
+        inside = times_within(instants, self.run.t0, self.run.t_end)
+        flat = np.ascontiguousarray(inside).reshape(-1)
+        n, count = self.run.structure.n, len(self.paths)
+        motion = np.empty((len(flat), 2, n, count))
+        varied = scratch_of(self.varied)
+        _, work = engine.new_columns(varied)
+        engine.columns_at(varied, self.columns, flat, limit == "after", work, motion)
+        shape = (*instants.shape, n, count)
+        return motion[:, 0].reshape(shape), motion[:, 1].reshape(shape)
+
+
+def scratch_of(varied: VariedRun) -> VariedRun:
+    """Return a run with arrays to write into: two threads may evaluate one result."""
+    run = varied.run
+    fresh = new_run(run.sets, 0, 0)
+    own = fresh._replace(events=run.events, marks=run.marks, states=run.states, grazes=run.grazes)
+    return varied._replace(run=own)
+
+
+def rates_at(varied: VariedRun, t: float, *, after: bool = True) -> Floats:
+    """Return velocities and accelerations at an instant, (2, n), on one side of an event there."""
+    own = scratch_of(varied)
+    out = np.empty((2, len(own.run.begin)))
+    engine.rates_at(own.run, t, after, out)
+    return out

@@ -1,0 +1,270 @@
+"""The derivatives of measures of an oscillator's run: of its extremes, means and shares."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from percuss.arrays import Flags, Floats
+from percuss.kernels import record as events_of
+from percuss.kernels import sensitivity as engine
+from percuss.kernels.flight import force_and_slopes, set_phases
+from percuss.kernels.flight_columns import fastest_rate, moved_drive
+from percuss.kernels.law_columns import (
+    DAMPING,
+    FIRST_HARMONIC,
+    FORCING_CONSTANT,
+    MASS,
+    N_HARMONICS,
+    NUMBER,
+    OMEGA,
+    ORIGIN,
+    ORIGIN_FORCE,
+    STIFFNESS,
+)
+from percuss.kernels.sample import flight_at, is_tail
+from percuss.model.exact import as_float
+from percuss.model.oscillator import SoftStop
+from percuss.model.system import touching_stops
+from percuss.motion.extremes import Extrema, QuantityName
+from percuss.motion.moved_measures import MovedStretch, MovedValue, moved_measure, nodes_of
+from percuss.motion.moved_motion import MovedMotion
+from percuss.motion.tables import Crossings, Impacts
+
+__all__ = ["measure_and_derivative"]
+
+
+class _Limit(NamedTuple):
+    """A state on one side of an instant, and its derivatives where that moves by dt."""
+
+    t: float
+    x: float
+    v: float
+    dx: Floats
+    dv: Floats
+    dt: Floats
+    region: int
+    held: bool
+
+
+def measure_and_derivative(d: MovedMotion, measure: str) -> MovedValue:
+    """Return a measure of a run and its derivatives; see `Sensitivity.of`."""
+    return moved_measure(_MeasuredOscillator(d), measure)
+
+
+@dataclass(frozen=True, slots=True)
+class _MeasuredOscillator:
+    """A run of an oscillator with its derivative, as measures read it."""
+
+    derivative: MovedMotion
+
+    @property
+    def events(self) -> tuple[Impacts, Crossings]:
+        run = self.derivative.run
+        return run.impacts, run.crossings
+
+    @property
+    def n_stops(self) -> int:
+        return len(self.derivative.run.oscillator.stops)
+
+    @property
+    def instants(self) -> tuple[Floats, Floats]:
+        d = self.derivative
+        return _ends(d)
+
+    @property
+    def touches(self) -> Flags:
+        run = self.derivative.run
+        numbers = run.system.law[:, NUMBER]
+        return np.array(
+            [
+                row[events_of.KIND] == events_of.CONTACT
+                or bool(touching_stops(run.oscillator, int(numbers[row[events_of.NEXT_REGION]])))
+                for row in run.record[1]
+            ]
+        )
+
+    def extremes(self, of: QuantityName, stop: int) -> Extrema:
+        return self.derivative.run.extremes(of, stop)
+
+    def values_at(self, of: QuantityName, stop: int, t: float) -> list[MovedValue]:
+        d = self.derivative
+        return [_quantity(d, limit, of, stop) for limit in _limits(d, t)]
+
+    def stretch(self, of: str, row: int, span: tuple[float, float]) -> MovedStretch:
+        return _stretch(self.derivative, of, row, span)
+
+    def from_unit_mass(self, mean: MovedValue) -> MovedValue:
+        value, column = mean
+        d = self.derivative
+        mass, heavier = float(d.run.system.law[0, MASS]), d.moved.change.rows[:, 0, MASS]
+        return mass * value, np.asarray(mass * column + heavier * value)
+
+
+def _limits(d: MovedMotion, t: float) -> list[_Limit]:
+    """Return the states at an instant: two at an event, which they move along with."""
+    events, marks = d.run.record
+    rows = np.flatnonzero(events[:, events_of.EVENT_T] == t)
+    x, v = (float(value) for value in d.run(t))
+    if len(rows) == 0:
+        dx, dv = d(t)
+        row = flight_at(events, t, True)
+        return [_limit(d, row, (t, x, v), (dx, dv, np.zeros(len(d.paths))))]
+    limits = []
+    for row in rows.tolist():
+        columns, after = d.columns[row], float(events[row, events_of.V_AFTER])
+        late = columns[:, engine.DT]
+        dx = columns[:, engine.BASE] + columns[:, engine.OFF] + after * late
+        limits.append(_limit(d, row, (t, x, after), (dx, columns[:, engine.DV_AFTER], late)))
+        is_held = marks[row, events_of.KIND] == events_of.CONTACT
+        if row > 0 and not is_held:
+            before = float(events[row, events_of.V_BEFORE])
+            if marks[row, events_of.KIND] == events_of.KNOT:
+                before = after
+            limits.append(
+                _limit(d, row - 1, (t, x, before), (dx, columns[:, engine.DV_BEFORE], late))
+            )
+    return limits
+
+
+def _limit(
+    d: MovedMotion,
+    row: int,
+    state: tuple[float, float, float],
+    moved: tuple[Floats, Floats, Floats],
+) -> _Limit:
+    marks = d.run.record[1]
+    is_held = bool(marks[row, events_of.KIND] == events_of.CONTACT)
+    return _Limit(*state, *moved, int(marks[row, events_of.NEXT_REGION]), is_held)
+
+
+def _quantity(d: MovedMotion, at: _Limit, of: QuantityName, stop: int) -> MovedValue:
+    """Return a quantity at an instant, and its derivative."""
+    if of == "displacement":
+        return at.x, at.dx
+    if of == "acceleration":
+        return (0.0, np.zeros_like(at.dx)) if at.held else _acceleration(d, at)
+    mass = d.run.system.mass
+    row = d.moved.stops[:, stop]
+    it = d.run.system.of_unit_mass.oscillator.stops[stop]
+    number = int(d.run.system.law[at.region, NUMBER])
+    if isinstance(it, SoftStop):
+        if stop not in touching_stops(d.run.oscillator, number):
+            return 0.0, np.zeros_like(at.dx)
+        k, drag, depth = as_float(it.stiffness), 2.0 * as_float(it.damping), at.x - as_float(it.at)
+        force = -k * depth - drag * at.v
+        moved = -row[:, 1] * depth - k * (at.dx - row[:, 0]) - 2.0 * row[:, 2] * at.v - drag * at.dv
+    elif at.held:
+        # What holds the mass: without it, it would have this acceleration.
+        force, moved = _acceleration(d, at)
+        force, moved = -force, -moved
+    else:
+        return 0.0, np.zeros_like(at.dx)
+    heavier = d.moved.change.rows[:, 0, MASS]
+    return mass * force, mass * moved + heavier * force
+
+
+def _acceleration(d: MovedMotion, at: _Limit) -> MovedValue:
+    """Return the acceleration that the law gives, and its derivative."""
+    law, change = d.run.system.law, d.moved.change
+    phases = np.empty((int(law[0, N_HARMONICS]), 2))
+    set_phases(law, at.t, 0.0, phases)
+    drive, slope, _ = force_and_slopes(law, phases)
+    row, moved = law[at.region], change.rows[:, at.region]
+    force = row[ORIGIN_FORCE] - row[STIFFNESS] * (at.x - row[ORIGIN]) + drive
+    drives = [moved_drive(law, rows, change.unit, at.t, 0.0, phases)[0] for rows in change.rows]
+    column = moved[:, ORIGIN_FORCE] - moved[:, STIFFNESS] * at.x - row[STIFFNESS] * at.dx
+    column += np.array(drives) + slope * at.dt
+    column -= 2.0 * (moved[:, DAMPING] * at.v + row[DAMPING] * at.dv)
+    return float(force - 2.0 * row[DAMPING] * at.v), column
+
+
+def _ends(d: MovedMotion) -> tuple[Floats, Floats]:
+    """Return instants of all events and of the end, and their derivatives."""
+    events = d.run.record[0]
+    instants, moved = events[:, events_of.EVENT_T], d.columns[..., engine.DT]
+    # A run that ends at an event ends with it, else at an instant that stays.
+    if d.run.t_end > instants[-1]:
+        moved = np.concatenate([moved, np.zeros((1, len(d.paths)))])
+    else:
+        moved = np.concatenate([moved, moved[-1:]])
+    return np.append(instants, d.run.t_end), moved
+
+
+def _stretch(d: MovedMotion, measure: str, row: int, span: tuple[float, float]) -> MovedStretch:
+    events, marks = d.run.record
+    of = _square if measure == "rms_displacement" else _power
+    # In the tail of a chatter the force is constant and the mass comes back to the wall.
+    if of is _power and is_tail(events, marks, row):
+        return MovedStretch(0.0, np.zeros(len(d.paths)), 0.0, 0.0)
+    t, w = nodes_of(span, _rate(d, row))
+    value, moved_value = of(d, t, *d.run(t), row)
+    v = np.array([events[row, events_of.V_AFTER], _speed_at_end(d, row)])
+    limits = of(d, np.array(span), d.run(span)[0], v, row)[0]
+    moved = (w[:, np.newaxis] * moved_value(*d(t))).sum(axis=0)
+    return MovedStretch(float((w * value).sum()), moved, float(limits[0]), float(limits[1]))
+
+
+def _speed_at_end(d: MovedMotion, row: int) -> float:
+    """Return the velocity at the end of the flight after an event."""
+    events, marks = d.run.record
+    if row + 1 == len(events):
+        return float(d.run(d.run.t_end, "before")[1])
+    at_knot = marks[row + 1, events_of.KIND] == events_of.KNOT
+    return float(events[row + 1, events_of.V_AFTER if at_knot else events_of.V_BEFORE])
+
+
+def _rate(d: MovedMotion, row: int) -> float:
+    """Return the largest rate of the motion after an event."""
+    law = d.run.system.law
+    n = int(law[0, N_HARMONICS])
+    omegas = law[FIRST_HARMONIC : FIRST_HARMONIC + n, OMEGA].tolist()
+    region = int(d.run.record[1][row, events_of.NEXT_REGION])
+    return float(max([fastest_rate(law, region), *omegas]))
+
+
+def _square(
+    d: MovedMotion,  # noqa: ARG001
+    t: Floats,  # noqa: ARG001
+    x: Floats,
+    v: Floats,  # noqa: ARG001
+    row: int,  # noqa: ARG001
+) -> tuple[Floats, Callable[[Floats, Floats], Floats]]:
+    """Return x^2, and its derivative from those of x and v."""
+    return x * x, lambda dx, dv: 2.0 * x[:, np.newaxis] * dx + 0.0 * dv
+
+
+def _power(
+    d: MovedMotion,
+    t: Floats,
+    x: Floats,  # noqa: ARG001
+    v: Floats,
+    row: int,
+) -> tuple[Floats, Callable[[Floats, Floats], Floats]]:
+    """Return the force per unit mass times v after an event, as `_square` does."""
+    law, change = d.run.system.law, d.moved.change
+    begin, low = d.run.record[0][row, [events_of.EVENT_T, events_of.EVENT_T_LOW]].tolist()
+    phases = np.empty((int(law[0, N_HARMONICS]), 2))
+    set_phases(law, begin, low, phases)
+    piece = phases[-1:].copy()
+    forces = np.empty(len(t))
+    drives = np.empty((len(t), len(d.paths)))
+    for i, instant in enumerate(t.tolist()):
+        set_phases(law, instant, 0.0, phases)
+        if len(phases) and law[FIRST_HARMONIC + len(phases) - 1, OMEGA] < 0.0:
+            # Up to the next knot and at it: the piece that began with the event.
+            phases[-1, 0], phases[-1, 1] = (
+                piece[0, 0] + piece[0, 1] * (instant - begin),
+                piece[0, 1],
+            )
+        forces[i] = force_and_slopes(law, phases)[0] + law[0, FORCING_CONSTANT]
+        drives[i] = [
+            moved_drive(law, rows, change.unit, instant, 0.0, phases)[0] for rows in change.rows
+        ]
+    drives += change.rows[:, 0, FORCING_CONSTANT]
+    return forces * v, lambda dx, dv: (  # noqa: ARG005
+        forces[:, np.newaxis] * dv + v[:, np.newaxis] * drives
+    )

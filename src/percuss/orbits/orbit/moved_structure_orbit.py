@@ -1,0 +1,111 @@
+"""The derivative of a periodic orbit of a structure by parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from percuss.arrays import Complexes, Floats
+from percuss.model.oscillator import On
+from percuss.motion.moved_measures import MovedMeasure
+from percuss.motion.moved_motion import MovedImpacts
+from percuss.motion.moved_structure_motion import rates_at
+from percuss.motion.structure_measures import structure_measure_and_derivative
+from percuss.motion.structure_sensitivity import StructureSensitivity, structure_sensitivity_of
+from percuss.motion.structures import StructureTrajectory
+from percuss.numerics import solve_linear
+from percuss.orbits.orbit.moved_orbit import ON_FOLD, common_slowing, refuse_derivative
+
+__all__ = [
+    "ClosedStructureMotion",
+    "StructureOrbitSensitivity",
+    "sensitivity_of_structure_orbit",
+]
+
+
+class ClosedStructureMotion(NamedTuple):
+    """What the derivative of a `StructureOrbit` reads of it; ``run`` is one period of its motion."""
+
+    run: StructureTrajectory
+    period: float
+    monodromy: Floats
+    multipliers: Complexes
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class StructureOrbitSensitivity:
+    """The derivative of an orbit of a structure by parameters; made by `StructureOrbit.sensitivity`.
+
+    Called with times in the period, it gives the derivatives of x and v there.
+
+    Attributes
+    ----------
+    paths
+        The parameters, in their long form; the last axis of all arrays.
+    x0, v0
+        (n, n_parameters) arrays, of the orbit's state at t = 0.
+    period
+        (n_parameters,) array; an orbit keeps its number of periods of the loads.
+    impacts
+        Those of the orbit's impacts, `t`, `v_before` and `v_after`.
+    motion
+        That of one period of its motion.
+    """
+
+    paths: tuple[str, ...]
+    x0: Floats
+    v0: Floats
+    period: Floats
+    impacts: MovedImpacts
+    motion: StructureSensitivity
+
+    def __repr__(self) -> str:
+        """Return what it is the derivative by, in a line."""
+        return f"<StructureOrbitSensitivity: by {', '.join(self.paths)}>"
+
+    def __call__(self, t: ArrayLike) -> tuple[Floats, Floats]:
+        """Return the derivatives of x and v at times t in the first period, which stay."""
+        return self.motion(t)
+
+    def of(self, measure: MovedMeasure, on: On | None = None) -> Floats:
+        """Return the derivative of a measure of one period; see `StructureSensitivity.of`."""
+        return structure_measure_and_derivative(self.motion, measure, on, self.period)[1]
+
+
+def sensitivity_of_structure_orbit(
+    orbit: ClosedStructureMotion, paths: Sequence[str]
+) -> StructureOrbitSensitivity:
+    """Return the derivative of an orbit by parameters; see `StructureOrbit.sensitivity`.
+
+    With M the monodromy and c the column of a period from a start that stays, the column w of the
+    state at t = 0 obeys w = M w + c + z' dT.
+    """
+    run, n = orbit.run, orbit.run.structure.n
+    still = structure_sensitivity_of(run, paths, np.zeros((2 * n + 1, len(paths))))
+    if not still.differentiable:
+        refuse_derivative(still.reason)
+    if (np.abs(orbit.multipliers - 1.0) < ON_FOLD).any():
+        refuse_derivative("it is on a fold, or one of a family")
+    rates = np.array([loads.rates for loads in still.moved.loads])
+    given = [run.loads.given_period, *(force.given_period for force in run.loads.forcings)]
+    has_own = any(period is not None for period in given)
+    slower = common_slowing([-rate for rate in rates.T], still.paths, has_own=has_own)
+    period = orbit.period * slower
+    end = np.concatenate(still(run.t_end))
+    rate = rates_at(still.varied, run.t_end).reshape(-1)
+    right = end + rate[:, None] * period
+    state = np.asarray(solve_linear(np.eye(2 * n) - orbit.monodromy, right))
+    begin = np.concatenate([state, np.zeros((1, len(still.paths)))])
+    motion = structure_sensitivity_of(run, paths, begin)
+    return StructureOrbitSensitivity(
+        paths=motion.paths,
+        x0=state[:n],
+        v0=state[n:],
+        period=period,
+        impacts=motion.impacts,
+        motion=motion,
+    )

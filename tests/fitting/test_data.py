@@ -1,0 +1,275 @@
+"""The forms of data, what the result says of them, and the sentences of faults."""
+
+from __future__ import annotations
+
+import math
+import pickle
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import percuss as pc
+from percuss.arrays import Floats
+
+GAP = "oscillator.stops.0.at"
+RESTITUTION = "oscillator.stops.0.restitution"
+NOISE = 0.01
+T_SHORT = np.linspace(0, 6, 60)
+
+
+def rig(at: float = 0.2, restitution: float = 0.8) -> pc.Oscillator:
+    return pc.impact_oscillator(restitution, wall=at, side="above", damping="0.05")
+
+
+def record(seed: int = 0, v0: float = 0.5, t_end: float = 30.0) -> dict[str, Floats]:
+    random = np.random.default_rng(seed)
+    t = np.sort(random.uniform(0, t_end, 400))
+    x, _ = pc.simulate(rig(), pc.cosine(2), v0=v0, t_end=t_end)(t)
+    return {"t": t, "displacement": x + NOISE * random.standard_normal(len(t))}
+
+
+def fitted(data: Any, **more: Any) -> pc.Fit:
+    given: dict[str, Any] = {"free": {GAP: 0.25, RESTITUTION: 0.7}, "noise": NOISE} | more
+    return pc.fit(data, rig(0.25, 0.7), given.pop("force", pc.cosine(2)), **given)
+
+
+@pytest.fixture(scope="module")
+def plain() -> pc.Fit:
+    return fitted(record())
+
+
+def test_data_may_be_a_dataset_a_frame_a_mapping_or_a_file(plain: pc.Fit, tmp_path: Path) -> None:
+    import pandas as pd
+    import xarray as xr
+
+    data = record()
+    t, x = data["t"], data["displacement"]
+    path = tmp_path / "rig.csv"
+    lines = [f"{a!r},{b!r}" for a, b in zip(t.tolist(), x.tolist(), strict=True)]
+    path.write_text("\n".join(["# a rig", "t,displacement", *lines, "31.0,"]), encoding="utf-8")
+    array = xr.DataArray(x, {"t": t}, ("t",), name="displacement", attrs={"noise": NOISE})
+    forms = [
+        (path, NOISE),
+        (array, None),
+        (array.to_dataset(), None),
+        (pd.DataFrame(data), NOISE),
+        (pd.Series(x, index=t, name="displacement"), {"displacement": np.full(len(t), NOISE)}),
+    ]
+    for form, noise in forms:
+        assert fitted(form, noise=noise).values == plain.values
+
+
+def test_gaps_and_missing_values_are_left_out(plain: pc.Fit) -> None:
+    data = record()
+    data["displacement"][100:160] = np.nan
+    fit = fitted(data)
+    assert fit.converged
+    assert fit.residuals.sizes["sample"] == 340
+    assert fit.values[GAP] == pytest.approx(0.2, abs=5 * fit.errors[GAP])
+    assert fit.errors[GAP] > plain.errors[GAP]
+
+
+def test_the_guess_is_looked_for_in_a_range() -> None:
+    fit = fitted(record(), free={GAP: (0.05, 0.5), RESTITUTION: (0.4, 0.9)})
+    assert fit.converged
+    assert fit.values[GAP] == pytest.approx(0.2, abs=5 * fit.errors[GAP])
+
+
+def test_an_end_of_a_range_that_binds_is_named() -> None:
+    fit = fitted(record(), free={GAP: 0.25, RESTITUTION: (0.5, 0.75)}, noise=0.3)
+    assert fit.at_bounds == (RESTITUTION,)
+    assert fit.values[RESTITUTION] == 0.75
+    assert fit.errors[RESTITUTION] == 0.0
+
+
+def test_several_records_say_more_than_one(plain: pc.Fit) -> None:
+    fit = fitted([record(), record(1, v0=-0.3)])
+    assert fit.converged
+    assert fit.errors[GAP] < plain.errors[GAP]
+    assert set(fit.residuals.record.values.tolist()) == {0, 1}
+
+
+def test_several_quantities_with_noise_of_their_own() -> None:
+    data = record()
+    t = data["t"]
+    _, v = pc.simulate(rig(), pc.cosine(2), v0=0.5, t_end=30)(t)
+    data["velocity"] = v + 0.2 * np.random.default_rng(5).standard_normal(len(t))
+    fit = fitted(data, noise=None)
+    assert fit.noise["displacement"] == pytest.approx(NOISE, rel=0.15)
+    assert fit.noise["velocity"] == pytest.approx(0.2, rel=0.15)
+    assert fit.values[GAP] == pytest.approx(0.2, abs=5 * fit.errors[GAP])
+
+
+def test_a_prior_that_is_sharper_than_the_data_wins() -> None:
+    fit = fitted(record(), prior={RESTITUTION: (0.82, 1e-6)}, noise=0.3)
+    assert fit.values[RESTITUTION] == pytest.approx(0.82, abs=1e-5)
+
+
+def test_a_robust_loss_bears_outliers() -> None:
+    data = record()
+    data["displacement"][::20] += 1.0
+    fit = fitted(data, loss="cauchy")
+    assert fit.values[GAP] == pytest.approx(0.2, abs=5 * fit.errors[GAP])
+    assert fit.values[RESTITUTION] == pytest.approx(0.8, abs=5 * fit.errors[RESTITUTION])
+
+
+def test_a_start_that_is_known_and_one_of_its_numbers_that_is_not() -> None:
+    model = pc.fit(
+        record(), rig(), pc.cosine(2), noise=NOISE, free={GAP: 0.25, "start.v0": 0.4},
+        start=(0, 0.4),
+    )  # fmt: skip
+    assert model.converged
+    assert model.values["start.v0"] == pytest.approx(0.5, abs=5 * model.errors["start.v0"])
+    assert model.start.v0 == model.values["start.v0"]
+
+
+def test_a_bouncing_ball_from_its_sound() -> None:
+    ball = pc.Oscillator(0, stops=(pc.Wall(at=0, side="below", restitution=0.7),))
+    weight = pc.Forcing(constant=-9.81)
+    r, h = 0.85, 1.2
+    first = math.sqrt(2 * h / 9.81)
+    flights = 2 * first * r ** np.arange(1, 12)
+    heard = first + np.concatenate([[0], np.cumsum(flights)])
+    heard += 1e-4 * np.random.default_rng(3).standard_normal(12)
+    fit = pc.fit({"impact_times": heard}, ball, weight, free={RESTITUTION: 0.7}, noise=1e-4)
+    assert fit.converged
+    assert fit.values[RESTITUTION] == pytest.approx(r, abs=5 * fit.errors[RESTITUTION])
+    dropped = pc.fit(
+        {"impact_times": heard}, ball, weight, free={RESTITUTION: 0.7, "start.x0": 1.0},
+        noise=1e-4, start=(1, 0),
+    )  # fmt: skip
+    assert dropped.values["start.x0"] == pytest.approx(h, abs=5 * dropped.errors["start.x0"])
+
+
+def test_the_force_of_a_soft_stop() -> None:
+    def model(at: float, stiffness: float) -> pc.Oscillator:
+        stop = pc.SoftStop(at=at, side="above", stiffness=stiffness, damping=0.3)
+        return pc.Oscillator(damping=0.05, stops=(stop,))
+
+    run = pc.simulate(model(0.2, 20), pc.cosine(2), v0=0.5, t_end=30)
+    t = np.linspace(0, 30, 900)
+    force = run.forces(t).stops.values[0]
+    force = force + 0.05 * np.random.default_rng(2).standard_normal(len(t))
+    free = {GAP: 0.3, "oscillator.stops.0.stiffness": 10}
+    fit = pc.fit({"t": t, "stop_force": force}, model(0.3, 10), pc.cosine(2), free=free, noise=0.05)
+    assert fit.converged
+    for path, true in ((GAP, 0.2), ("oscillator.stops.0.stiffness", 20)):
+        assert fit.values[path] == pytest.approx(true, abs=5 * fit.errors[path])
+
+
+def test_the_motion_of_the_fit_passes_the_samples(plain: pc.Fit) -> None:
+    data = record()
+    x, v = plain(data["t"])
+    fitted_values = plain.residuals.fitted.values
+    np.testing.assert_allclose(x, fitted_values, rtol=0, atol=1e-12)
+    assert x.shape == v.shape
+    np.testing.assert_allclose(plain.run(data["t"])[0], x, rtol=0, atol=1e-6)
+    assert np.mean(np.square(plain.residuals.residual / NOISE)) == pytest.approx(plain.chi2)
+    assert abs(plain.whiteness) < 4
+
+
+def test_a_fit_survives_pickling(plain: pc.Fit) -> None:
+    again = pickle.loads(pickle.dumps(plain))
+    assert repr(again) == repr(plain)
+    assert again(3.0) == plain(3.0)
+
+
+def test_a_profile_is_a_parabola_where_errors_are_those_of_a_line(plain: pc.Fit) -> None:
+    profile = plain.profile(GAP, n=5, width=2)
+    np.testing.assert_allclose(profile.growth, [4, 1, 0, 1, 4], rtol=0.15, atol=1e-6)
+    covariance, error = plain.covariance[0, 1], plain.errors[GAP]
+    slope = np.polyfit(profile.value - 0.2, profile[RESTITUTION], 1)[0]
+    assert slope == pytest.approx(covariance / error**2, rel=0.1)
+    with pytest.raises(pc.ParameterError, match="none of the fitted parameters"):
+        plain.profile("oscillator.damping")
+    with pytest.raises(pc.ParameterError, match="less than 3"):
+        plain.profile(GAP, n=2)
+
+
+def test_the_result_in_a_line_and_as_a_table(plain: pc.Fit) -> None:
+    assert repr(plain).startswith(f"<Fit: {GAP} = 0.19985 ± 0.00019, ")
+    assert "<table>" in plain._repr_html_()
+
+
+def test_what_the_data_do_not_say_is_named() -> None:
+    osc = pc.Oscillator(damping="0.05", stops=(pc.Wall(at=5, side="above", restitution=0.8),))
+    run = pc.simulate(osc, pc.cosine(2), v0=0.5, t_end=30)
+    t = np.linspace(0, 30, 300)
+    x = run(t)[0] + NOISE * np.random.default_rng(0).standard_normal(300)
+    free = {"oscillator.damping": 0.04, RESTITUTION: 0.7}
+    fit = pc.fit({"t": t, "displacement": x}, osc, pc.cosine(2), free=free, noise=NOISE)
+    assert [list(direction) for direction in fit.unidentifiable] == [[RESTITUTION]]
+    assert fit.errors[RESTITUTION] == math.inf
+    assert fit.values["oscillator.damping"] == pytest.approx(
+        0.05, abs=5 * fit.errors["oscillator.damping"]
+    )
+
+
+def test_data_that_no_motion_explains_are_returned_with_the_reason() -> None:
+    fit = fitted({"t": T_SHORT, "displacement": np.random.default_rng(0).standard_normal(60)})
+    assert not fit.converged
+    assert fit.reason
+    assert fit.reason in repr(fit)
+
+
+def test_a_search_may_be_stopped() -> None:
+    fit = fitted(record(), progress=lambda done, _: done < 2)
+    assert not fit.converged
+    assert fit.reason == "the search was stopped"
+
+
+@pytest.mark.parametrize(
+    ("data", "more", "words"),
+    [
+        ({"t": [0, 1, 2], "displacement": [0, 1]}, {}, "2 values at 3 instants"),
+        ({"t": [0, 1, 2], "displacement": [0, 1, 2]}, {}, "3 values for 4 unknowns"),
+        ({"t": [0, 1], "displacement": [np.nan, np.nan]}, {}, "all values are NaN"),
+        ({"t": [0, 1], "height": [0, 1]}, {}, "none of the quantities displacement"),
+        ({"displacement": [0, 1]}, {}, 'without instants; give them as "t"'),
+        ({"t": [0, 1]}, {}, "no column of displacement"),
+        ({"t": [0, np.inf], "displacement": [0, 1]}, {}, "no finite number"),
+        ({"t": [0, 1], "stop_force_1": [0, 1]}, {}, "of stop 1, where the oscillator has 1"),
+        (3.0, {}, "none of a Dataset, a DataFrame"),
+        (None, {"start": (0, 0, 1)}, "before the start at t0 = 1"),
+        (None, {"start": (0.3, 0)}, "above the wall"),
+        (None, {"start": "given"}, 'neither "free" nor a start'),
+        (None, {"free": {}}, "no parameter"),
+        (None, {"free": {GAP: (0.5, 0.1)}}, "not a range"),
+        (None, {"free": {RESTITUTION: (0.5, 1.2)}}, "the model does not allow it"),
+        (None, {"free": {"start.v0": 1}}, "of a start that is free as a whole"),
+        (None, {"free": {GAP: 0.3, "oscillator.stops.0.position": 1}}, "no such parameter"),
+        (None, {"noise": -1.0}, "not above 0"),
+        (None, {"noise": [1.0, 2.0]}, "of 400 values"),
+        (None, {"noise": {"velocity": 1.0}}, "none of the data's displacement"),
+        (None, {"prior": {"oscillator.damping": (0, 1)}}, "none of the free parameters"),
+        (None, {"prior": {GAP: 0.2}}, "not (mean, standard deviation)"),
+        (None, {"loss": "square"}, "none of linear"),
+        (None, {"force": [pc.cosine(2), pc.cosine(3)]}, "of 1 records"),
+    ],
+)
+def test_faults_are_sentences(data: Any, more: dict[str, Any], words: str) -> None:
+    with pytest.raises(pc.ParameterError) as told:
+        fitted(record() if data is None else data, **more)
+    assert words in str(told.value)
+
+
+def test_faults_of_files_name_their_rows(tmp_path: Path) -> None:
+    path = tmp_path / "rig.csv"
+    for text, words in (
+        ("t,displacement\n0,1\n1,far\n", 'row 3: displacement = "far" is no number'),
+        ("t,displacement\n0\n", "row 2 has 1 cells, the first one 2"),
+        ("t,displacement\n", "no line of values"),
+    ):
+        path.write_text(text, encoding="utf-8")
+        with pytest.raises(pc.ParameterError, match=r"rig\.csv") as told:
+            fitted(path)
+        assert words in str(told.value)
+    with pytest.raises(pc.ParameterError, match="no such file"):
+        fitted(tmp_path / "none.csv")
+
+
+def test_structures_have_no_fits_yet() -> None:
+    with pytest.raises(pc.ParameterError, match="a structure has none yet"):
+        pc.fit(record(), pc.chain([1, 1], [1, 1, 1]), free={GAP: 0.2})  # type: ignore[arg-type]
