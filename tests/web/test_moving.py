@@ -107,10 +107,10 @@ def test_the_forces_of_soft_stops_and_of_contacts_are_those_of_the_run(
     _, arrays = asked(study)
     osc = pc.Oscillator(
         damping="0.05",
-        stops=[
+        stops=(
             pc.SoftStop(at="0.1", side="above", stiffness=9, damping="0.1"),
             pc.Wall(at="-0.2", side="below", restitution=0),
-        ],
+        ),
     )
     run = pc.simulate(osc, pc.cosine("2.8"), periods=8)
 
