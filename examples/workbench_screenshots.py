@@ -105,9 +105,10 @@ def _explore(page: Page) -> None:
 
     # Among the impacts of the beginning.
     time = page.locator(".explore").get_by_label("time of the picture")
-    time.focus()
     for _ in range(12):
-        page.keyboard.press("ArrowRight")
+        time.press("ArrowRight")
+    time.blur()
+    page.evaluate("scrollTo(0, 0)")
 
 
 def _certify(page: Page) -> None:
