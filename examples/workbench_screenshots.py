@@ -29,6 +29,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
     parser.add_argument("--out", type=Path, default=Path("docs/images"))
     parser.add_argument("--report", type=Path)
+    parser.add_argument("--only", nargs="*", choices=tuple(SHOWN), help="some of the pictures")
     given = parser.parse_args()
     chromium = shutil.which("chromium") or shutil.which("chromium-browser")
     if chromium is None:
@@ -50,6 +51,10 @@ def main() -> None:
             for name, show in SHOWN.items():
                 if name == "paper" and given.report is None:
                     continue
+                if given.only is not None and name not in given.only:
+                    continue
+                page.set_viewport_size(SIZE)
+                _light(page)
                 show(page)
                 _save(page, given.out / f"workbench_{name}.png")
             browser.close()
@@ -98,6 +103,13 @@ def _explore(page: Page) -> None:
     row.get_by_role("button", name="range of the slider").click()
     row.get_by_role("button", name="finer").click()
 
+    # Among the impacts of the beginning.
+    time = page.locator(".explore").get_by_label("time of the picture")
+    for _ in range(12):
+        time.press("ArrowRight")
+    time.blur()
+    page.evaluate("scrollTo(0, 0)")
+
 
 def _certify(page: Page) -> None:
     _open(page, "first_impacts")
@@ -116,10 +128,14 @@ def _dark(page: Page) -> None:
     page.wait_for_timeout(3600)
 
 
-def _diagram(page: Page) -> None:
-    for _ in range(2):
+def _light(page: Page) -> None:
+    """Return to the colours of the system, wherever the picture before left them."""
+    while page.locator("#percuss").get_attribute("data-theme") != "light":
         page.get_by_role("button", name="Light or dark").click()
-    page.wait_for_timeout(3600)
+        page.wait_for_timeout(3600)
+
+
+def _diagram(page: Page) -> None:
     view = _view(page, "diagram")
     _compute(view, {"from": "2.2", "to": "2.95", "values": "2400"})
 
@@ -145,6 +161,14 @@ def _gallery(page: Page) -> None:
     page.wait_for_timeout(4000)
 
 
+def _structure(page: Page) -> None:
+    _view(page, "gallery")
+    page.set_viewport_size({**SIZE, "height": 980})
+    page.locator("[data-mechanism=impact_pair]").click()
+    page.wait_for_selector(".structure[data-drawn]", timeout=WAIT)
+    page.wait_for_timeout(3000)
+
+
 def _paper(page: Page) -> None:
     _view(page, "paper")
     page.wait_for_timeout(3000)
@@ -162,6 +186,7 @@ SHOWN = {
     "diagram": _diagram,
     "response": _response,
     "basins": _basins,
+    "structure": _structure,
     "gallery": _gallery,
     "paper": _paper,
     "phone": _phone,

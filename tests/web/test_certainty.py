@@ -114,16 +114,20 @@ def test_a_proof_is_cancelled_and_one_that_ends_early_is_marked(
     expect(page.locator(".explore .plot .key").first).to_contain_text("green line")
 
 
-def test_a_cursor_in_one_plot_is_marked_in_the_others(page: Page) -> None:
+def test_a_cursor_in_one_plot_is_marked_in_all(page: Page) -> None:
     over = page.locator(".explore .u-over")
     dots = page.locator(".explore .u-over .dot")
-    for k, others in ((0, (1, 2)), (1, (0, 2)), (2, (0, 1))):
+    time = page.locator(".explore .drawing .readout")
+    for k in (0, 1, 2):
+        expect(time).to_have_text("t = 0")
+        # No impact is before the start.
+        expect(dots.nth(2)).to_be_hidden()
         # Some place where the plot has its points.
         page.mouse.move(*middle(over.nth(k), 0.4, 0.4))
         page.mouse.move(*middle(over.nth(k), 0.41, 0.41))
-        for other in others:
-            expect(dots.nth(other)).to_be_visible()
-        expect(dots.nth(k)).to_be_hidden()
+        expect(time).not_to_have_text("t = 0")
+        for shown in (0, 1, 2):
+            expect(dots.nth(shown)).to_be_visible()
         page.mouse.move(2, 2)
 
 

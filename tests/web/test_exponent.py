@@ -161,7 +161,9 @@ def test_an_orbit_that_is_known_before_its_curve_is_drawn(browser: Browser, addr
     opened.route_web_socket("**/api/socket", relay)
     opened.goto(f"http://{address}/")
     opened.wait_for_selector(".explore[data-drawn]", timeout=WAIT)
-    expect(opened.locator(".explore .key").nth(1)).to_contain_text("nearest periodic orbit")
+    expect(opened.locator(".explore .plot:has(.canvas) .key").nth(1)).to_contain_text(
+        "nearest periodic orbit"
+    )
     expect(opened.locator(".facts .card").nth(1)).to_contain_text("largest exponent")
     opened.close()
 

@@ -205,13 +205,15 @@ def test_each_value_of_a_restitution_table_has_a_slider(page: Page, address: str
 def test_axes_have_the_units_of_the_study(page: Page, address: str) -> None:
     opened(page, address, METRIC)
 
-    labels = page.locator(".explore .plot").evaluate_all(
+    labels = page.locator(".explore .plot:has(.canvas)").evaluate_all(
         "plots => plots.map((plot) => [plot.dataset.x, plot.dataset.y])"
     )
     assert labels == [
         ["time t (s)", "displacement x (mm)"],
         ["displacement x (mm)", "velocity v (mm/s)"],
         ["cycle (t / period) mod 1", "speed before the impact (mm/s)"],
+        ["time t (s)", "velocity v (mm/s)"],
+        ["time t (s)", "impulse (mm/s)"],
         ["angular frequency omega (1/s)", "amplitude (mm)"],
     ]
     view = view_of(page, "Diagram")

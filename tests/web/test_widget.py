@@ -123,7 +123,7 @@ def test_the_front_end_of_the_widget_begins_and_asks(
         assert found["tabs"] == ["Explore", "Diagram", "Basins", "Structure", "Gallery"]
         assert '"kind":"explore"' in found["sent"][0]["text"]
         # A cell is as high as what is in it, not as the window.
-        assert 500 < found["height"] < 800
+        assert 500 < found["height"] < 1000
     assert cells[1][0]["sent"][0]["view"] != cells[1][1]["sent"][0]["view"]
 
 
@@ -170,7 +170,7 @@ def test_a_cell_that_is_cleared_leaves_nothing(cells: tuple[Page, list[dict[str,
         }"""
     )
 
-    assert left == [0, "close", 0, 4]
+    assert left == [0, "close", 0, 6]
 
 
 def test_views_of_a_widget_are_answered_each_and_end_with_it() -> None:

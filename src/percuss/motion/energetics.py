@@ -17,7 +17,7 @@ __all__ = ["energy_at", "force_at", "forces_at"]
 
 def forces_at(
     system: System, contacts: Contacts, t: Floats, x: Floats, v: Floats
-) -> dict[str, object]:
+) -> dict[str, tuple[str | tuple[str, str], Floats]]:
     """Return spring, damping, forcing (n,) and stops (n_stops, n) as xarray variables."""
     oscillator, mass = system.of_unit_mass.oscillator, system.mass
     spring = -as_float(oscillator.stiffness) * x

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from percuss.arrays import Floats
+from percuss.arrays import Flags, Floats
 from percuss.model.exact import as_float
+from percuss.motion.energetics import forces_at
 from percuss.motion.impact_times import classify_impact_times
 from percuss.motion.simulate import simulate
 from percuss.motion.spectrum import fast_amplitudes
@@ -24,6 +25,7 @@ from percuss.plotting.samples import (
 )
 from percuss.studies.study import Study
 from percuss.web.frame import frame
+from percuss.web.mechanisms import elements_of_oscillator
 from percuss.web.request import BadRequest, PageRequest, RunningRequest, motion_of, study_of
 
 __all__ = [
@@ -91,8 +93,10 @@ def answer_explore(request: PageRequest, running: RunningRequest | None = None) 
     Returns
     -------
     bytes
-        A frame: t, x of the curve in the window; portrait_t, portrait_x, portrait_v of its end;
-        cycle, speed, stop and event_t of the impacts; omega, amplitude of the spectrum.
+        A frame: t, x of the curve in the window; velocity_t, v of its velocity; force_t0, force0, ...
+        of the forces of the stops that act; portrait_t, portrait_x, portrait_v of its end;
+        cycle, speed, impulse, event_stop and event_t of the impacts; omega, amplitude of the
+        spectrum. `elements` of the picture, and facts.
 
     Raises
     ------
@@ -105,7 +109,8 @@ def answer_explore(request: PageRequest, running: RunningRequest | None = None) 
     run = motion.run
     window = window_of(request, run.t0, run.t_end)
     curve, is_band = _curve(run, window)
-    t, x, _ = reduce_to_columns(curve.t, curve.x, curve.jumps, columns=points // 2, most=points)
+    t, x, _ = _drawn(curve, curve.x, points)
+    velocity_t, v, _ = _drawn(curve, curve.v, points)
     end = sample_curve(run, _end_of(run, window, points)) if is_band else curve
     tail = moving(end)[-points:]
     header = {
@@ -124,11 +129,15 @@ def answer_explore(request: PageRequest, running: RunningRequest | None = None) 
         "n_grazes": len(run.grazes),
         "impact_times": _class_of(run),
         "contacts": _contacts(run),
+        "elements": elements_of_oscillator(study.oscillator, study.forcing),
         "milliseconds": 1e3 * motion.seconds,
     }
     arrays = {
         "t": t,
         "x": x,
+        "velocity_t": velocity_t,
+        "v": v,
+        **_forces(run, curve, points),
         "portrait_t": end.t[tail],
         "portrait_x": end.x[tail],
         "portrait_v": end.v[tail],
@@ -136,6 +145,24 @@ def answer_explore(request: PageRequest, running: RunningRequest | None = None) 
         **_spectrum(run),
     }
     return frame(header, arrays)
+
+
+def _drawn(curve: SampledMotion, values: Floats, points: int) -> tuple[Floats, Floats, Flags]:
+    """Return the points of a curve that a picture so many points wide is drawn from."""
+    return reduce_to_columns(curve.t, values, curve.jumps, columns=points // 2, most=points)
+
+
+def _forces(run: Trajectory, curve: SampledMotion, points: int) -> dict[str, Floats]:
+    """Return the forces of the stops along a curve, of those that act."""
+    arrays: dict[str, Floats] = {}
+    if len(run.crossings) == 0 and len(run.contacts) == 0:
+        return arrays
+    _, forces = forces_at(run.system, run.contacts, curve.t, curve.x, curve.v)["stops"]
+    for i, force in enumerate(forces):
+        if force.any():
+            t, shown, _ = _drawn(curve, force, points)
+            arrays |= {f"force_t{i}": t, f"force{i}": shown}
+    return arrays
 
 
 def is_cut_at(outcome: Outcome, own: int | None) -> bool:
@@ -236,7 +263,8 @@ def _section(run: Trajectory) -> dict[str, Floats]:
         return {
             "cycle": impacts.cycle[last],
             "speed": speed,
-            "stop": impacts.stop[last].astype(float),
+            "event_stop": impacts.stop[last].astype(float),
+            "impulse": impacts.impulse[last],
             "event_t": impacts.t[last],
         }
     entered = np.flatnonzero(run.crossings.direction == "in")[-SHOWN_IMPACTS:]
@@ -246,7 +274,8 @@ def _section(run: Trajectory) -> dict[str, Floats]:
     return {
         "cycle": cycle,
         "speed": np.abs(run.crossings.v[entered]),
-        "stop": run.crossings.stop[entered].astype(float),
+        "event_stop": run.crossings.stop[entered].astype(float),
+        "impulse": np.full(len(t), np.nan),
         "event_t": t,
     }
 

@@ -11,13 +11,20 @@ import numpy as np
 
 from percuss.arrays import Floats
 from percuss.model.exact import Exact, as_float
-from percuss.model.forcing import cosine
+from percuss.model.forcing import Forcing, cosine
 from percuss.model.loads import Loads
 from percuss.model.mechanisms import chain, impact_pair, vibro_impact_absorber
-from percuss.model.oscillator import SoftStop, Wall
+from percuss.model.oscillator import Oscillator, SoftStop, Stop, Wall
 from percuss.model.structure import Structure, StructureStart
 
-__all__ = ["MECHANISMS", "Call", "Mechanism", "Parameter", "elements_of"]
+__all__ = [
+    "MECHANISMS",
+    "Call",
+    "Mechanism",
+    "Parameter",
+    "elements_of",
+    "elements_of_oscillator",
+]
 
 # A part of the largest entry of a matrix that is no joint, but rounding of its sums.
 NO_JOINT = 1e-12
@@ -370,17 +377,53 @@ def elements_of(structure: Structure, loads: Loads) -> dict[str, object]:
         "n": structure.n,
         "springs": _joined(structure.stiffness_matrix),
         "dashpots": _joined(structure.damping_matrix),
-        "stops": [
-            {
-                "on": c.tolist(),
-                "at": as_float(stop.at),
-                "side": stop.side,
-                "type": "wall" if isinstance(stop, Wall) else "soft",
-            }
-            for stop, c in rows
-        ],
+        "stops": [_stop_of(stop, c.tolist()) for stop, c in rows],
         "loads": loads.directions(structure).tolist(),
     }
+
+
+def elements_of_oscillator(oscillator: Oscillator, force: Forcing | None) -> dict[str, object]:
+    """Return what a picture of one mass is drawn from, as `elements_of` does of several.
+
+    Parameters
+    ----------
+    oscillator
+        The mass, its spring, dashpot and stops.
+    force
+        What drives it; an arrow shows it, against x where it is a negative constant alone.
+
+    Returns
+    -------
+    dict
+        The entries of `elements_of`.
+
+    Examples
+    --------
+    >>> import percuss as pc
+    >>> made = elements_of_oscillator(pc.impact_oscillator(stiffness=0), pc.Forcing(constant=-1))
+    >>> made["springs"], made["loads"], made["stops"][0]["side"]
+    ([], [[-1.0]], 'below')
+    """
+    unit = oscillator.of_unit_mass()
+    to_ground = [[-1, 0]]
+    loads: list[list[float]] = []
+    if force is not None:
+        constant = as_float(force.constant)
+        is_moving = bool(force.components()) or force.record is not None
+        if is_moving or constant != 0.0:
+            loads = [[-1.0 if constant < 0.0 and not is_moving else 1.0]]
+    return {
+        "n": 1,
+        "springs": to_ground if as_float(unit.stiffness) != 0.0 else [],
+        "dashpots": to_ground if as_float(unit.damping) != 0.0 else [],
+        "stops": [_stop_of(stop, [1.0]) for stop in oscillator.stops],
+        "loads": loads,
+    }
+
+
+def _stop_of(stop: Stop, on: list[float]) -> dict[str, object]:
+    kind = "wall" if isinstance(stop, Wall) else "soft"
+    return {"on": on, "at": as_float(stop.at), "side": stop.side, "type": kind}
 
 
 def _joined(matrix: Floats) -> list[list[int]]:

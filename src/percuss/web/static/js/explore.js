@@ -1,12 +1,15 @@
-// One motion: x(t), phase portrait, impacts, spectrum, and facts about it.
+// One motion: its picture, x(t), phase portrait, impacts, v(t), forces, spectrum, and facts about it.
 
 import { Certify } from "./certify.js";
 import { Panel } from "./controls.js";
 import { element, shown } from "./dom.js";
 import { Facts } from "./facts.js";
-import { axesOf, numberOf } from "./models.js";
+import { axesOf } from "./models.js";
+import { OscillatorPicture } from "./oscillator_picture.js";
 import { Plot } from "./plots.js";
-import { bisect } from "./scales.js";
+import { after, between } from "./scales.js";
+import { put } from "./state.js";
+import { showForces } from "./stop_forces.js";
 
 const POINTS = 4000;
 // The facts are requested once a slider has rested so long [ms].
@@ -25,6 +28,10 @@ export class Explore {
     this.window = null;
     this.orbit = null;
     this.#plots();
+    this.drawing = new OscillatorPicture({
+      onTime: (time) => this.#mark(time),
+      start: (x0) => this.store.set({ study: put(this.store.value.study, "start.x0", x0) }, "study"),
+    });
     this.#takeZooms();
     if (app.options.facts.certified) {
       this.certify = new Certify(app, () => this.#drawMotion());
@@ -41,7 +48,7 @@ export class Explore {
         this.facts.summary,
         this.facts.root,
         this.certify?.root,
-        element("div", { class: "plots" }, ...this.plots.map((plot) => plot.root)),
+        element("div", { class: "plots" }, this.motion.root, this.drawing.root, ...this.plots.slice(1).map((plot) => plot.root)),
       ),
     );
     this.store.watch((state, why) => {
@@ -51,33 +58,57 @@ export class Explore {
 
   #plots() {
     this.motion = new Plot({
-      title: "Displacement", x: "time t", y: "displacement x", kind: "line", names: ["t", "x"],
+      title: "Displacement", x: "time t", y: "displacement x", kind: "line", names: ["t", "x"], isTime: true,
       about: "x(t); dashed: the stops",
-      onZoom: (zoom) => {
-        this.window = zoom === null ? null : zoom.x;
-        this.app.keepZoom("motion", zoom);
-        this.ask(false);
-      },
-      onHover: (index) => this.#link(index === null ? null : this.curve?.t[index], this.motion),
+      onZoom: (zoom) => this.#zoomTime(zoom),
+      onHover: (index) => this.#peek("t", index),
     });
     this.portrait = new Plot({
       title: "Phase portrait", x: "displacement x", y: "velocity v", kind: "portrait", names: ["x", "v"],
       about: "velocity over displacement; at an impact the velocity jumps",
       onZoom: (zoom) => this.app.keepZoom("portrait", zoom),
-      onHover: (index) => this.#link(index === null ? null : this.curve?.portrait_t[index], this.portrait),
+      onHover: (index) => this.#peek("portrait_t", index),
     });
     this.section = new Plot({
       title: "Impacts", x: "cycle (t / period) mod 1", y: "speed before the impact", kind: "points", names: ["cycle", "speed before"],
       about: "each impact: when in the forcing period, and how fast; few points: periodic, a cloud: chaotic",
       onZoom: (zoom) => this.app.keepZoom("section", zoom),
-      onHover: (index) => this.#link(index === null ? null : this.curve?.event_t[index], this.section),
+      onHover: (index) => this.#peek("event_t", index),
+    });
+    // Both show the times that the displacement shows.
+    const follows = (zoom, plot) => {
+      this.zoomed = plot;
+      if (zoom === null) this.motion.reset();
+      else this.motion.setZoom(zoom.x, this.motion.limits.y);
+      this.zoomed = undefined;
+    };
+    this.velocity = new Plot({
+      title: "Velocity", x: "time t", y: "velocity v", kind: "line", names: ["t", "v"], isTime: true, isFollower: true,
+      about: "v(t); at an impact it jumps",
+      onZoom: (zoom) => follows(zoom, this.velocity),
+      onHover: (index) => this.#peek("velocity_t", index),
+    });
+    this.forces = new Plot({
+      title: "Forces at stops", x: "time t", y: "force", kind: "line", names: ["t", "force"], isTime: true, isFollower: true,
+      about: "lines: forces of soft stops, and of walls in contact; squares: impulses of impacts on walls",
+      onZoom: (zoom) => follows(zoom, this.forces),
+      onHover: (index) => this.drawing.player.peek(index === null ? null : (this.forces.layers[0]?.x[index] ?? null)),
     });
     this.spectrum = new Plot({
       title: "Spectrum", x: "angular frequency omega", y: "amplitude", kind: "line", logY: true, names: ["omega", "amplitude"],
       about: "amplitudes of x(t) in the later part of the run; a periodic motion has lines, a chaotic one a carpet",
       onZoom: (zoom) => this.app.keepZoom("spectrum", zoom),
     });
-    this.plots = [this.motion, this.portrait, this.section, this.spectrum];
+    this.spectrum.root.classList.add("broad");
+    this.plots = [this.motion, this.portrait, this.section, this.velocity, this.forces, this.spectrum];
+  }
+
+  /** Another part of the time is seen, in all plots over time. */
+  #zoomTime(zoom) {
+    this.window = zoom === null ? null : zoom.x;
+    for (const plot of [this.velocity, this.forces]) if (plot !== this.zoomed) plot.take(null);
+    this.app.keepZoom("motion", zoom);
+    this.ask(false);
   }
 
   /** Zoom to the parts that a link holds. */
@@ -100,6 +131,7 @@ export class Explore {
     clearTimeout(this.resting);
     clearTimeout(this.starting);
     this.panel.close();
+    this.drawing.close();
     for (const plot of this.plots) plot.close();
   }
 
@@ -158,19 +190,24 @@ export class Explore {
     this.span = [header.t0, header.t_end];
     const known = this.#takeOrbit();
     this.curve = arrays;
-    this.walls = (study.oscillator.stops ?? []).map((stop) => ({ at: numberOf(stop.at), colour: stop.type === "wall" ? "--wall" : "--stop" }));
-    const isHeld = this.panel.isHeld;
+    const { stops } = header.elements;
+    this.walls = stops.map(({ at, type }) => ({ at, colour: type === "wall" ? "--wall" : "--stop" }));
+    const { isHeld } = this;
     const axes = axesOf(study);
     this.motion.label(axes.t, axes.x);
     this.portrait.label(axes.x, axes.v);
+    this.velocity.label(axes.t, axes.v);
     this.section.label("cycle (t / period) mod 1", axes.speed);
     this.spectrum.label(axes.omega, axes.amplitude);
     this.#drawMotion(isHeld);
     this.#drawPortrait(isHeld);
     this.section.show([{ x: arrays.cycle, y: arrays.speed, kind: "points", colour: "--curve", size: arrays.cycle.length < 200 ? 5 : 2.5 }], [], sectionLimits(arrays), isHeld);
     if (arrays.cycle.length === 0) this.section.say("no impacts");
+    this.velocity.show([{ x: arrays.velocity_t, y: arrays.v, colour: "--curve" }], [], null, isHeld);
+    this.acting = showForces(this.forces, arrays, stops, axes, isHeld)[0];
     this.spectrum.show([{ x: arrays.omega, y: arrays.amplitude, colour: "--curve" }], [], null, isHeld);
     if (!arrays.amplitude.some((value) => value > 0)) this.spectrum.say("nothing moves in the later part");
+    this.drawing.take(study, header, arrays, isHeld);
     this.facts.showMotion(header);
     this.facts.isKnown(known !== null);
     if (known !== null) this.facts.showExponent(known.header);
@@ -187,7 +224,7 @@ export class Explore {
     return known;
   }
 
-  #drawMotion(isHeld = this.panel.isHeld) {
+  #drawMotion(isHeld = this.isHeld) {
     if (!this.curve) return;
     const { t, x } = this.curve;
     const lines = this.walls.map(({ at, colour }) => ({ y: at, colour }));
@@ -199,7 +236,7 @@ export class Explore {
     this.motion.show([{ x: t, y: x, colour: "--curve" }], [...lines, ...proven], null, isHeld);
   }
 
-  #drawPortrait(isHeld = this.panel.isHeld) {
+  #drawPortrait(isHeld = this.isHeld) {
     const { portrait_x: x, portrait_v: v } = this.curve;
     const layers = [{ x, y: v, colour: "--curve" }];
     // A formal orbit, which no motion follows, is drawn faintly.
@@ -212,22 +249,27 @@ export class Explore {
     this.portrait.show(layers, this.walls.map(({ at, colour }) => ({ x: at, colour })), null, isHeld);
   }
 
-  /** Mark the state at a time in the other plots; among the impacts the nearest one. */
-  #link(time, from) {
+  /** While a slider or the mass is held the axes stand still. */
+  get isHeld() {
+    return this.panel.isHeld || this.drawing.isDragged === true;
+  }
+
+  /** A time under the pointer is shown while it is there; then that of the player again. */
+  #peek(name, index) {
+    this.drawing.player.peek(index === null ? null : (this.curve?.[name][index] ?? null));
+  }
+
+  /** Mark the state at a time in all plots; among the impacts the last one until then. */
+  #mark(time) {
     const { curve } = this;
-    const mark = (plot, times, xs, ys) => {
-      if (plot === from) return;
-      const isThere = time !== null && time !== undefined && times?.length > 0 && time >= times[0] && time <= times[times.length - 1];
-      if (!isThere) {
-        plot.point(null);
-        return;
-      }
-      const index = bisect(times, time);
-      plot.point(xs[index], ys[index]);
-    };
-    mark(this.motion, curve?.t, curve?.t, curve?.x);
-    mark(this.portrait, curve?.portrait_t, curve?.portrait_x, curve?.portrait_v);
-    mark(this.section, curve?.event_t, curve?.cycle, curve?.speed);
+    const [x, v] = [between(curve.t, curve.x, time), between(curve.velocity_t, curve.v, time)];
+    this.motion.point(time, x);
+    this.velocity.point(time, v);
+    this.portrait.point(x, v);
+    // Where no force acts the cursor has no dot.
+    this.forces.point(time, this.acting ? between(this.acting.x, this.acting.y, time) : Number.NaN);
+    const last = after(curve.event_t, time) - 1;
+    this.section.point(last < 0 ? null : curve.cycle[last], curve.speed[last]);
   }
 }
 

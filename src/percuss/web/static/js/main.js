@@ -134,6 +134,9 @@ class App {
     };
     if (hasLinks) listen(globalThis, "hashchange", () => this.#follow());
     listen(this.darkness, "change", () => this.#paint());
+    // Paper is light.
+    listen(globalThis, "beforeprint", () => this.#paint("light"));
+    listen(globalThis, "afterprint", () => this.#paint());
     // On a page of its own the key is heard wherever the focus is.
     listen(hasLinks ? document : this.root, "keydown", (event) => {
       if (event.key !== "?" || ["INPUT", "TEXTAREA", "SELECT"].includes(event.target.tagName) || this.help.open) return;
@@ -263,9 +266,9 @@ class App {
   }
 
   /** Put on the colours that are chosen, or those of the system. */
-  #paint() {
+  #paint(theme = this.theme) {
     const system = this.darkness.matches ? "dark" : "light";
-    this.root.dataset.theme = this.theme === "system" ? system : this.theme;
+    this.root.dataset.theme = theme === "system" ? system : theme;
     // The report knows the system alone: see style.css.
     this.root.dataset.turned = String(this.root.dataset.theme !== system);
     for (const view of Object.values(this.views ?? {})) view.recolour();

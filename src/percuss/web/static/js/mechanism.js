@@ -7,7 +7,8 @@ import { COMPACT, MASS_COLOURS, MechanismPicture, STOP_COLOURS } from "./mechani
 import { Player } from "./player.js";
 import { Plot } from "./plots.js";
 import { Row } from "./row.js";
-import { bisect } from "./scales.js";
+import { between, bisect } from "./scales.js";
+import { isOne, legend, ofStop, showForces, stopName } from "./stop_forces.js";
 
 const POINTS = 4000, RESTED = 250, COMPILING = 1500, NARROW = 480;
 // More impacts than these are not marked on the curves, which they would hide.
@@ -226,6 +227,7 @@ export class Mechanism {
     this.picture.take(header.elements, largest, this.picture.svg.clientWidth < NARROW ? COMPACT : undefined);
     this.#draw();
     this.player.take(arrays.t[0], arrays.t.at(-1), header.period);
+    this.player.clicks.take(arrays.event_t, arrays.speed);
     this.root.dataset.drawn = String(performance.now());
   }
 
@@ -299,25 +301,7 @@ export class Mechanism {
   }
 
   #drawForces() {
-    const { curve } = this;
-    const { stops } = this.header.elements;
-    const [low, high] = [curve.t[0], curve.t.at(-1)];
-    // A wall that only hits has no force.
-    const lines = stops
-      .map((_, k) => ({ x: curve.t, y: curve[`force${k}`], colour: STOP_COLOURS[k] }))
-      .filter(({ y }, k) => stops[k].type === "soft" || y.some((value) => value !== 0));
-    const impulses = stops.map((_, k) => {
-      const [x, y] = ofStop(curve, k, curve.event_t, curve.impulse);
-      const isSeen = x.map((t) => t >= low && t <= high);
-      return { kind: "points", x: x.filter((_, i) => isSeen[i]), y: y.filter((_, i) => isSeen[i]), colour: STOP_COLOURS[k], size: 4 };
-    });
-    const hasWall = stops.some((stop) => stop.type === "wall");
-    const words = lines.length > 0 ? (hasWall ? ["Forces and impulses at stops", "force (line), impulse (squares)"] : ["Forces at stops", "force"]) : ["Impulses at stops", "impulse"];
-    this.forces.rename(words[0]);
-    this.forces.label("time t", words[1]);
-    legend(this.forces, stops.map((_, k) => [stopName(stops, k), STOP_COLOURS[k]]));
-    this.forces.show([...lines, ...impulses]);
-    if (curve.event_t.length === 0) this.forces.say("no stop is met");
+    showForces(this.forces, this.curve, this.header.elements.stops, { t: "time t", force: "force", impulse: "impulse" });
   }
 
   #showFacts() {
@@ -380,7 +364,6 @@ export class Mechanism {
   }
 }
 
-const isOne = (on) => on.filter((part) => part !== 0).length === 1;
 const keyOf = ({ name, values }) => JSON.stringify([name, values]);
 
 /** Directions of the portrait: each distance of neighbours, then each mass. */
@@ -392,18 +375,6 @@ function directionsOf(n) {
   return rows;
 }
 
-/** Put names in their colours into the caption of a plot. */
-function legend(plot, rows) {
-  plot.key.replaceChildren(
-    ...rows.flatMap(([name, colour]) => {
-      const text = element("span", {}, `■ ${name}`);
-      text.style.color = `var(${colour})`;
-      return [text, " "];
-    }),
-  );
-  plot.key.title = plot.key.textContent;
-}
-
 /** Return one value along a direction. */
 const at = (arrays, name, on, i) => on.reduce((sum, part, m) => (part === 0 ? sum : sum + part * arrays[`${name}${m}`][i]), 0);
 
@@ -411,22 +382,4 @@ const at = (arrays, name, on, i) => on.reduce((sum, part, m) => (part === 0 ? su
 function along(arrays, name, on) {
   const k = on.findIndex((part) => part !== 0);
   return arrays[`${name}${k}`].map((_, i) => at(arrays, name, on, i));
-}
-
-/** Return a curve at a time between its points. */
-function between(times, values, time) {
-  let i = bisect(times, time);
-  if (times[i] > time && i > 0) i -= 1;
-  const width = times[i + 1] - times[i];
-  return width > 0 ? values[i] + (values[i + 1] - values[i]) * ((time - times[i]) / width) : values[i];
-}
-
-/** Return two columns of the events at a stop. */
-const ofStop = ({ event_stop: stop }, k, ...columns) => columns.map((column) => column.filter((_, i) => stop[i] === k));
-
-function stopName(stops, k) {
-  const { type, on, side } = stops[k];
-  const same = stops.filter((stop) => stop.type === type).length > 1;
-  const where = same && !isOne(on) ? (side === "below" ? " left" : " right") : same ? ` ${k + 1}` : "";
-  return `${type === "wall" ? "wall" : "soft stop"}${where}`;
 }

@@ -16,6 +16,28 @@ export const COMPACT = 74;
 // The largest displacement and the largest gap in the picture.
 const SWING = 40, CLEARANCE = 46;
 
+// The picture of one mass: room beside it for the spring, and the length of what it goes through.
+const BESIDE = 78, TRAVEL = 116, BALL = 60, MARGIN = 36, TABLE = 44;
+const MIDDLE = (TOP + BOTTOM) / 2;
+
+/**
+ * Return where everything stands at rest of one mass that moves through [low, high].
+ *
+ * Its stops are in that range, too; without a spring and with one stop it is a ball, upright.
+ */
+function layoutOfOne(elements, [low, high]) {
+  const places = elements.stops.map((stop) => stop.at);
+  const ends = [Math.min(low, ...places), Math.max(high, ...places)];
+  const scale = TRAVEL / Math.max(ends[1] - ends[0], 1e-9);
+  const centre = (ends[0] + ends[1]) / 2;
+  const isUpright = elements.springs.length === 0 && elements.dashpots.length === 0 && elements.stops.length === 1;
+  const [beside, size] = isUpright ? [MARGIN, BALL] : [BESIDE, WIDTH];
+  const left = beside + TRAVEL / 2;
+  // How far the mass goes beyond its place in the middle [units of the picture].
+  const reach = [low, high].map((end) => scale * (end - centre));
+  return { elements, scale, centre, reach, isUpright, cavities: [], boxes: [{ left, width: size }], between: beside, width: 2 * left + size };
+}
+
 /** Return where everything stands at rest, for elements of a structure and its largest displacement. */
 function layoutOf(elements, largest, between) {
   const gaps = elements.stops.map((stop) => Math.abs(stop.at));
@@ -34,7 +56,7 @@ function layoutOf(elements, largest, between) {
     } else boxes[i] = { left: right, width: WIDTH };
     right += boxes[i].width + between;
   }
-  return { elements, scale, cavities, boxes, between, width: right - between * 0.2 };
+  return { elements, scale, centre: 0, cavities, boxes, between, width: right - between * 0.2 };
 }
 
 /** Return pairs {outer, inner, low, high}: of a mass with a stop on either side of its distance to another. */
@@ -61,27 +83,58 @@ function signOf({ on }, i, j) {
 /** The picture, an SVG that follows displacements. */
 export class MechanismPicture {
   constructor() {
+    this.parts = shape("g", {});
     this.svg = shape("svg", { class: "mechanism", role: "img" });
+    this.svg.append(this.parts);
   }
 
   /** Take a structure; its largest displacement fits between its masses, so far apart at rest. */
   take(elements, largest, between = BETWEEN) {
-    this.layout = layoutOf(elements, largest, between);
-    const { n, springs, dashpots, stops } = elements;
-    this.svg.setAttribute("viewBox", `0 0 ${this.layout.width} ${GROUND + 14}`);
-    this.svg.setAttribute("aria-label", `${n} masses, ${count(springs.length, "spring")}, ${count(dashpots.length, "dashpot")}, ${count(stops.length, "stop")}`);
+    this.#lay(layoutOf(elements, largest, between));
+  }
+
+  /** Take an oscillator, one mass that moves through a range. */
+  takeOne(elements, range) {
+    this.#lay(layoutOfOne(elements, range));
+  }
+
+  #lay(layout) {
+    this.layout = layout;
+    const { width, isUpright } = layout;
+    const { n, springs, dashpots, stops } = layout.elements;
+    const box = isUpright ? `${-TABLE} 0 ${GROUND + 14 + 2 * TABLE} ${width}` : `0 ${n === 1 ? 8 : 0} ${width} ${GROUND + 14 - (n === 1 ? 8 : 0)}`;
+    this.svg.setAttribute("viewBox", box);
+    // Along x is upwards where it stands upright.
+    if (isUpright) this.parts.setAttribute("transform", `matrix(0 -1 1 0 0 ${width})`);
+    else this.parts.removeAttribute("transform");
+    this.svg.setAttribute("aria-label", `${n === 1 ? "1 mass" : `${n} masses`}, ${count(springs.length, "spring")}, ${count(dashpots.length, "dashpot")}, ${count(stops.length, "stop")}`);
   }
 
   /** Draw the masses at displacements x. */
   draw(x) {
-    const { elements, boxes, scale, width } = this.layout;
-    const places = boxes.map((box, i) => ({ ...box, left: box.left + scale * x[i], right: box.left + box.width + scale * x[i] }));
-    const parts = [ground(0, GROUND, width), ...this.#joints(places)];
-    places.forEach((box, i) => parts.push(...mass(box, i)));
+    const { elements, boxes, scale, centre, width, isUpright } = this.layout;
+    const places = boxes.map((box, i) => ({ ...box, left: box.left + scale * (x[i] - centre), right: box.left + box.width + scale * (x[i] - centre) }));
+    const parts = [...(isUpright ? [] : [ground(0, GROUND, width)]), ...this.#joints(places)];
+    places.forEach((box, i) => parts.push(...(isUpright ? ball(box) : mass(box, places.length === 1 ? "m" : `m${"₁₂₃"[i] ?? i + 1}`, MASS_COLOURS[i]))));
     parts.push(...this.#stops(places));
     elements.loads.forEach((on) => on.forEach((part, i) => part !== 0 && parts.push(...force(places[i], Math.sign(part)))));
-    this.svg.replaceChildren(...parts);
+    if (isUpright) for (const text of parts.filter((it) => it.tagName === "text")) text.setAttribute("transform", `rotate(90 ${text.getAttribute("x")} ${text.getAttribute("y")})`);
+    this.parts.replaceChildren(...parts);
     this.svg.dataset.x = JSON.stringify(Array.from(x));
+    this.places = places;
+  }
+
+  /** Return the box of a mass in the units of the picture: {x, y, width, height}. */
+  boxOf(i) {
+    const { left, right, width } = this.places[i];
+    if (!this.layout.isUpright) return { x: left, y: TOP, width: right - left, height: BOTTOM - TOP };
+    return { x: MIDDLE - width / 2, y: this.layout.width - right, width, height: width };
+  }
+
+  /** Return the displacement that a move of the pointer by so many pixels stands for. */
+  displacement(right, down) {
+    const { a: unit } = this.svg.getScreenCTM();
+    return (this.layout.isUpright ? -down : right) / unit / this.layout.scale;
   }
 
   #joints(places) {
@@ -106,7 +159,7 @@ export class MechanismPicture {
   #stops(places) {
     const { elements, boxes, scale, between } = this.layout;
     return elements.stops.flatMap((stop, k) => {
-      const colour = STOP_COLOURS[k];
+      const colour = STOP_COLOURS[k % STOP_COLOURS.length];
       const isSoft = stop.type === "soft";
       const i = stop.on.findIndex((part) => part !== 0);
       const j = stop.on.findLastIndex((part) => part !== 0);
@@ -121,18 +174,35 @@ export class MechanismPicture {
       }
       const side = (stop.side === "above" ? 1 : -1) * Math.sign(stop.on[i]);
       const edge = side > 0 ? boxes[i].left + boxes[i].width : boxes[i].left;
-      const face = edge + (scale * stop.at) / stop.on[i];
-      const root = face + side * (isSoft ? 32 : 22);
-      return [bumper(face, root, side > 0 ? places[i].right : places[i].left, isSoft, side, colour), ground(root, STOP - 16, GROUND, true, side)];
+      const face = edge + scale * (stop.at / stop.on[i] - this.layout.centre);
+      const at = side > 0 ? places[i].right : places[i].left;
+      const root = this.#rootOf(face, edge, side, isSoft);
+      if (!this.layout.isUpright) return [bumper(face, root, at, isSoft, side, colour), ground(root, STOP - 16, GROUND, true, side)];
+      const table = isSoft ? bumper(face, root, at, true, side, colour, MIDDLE, 22) : coloured("wall", `M${face} ${TOP - TABLE}V${BOTTOM + TABLE}`, colour);
+      return [table, ground(isSoft ? root : face, TOP - TABLE, BOTTOM + TABLE, true, side)];
     });
+  }
+
+  /** Return where a stop is held: behind the deepest that one mass goes into it. */
+  #rootOf(face, edge, side, isSoft) {
+    const { reach } = this.layout;
+    const deepest = reach === undefined ? face : side > 0 ? Math.max(face, edge + reach[1]) : Math.min(face, edge + reach[0]);
+    return isSoft ? side * Math.max(side * face + 32, side * deepest + 18) : face + side * 22;
   }
 }
 
 /** A stop from its face to its root, in front of the edge of a mass; a soft one is pressed in. */
-function bumper(face, root, edge, isSoft, side, colour) {
+function bumper(face, root, edge, isSoft, side, colour, y = STOP, half = 9) {
   const at = !isSoft ? face : side > 0 ? Math.max(face, edge) : Math.min(face, edge);
-  const stem = isSoft ? zigzag(at, root, STOP, 5, Math.abs(root - face) < 50 ? 6 : 12) : `M${at} ${STOP}H${root}`;
-  return coloured(isSoft ? "soft" : "wall", `M${at} ${STOP - 9}V${STOP + 9}${stem}`, colour);
+  const stem = isSoft ? zigzag(at, root, y, 5, Math.abs(root - face) < 50 ? 6 : 12) : `M${at} ${y}H${root}`;
+  return coloured(isSoft ? "soft" : "wall", `M${at} ${y - half}V${y + half}${stem}`, colour);
+}
+
+function ball({ left, width }) {
+  const label = shape("text", { x: left + width / 2, y: MIDDLE, "text-anchor": "middle", "dominant-baseline": "central" });
+  label.append("m");
+  label.style.fill = `var(${MASS_COLOURS[0]})`;
+  return [shape("circle", { class: "mass", cx: left + width / 2, cy: MIDDLE, r: width / 2 }), label];
 }
 
 function coloured(name, d, colour) {
@@ -141,11 +211,10 @@ function coloured(name, d, colour) {
   return made;
 }
 
-function mass({ left, right, width, isFrame, isInner }, i) {
+function mass({ left, right, width, isFrame, isInner }, name, tint) {
   const label = shape("text", { x: isFrame ? left + width / 2 : (left + right) / 2, y: isFrame ? BOTTOM - 6 : (isInner ? TOP + 40 : TOP + 28), "text-anchor": "middle" });
-  label.append(`m${"₁₂₃"[i] ?? i + 1}`);
-  const colour = `var(${MASS_COLOURS[i]})`;
-  label.style.fill = colour;
+  label.append(name);
+  label.style.fill = `var(${tint})`;
   if (!isFrame) return [shape("rect", { class: "mass", x: left, y: isInner ? TOP + 8 : TOP, width, height: (isInner ? BOTTOM - 26 : BOTTOM) - (isInner ? TOP + 8 : TOP), rx: 3 }), label];
   const floor = BOTTOM - 20;
   const d = `M${left} ${TOP}h${WALL}V${floor}H${right - WALL}V${TOP}h${WALL}V${BOTTOM}H${left}Z`;

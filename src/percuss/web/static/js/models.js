@@ -68,11 +68,14 @@ export function unitsOf({ oscillator, forcing }) {
   const velocity = length && time ? `${length}/${time}` : "";
   const acceleration = length && time ? `${length}/${time}²` : "";
   const frequency = time ? `1/${time}` : "";
-  if (oscillator.mass === undefined) return { length, time, velocity, frequency, force: acceleration, stiffness: time ? `1/${time}²` : "", damping: frequency };
+  if (oscillator.mass === undefined) return { length, time, velocity, frequency, force: acceleration, push: acceleration, impulse: velocity, stiffness: time ? `1/${time}²` : "", damping: frequency };
   const named = FORCES[`${mass} ${length} ${time}`];
   const isKnown = mass && length && time;
   return {
     length, time, mass, velocity, frequency,
+    // What a stop pushes with, and in an impact gives.
+    push: named ?? (isKnown ? `${mass} ${acceleration}` : ""),
+    impulse: named ? `${named} ${time}` : isKnown ? `${mass} ${velocity}` : "",
     force: forcing?.per_mass ? acceleration : (named ?? (isKnown ? `${mass} ${acceleration}` : "")),
     stiffness: named ? `${named}/${length}` : isKnown ? `${mass}/${time}²` : "",
     damping: named ? `${named} ${time}/${length}` : isKnown ? `${mass}/${time}` : "",
@@ -207,7 +210,7 @@ export function valueOf(study, path) {
 
 /** Return the names of the axes of the plots of a motion, with their units. */
 export function axesOf(study) {
-  const { length, time, velocity, frequency } = unitsOf(study);
+  const { length, time, velocity, frequency, push, impulse } = unitsOf(study);
   return {
     t: named("time t", time),
     x: named("displacement x", length),
@@ -215,6 +218,8 @@ export function axesOf(study) {
     speed: named("speed before the impact", velocity),
     omega: named("angular frequency omega", frequency),
     amplitude: named("amplitude", length),
+    force: named("force", push),
+    impulse: named("impulse", impulse),
   };
 }
 

@@ -15,7 +15,8 @@ const TEXT = 14;
 export class Plot {
   /**
    * options: title, about (a tooltip), x, y (labels), kind ("line" | "points" | "portrait"), logY,
-   * onZoom(range or null), onHover(index or null), onClick(x, y), read(x, y) -> text.
+   * onZoom(range or null), onHover(index or null), onClick(x, y), read(x, y) -> text;
+   * isTime: the mark has a line at its time; isFollower: what it shows is zoomed by another plot.
    */
   constructor(options) {
     this.options = options;
@@ -171,10 +172,11 @@ export class Plot {
 
   /** Zoom out to all. */
   reset() {
-    if (this.zoom === null) return;
-    this.zoom = null;
-    this.limits = this.home;
-    this.redraw();
+    if (this.zoom !== null) {
+      this.zoom = null;
+      this.limits = this.home;
+      this.redraw();
+    } else if (!this.options.isFollower) return;
     this.options.onZoom?.(null);
   }
 
@@ -251,7 +253,8 @@ export class Plot {
     this.chart.over.addEventListener("dblclick", () => this.reset());
     this.chart.over.addEventListener("click", (event) => this.#click(event));
     this.dot = element("i", { class: "dot", hidden: true });
-    this.chart.over.append(this.dot);
+    this.cursor = element("i", { class: "time", hidden: true });
+    this.chart.over.append(this.cursor, this.dot);
   }
 
   #selected(chart) {
@@ -307,10 +310,13 @@ export class Plot {
 
   #overlay() {
     if (this.dot === undefined || this.chart === null) return;
-    this.dot.hidden = this.mark === null;
-    if (this.mark === null) return;
-    const [x, y] = this.mark;
-    this.dot.style.transform = `translate(${this.chart.valToPos(x, "x")}px, ${this.chart.valToPos(y, "y")}px)`;
+    const [x, y] = this.mark ?? [Number.NaN, Number.NaN];
+    const { limits } = this;
+    const isWithin = x >= limits.x[0] && x <= limits.x[1];
+    this.cursor.hidden = !(this.options.isTime && isWithin);
+    this.dot.hidden = !(isWithin && y >= limits.y[0] && y <= limits.y[1]);
+    if (!this.cursor.hidden) this.cursor.style.transform = `translateX(${this.chart.valToPos(x, "x")}px)`;
+    if (!this.dot.hidden) this.dot.style.transform = `translate(${this.chart.valToPos(x, "x")}px, ${this.chart.valToPos(y, "y")}px)`;
   }
 
   #hover(chart) {

@@ -14,6 +14,25 @@ export function bisect(values, wanted) {
   return wanted - values[low] < values[high] - wanted ? low : high;
 }
 
+/** Return the index of the first value above one in an increasing array, its length if there is none. */
+export function after(values, wanted) {
+  let low = 0;
+  let high = values.length;
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (values[middle] <= wanted) low = middle + 1;
+    else high = middle;
+  }
+  return low;
+}
+
+/** Return a curve at a time, between its points; where two are at one time, after that. */
+export function between(times, values, time) {
+  const i = Math.max(0, after(times, time) - 1);
+  const width = times[i + 1] - times[i];
+  return width > 0 && time > times[i] ? values[i] + (values[i + 1] - values[i]) * ((time - times[i]) / width) : values[i];
+}
+
 /** Return how many digits distinguish values of a range that differ by a part of its width. */
 export function digitsOf([low, high], part = 1e-4) {
   const size = Math.max(Math.abs(low), Math.abs(high)) / ((high - low) * part);
