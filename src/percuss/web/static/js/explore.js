@@ -31,6 +31,7 @@ export class Explore {
     this.drawing = new OscillatorPicture({
       onTime: (time) => this.#mark(time),
       start: (x0) => this.store.set({ study: put(this.store.value.study, "start.x0", x0) }, "study"),
+      x0: () => this.store.value.study.start.x0,
     });
     this.#takeZooms();
     if (app.options.facts.certified) {

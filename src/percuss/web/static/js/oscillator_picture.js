@@ -12,9 +12,12 @@ const STEP = 1 / 50;
 const KEYS = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1 };
 
 export class OscillatorPicture {
-  /** onTime(time) is called when the picture moves, start(x0) when the mass is put elsewhere. */
-  constructor({ onTime, start }) {
-    Object.assign(this, { onTime, start });
+  /**
+   * onTime(time) is called when the picture moves, start(x0) when the mass is put elsewhere;
+   * x0() returns the start as it is set now, which the motion that is drawn may not have yet.
+   */
+  constructor({ onTime, start, x0 }) {
+    Object.assign(this, { onTime, start, x0 });
     this.picture = new MechanismPicture();
     // What is drawn is drawn anew all the time; this stays, and keeps the focus.
     this.handle = shape("rect", { class: "handle", rx: 3, tabindex: 0, role: "slider" });
@@ -110,7 +113,7 @@ export class OscillatorPicture {
     event.stopPropagation();
     const step = 10 ** Math.floor(Math.log10((this.range[1] - this.range[0]) * STEP * (event.shiftKey ? 0.1 : 1)));
     this.player.stop();
-    this.#put(numberOf(this.study.start.x0 ?? 0) + sign * step, step);
+    this.#put(numberOf(this.x0() ?? 0) + sign * step, step);
     this.player.go(this.player.low);
   }
 
