@@ -248,8 +248,13 @@ def test_the_mass_is_dragged_to_its_start_and_moved_by_keys(page: Page) -> None:
     page.keyboard.press("ArrowLeft")
     expect(box_of(page, "start.x0")).to_have_value("0.19")
     # Each key counts from the start that is set, also before its motion is drawn.
-    page.keyboard.press("ArrowLeft")
-    page.keyboard.press("Shift+ArrowDown")
+    handle.evaluate(
+        """it => {
+          for (const [key, shiftKey] of [['ArrowLeft', false], ['ArrowDown', true]]) {
+            it.dispatchEvent(new KeyboardEvent('keydown', { key, shiftKey, bubbles: true }));
+          }
+        }"""
+    )
     expect(box_of(page, "start.x0")).to_have_value("0.179")
     expect(handle).to_have_attribute("aria-valuetext", "x0 = 0.179")
     expect(page.locator(".explore .stage > .fault")).to_be_empty()
