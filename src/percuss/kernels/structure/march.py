@@ -89,6 +89,7 @@ from percuss.kernels.structure.run import (
     restitution,
     set_off,
     speed_of,
+    walls_of,
 )
 
 # Column of the scratch that keeps up to when watches were known to be positive before a search.

@@ -21,6 +21,7 @@ from percuss.kernels.restitution import restitution_at
 from percuss.kernels.structure.basis import (
     CONSTANT,
     DRAG,
+    IS_WALL,
     OF_U,
     OF_W,
     SPRING,
