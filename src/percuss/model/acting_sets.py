@@ -14,7 +14,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from percuss.arrays import Complexes, Floats, Integers
-from percuss.errors import ConvergenceError
+from percuss.errors import ConvergenceError, ParameterError
 from percuss.kernels.law_columns import (
     COLUMNS,
     FIRST_HARMONIC,
@@ -55,6 +55,8 @@ LONGEST_PHASE = 2.0
 GROWING_PHASE = 0.5
 # Without any rate the motion is a cubic, and steps may have any length [time].
 ANY_STEP = 2.0**-8
+# Of all sets of acting stops that a structure has met [bytes].
+MOST_BYTES = 1_000_000_000
 # How often a state is moved out of walls, of which one may push it behind another.
 PUSHES = 100
 
@@ -358,10 +360,21 @@ class StructureSystem:
         ------
         ConvergenceError
             If its modes cannot be told apart, or walls hold the structure that hold it twice.
+        ParameterError
+            If all sets together take more than a gigabyte.
         """
         if key in self._made:
             return
         self._made[key] = self._make(key)
+        size = sum(array.nbytes for array in self._made[key].values())
+        count = len(self._made)
+        if count * size > MOST_BYTES:
+            del self._made[key]
+            reason = (
+                f"the motion has met {count:,} sets of acting stops, of {size / 1e3:.0f} kB each and"
+                f" more than {MOST_BYTES / 1e6:.0f} MB together; shorten the run, or leave out stops"
+            )
+            raise ParameterError("stops", len(self.structure.stops), reason)
         made = list(self._made.values())
         arrays = {name: np.stack([one[name] for one in made]) for name in made[0]}
         self._sets = Sets(
@@ -570,9 +583,9 @@ def _pairs_of(stiffness: Wide, damping: Wide, sizes: tuple[Floats, Floats]) -> M
 
 @lru_cache(maxsize=256)
 def _pairs(n: int, stiffness: bytes, damping: bytes, *sizes: bytes) -> ModePairs:
-    both = (Wide(np.frombuffer(text).reshape(n, n, 2)) for text in (stiffness, damping))
-    one, other = (np.frombuffer(text) for text in sizes)
-    return mode_pairs(*both, (one, other))
+    one, other = (Wide(np.frombuffer(text).reshape(n, n, 2)) for text in (stiffness, damping))
+    first, second = (np.frombuffer(text) for text in sizes)
+    return mode_pairs(one, other, (first, second))
 
 
 @lru_cache(maxsize=1024)

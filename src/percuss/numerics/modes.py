@@ -176,7 +176,7 @@ def mode_pairs(
 def _doubts(basis: Floats, sizes: Floats, matrix: Floats) -> Floats:
     """Return what the rounding of the entries, and that of their sums, may be in the modes."""
     ends = matmul(np.abs(basis), sizes)
-    return ROUNDING * ends[:, None] * ends + WIDE_ROUNDING * np.abs(matrix).max()
+    return np.asarray(ROUNDING * ends[:, None] * ends + WIDE_ROUNDING * np.abs(matrix).max())
 
 
 def _is_symmetric(matrix: Wide, sizes: Floats) -> bool:
