@@ -6,11 +6,11 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from tests.kernels.uncompiled import python_of
 
 from percuss.arrays import Floats
 from percuss.errors import ConvergenceError
 from percuss.kernels import wide as kernels
-from percuss.kernels.compile import python_of
 from percuss.numerics import Wide
 
 SMALL = 2.0**-96
