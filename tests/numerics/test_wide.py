@@ -67,9 +67,9 @@ def test_an_eigenvalue_beside_one_of_1e16_keeps_its_digits() -> None:
         [[Fraction(10**16), Fraction(1)], [Fraction(1), Fraction(3)]]
     ).symmetric_modes()
 
-    low, high = (sum(map(Fraction, number)) for number in values.parts[:, 0].tolist())
-    assert abs(low * high / (3 * 10**16 - 1) - 1) < 1e-29
-    assert abs((low + high) / (10**16 + 3) - 1) < 1e-29
+    low, high = (sum(map(Fraction, number), Fraction(0)) for number in values.parts[:, 0].tolist())
+    assert abs(float(low * high / (3 * 10**16 - 1) - 1)) < 1e-29
+    assert abs(float((low + high) / (10**16 + 3) - 1)) < 1e-29
 
 
 def test_a_singular_matrix_and_one_that_is_not_positive_are_told() -> None:

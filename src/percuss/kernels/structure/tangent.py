@@ -127,12 +127,31 @@ def carry_run(
         else:
             s = (t_end - run.events[row, EVENT_T]) - run.events[row, EVENT_T_LOW]
         b = set_of_flight(run, row, row == last)
+        if b != run.marks[row, NEXT_REGION]:
+            settle(run, row, place, paces[0, 0])
         to_modes(run.sets, b, place, columns)
         carry(basis_of(run.sets, b), s, columns)
         if row < last:
             cross(run, row, s, place, columns, paces)
         else:
             to_places(run.sets, b, columns, place)
+
+
+@kernel
+def settle(run: StructureRun, row: int, place: Floats, pushes: Floats) -> None:
+    """Add to derivatives what dashpots do while the tail of a chatter closes a gap, ``pushes`` (n,).
+
+    A neighbour is off the wall by what it has of the clearance, of the order of the last hop's
+    speed; until it rests dashpots have changed the momentum of the other coordinates as much.
+    """
+    stop = run.marks[row + 1, BOUND]
+    push_of_kick(run.sets, run.marks[row, NEXT_REGION], stop, pushes)
+    for c in range(place.shape[2]):
+        gap = 0.0
+        for i in range(place.shape[1]):
+            gap += run.sets.normals[stop, i] * place[0, i, c]
+        for i in range(place.shape[1]):
+            place[1, i, c] -= gap * pushes[i]
 
 
 @kernel
