@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -405,7 +404,9 @@ class _Layout:
                 return Chain(sets[1:], coverings)
         raise AssertionError
 
-    def _strip(self, first: SaddleSet, at: float, half: float, following: HSet) -> tuple[HSet, Image]:
+    def _strip(
+        self, first: SaddleSet, at: float, half: float, following: HSet
+    ) -> tuple[HSet, Image]:
         """Return a part of the saddle's set that is stretched across a set, and its image."""
         for _ in range(STRIPS):
             if abs(at) + half > 1.0:
@@ -525,7 +526,8 @@ def _visits(chaos: CertifiedChaos, orbit: CertifiedOrbit, numbers: list[int]) ->
         period = orbit.period.arb / orbit.n_periods
         states = list(zip(orbit.event_times.arbs, orbit.impacts.v_after.arbs, strict=True))
         inside = [
-            [_lies_in(chaos.sets[number], t, v, period) for t, v in states] for number in set(numbers)
+            [_lies_in(chaos.sets[number], t, v, period) for t, v in states]
+            for number in set(numbers)
         ]
         row = {number: i for i, number in enumerate(set(numbers))}
         n = len(states)

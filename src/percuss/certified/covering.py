@@ -277,10 +277,14 @@ def covering(surface: ImpactSurface, image: Image, first: HSet, second: HSet) ->
     within = abs(seen.middle[1]) + abs(s_by_u) + abs(s_by_s)
     if not (within < 1 and beyond > 1):
         reason = "a set is not proven to cover another: its image reaches "
-        reason += f"{float(beyond.lower()):.3g} along and {float(within.upper()):.3g} across, which "
+        reason += (
+            f"{float(beyond.lower()):.3g} along and {float(within.upper()):.3g} across, which "
+        )
         raise Undecided("precision", reason + "should be above and below 1")
     sign = 1 if u_by_u > 0 else -1
-    return Covering(sign, float(beyond.lower()), float(within.upper()), turns_between(surface, image, second))
+    return Covering(
+        sign, float(beyond.lower()), float(within.upper()), turns_between(surface, image, second)
+    )
 
 
 def turns_between(surface: ImpactSurface, image: Image, second: HSet) -> int:

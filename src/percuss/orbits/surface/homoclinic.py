@@ -114,13 +114,16 @@ def homoclinic_orbits(
     most_orbits = whole("most_orbits", most_orbits, 1)
     most_impacts = whole("most_impacts", most_impacts, 1)
     if stop is None:
-        stop = int(orbit.impacts.stop[0]) if len(orbit.impacts) else None
+        if not len(orbit.impacts):
+            raise ParameterError("orbit", orbit, "meets no stop")
+        stop = int(orbit.impacts.stop[0])
     saddles = points_at_impacts(orbit, stop)
     if len(saddles.points) != 1:
-        reason = f"{len(saddles.points)} impacts on stop {stop}; homoclinic orbits are sought of one"
+        reason = (
+            f"{len(saddles.points)} impacts on stop {stop}; homoclinic orbits are sought of one"
+        )
         raise ParameterError("orbit", orbit, reason)
     assert orbit.forcing is not None
-    assert stop is not None
     values = orbit.multipliers.real
     axes = np.stack([saddles.directions(float(value))[0] for value in values], axis=1)
     step = impact_map(orbit.oscillator, orbit.forcing, stop)
@@ -158,7 +161,8 @@ class _Search:
         """Return the next impacts of (n, 2) points; NaN where there is none."""
         known = np.isfinite(points).all(axis=1)
         images = np.full_like(points, np.nan)
-        images[known] = np.stack(self.map(*points[known].T), axis=1)
+        if known.any():
+            images[known] = np.stack(self.map(*points[known].T), axis=1)
         return images
 
     def coordinates(self, points: Floats) -> Floats:
