@@ -152,7 +152,7 @@ def _draw_chaos(proven: CertifiedChaos, ax: Axes | None, units: Units | None) ->
             if i > 0 and hypot(*(center - middle)) < CROWDED:
                 continue
             ax.annotate(
-                str(i), center, textcoords="offset points", xytext=(3, 3), fontsize=6, color=colour,
+                str(i), tuple(center), textcoords="offset points", xytext=(3, 3), fontsize=6, color=colour,
                 zorder=3.1,
             )  # fmt: skip
         label_impact_surface(ax, units)

@@ -201,7 +201,7 @@ class _Search:
             if number + 1 > k:
                 sign *= math.copysign(1.0, self.multiplier)
                 if not abs(a) < NEAR:
-                    return sign * a
+                    return sign * float(a)
             if number + 1 == k and not max(abs(a), abs(b)) < NEAR:
                 return math.nan
         return 0.0
