@@ -66,8 +66,8 @@ def test_units_are_those_of_the_model() -> None:
 def test_columns_may_be_named() -> None:
     names = {"t": "Zeit", "displacement": "Weg (mm)", "velocity": "v2"}
     text = "Zeit;Weg (mm);v;v2\n1;2;3;4\n"
-    assert read(text, **names) == {"t": [1], "displacement": [0.002], "velocity": [4]}
-    assert read(text, **(names | {"displacement": "Weg"})) == read(text, **names)
+    assert read(text, SI, **names) == {"t": [1], "displacement": [0.002], "velocity": [4]}
+    assert read(text, SI, **(names | {"displacement": "Weg"})) == read(text, SI, **names)
 
 
 @pytest.mark.parametrize(

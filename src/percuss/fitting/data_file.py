@@ -59,7 +59,7 @@ MOST_TOLD = 10
 _IN_BRACKETS = re.compile(r"(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]\s*")
 _DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(e[-+]?\d+)?", re.IGNORECASE)
 
-Row: TypeAlias = "tuple[int, list[str]]"
+NumberedRow: TypeAlias = "tuple[int, list[str]]"
 # A factor to kg, m and s, and the powers of these.
 UnitOfColumn: TypeAlias = "tuple[float, tuple[int, int, int]]"
 
@@ -232,7 +232,7 @@ def _is_number(cell: str) -> bool:
 
 def _table_of(
     lines: Sequence[tuple[int, str]], names: Mapping[str, str]
-) -> tuple[list[str], str | None, list[Row]]:
+) -> tuple[list[str], str | None, list[NumberedRow]]:
     """Return the names of columns, what separates them, and the rows below the names."""
     best: tuple[int, int, str | None] | None = None
     for i, (_, line) in enumerate(lines[:MOST_LINES_ABOVE]):
@@ -266,8 +266,8 @@ def _no_columns(lines: Sequence[tuple[int, str]], names: Mapping[str, str]) -> s
 
 
 def _with_units_below(
-    head: list[FileColumn], rows: list[Row]
-) -> tuple[list[FileColumn], list[Row]]:
+    head: list[FileColumn], rows: list[NumberedRow]
+) -> tuple[list[FileColumn], list[NumberedRow]]:
     """Return columns with the units of a line below their names, and the rows without that line."""
     if not rows:
         return head, rows
@@ -385,7 +385,7 @@ def _thing(quantity: str) -> str:
 
 
 def _numbers(
-    head: Sequence[FileColumn], rows: Sequence[Row], separator: str | None, width: int
+    head: Sequence[FileColumn], rows: Sequence[NumberedRow], separator: str | None, width: int
 ) -> tuple[Floats, list[str]]:
     """Return the numbers of the columns that are read, and the faults by their lines."""
     with_commas = separator != "," and any(
@@ -419,7 +419,9 @@ def _numbers(
         t = values[:, at.index("t")]
         others = [j for j, name in enumerate(at) if name not in ("t", "noise", "impact_times")]
         lost = np.isnan(t) & np.isfinite(values[:, others]).any(axis=1)
-        faults += [f"line {rows[i][0]}: a value without its instant" for i in np.flatnonzero(lost)]
+        faults += [
+            f"line {rows[i][0]}: a value without its instant" for i in np.flatnonzero(lost).tolist()
+        ]
     return values, faults
 
 
