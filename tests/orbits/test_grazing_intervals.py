@@ -41,12 +41,14 @@ def test_intervals_under_a_record_are_those_of_the_sign_on_a_fine_grid(
 ) -> None:
     rng = np.random.default_rng(seed)
     instants = -0.4 + np.cumsum(rng.uniform(0.1, 1.0, 6 + seed))
-    kind = "hold" if seed % 2 else "linear"
-    force = pc.record(instants, rng.normal(size=6 + seed), kind, repeat=True)
+    samples = rng.normal(size=6 + seed)
+    force = pc.record(instants, samples, "hold" if seed % 2 else "linear", repeat=True)
+    assert force.period is not None
     constant = float(rng.normal())
     if seed > 3:
-        force += pc.cosine(2 * np.pi / force.period, amplitude=1.5)
-        force = pc.Forcing(force.harmonics, period=force.record.period, record=force.record)
+        tone = pc.cosine(2 * np.pi / force.period, amplitude=1.5)
+        assert force.record is not None
+        force = pc.Forcing(tone.harmonics, period=force.record.period, record=force.record)
     assert force.period is not None
     t = (np.arange(20_000) + 0.5) / 20_000 * force.period
     free = pc.simulate(pc.Oscillator(), force, t_end=force.period)
