@@ -305,7 +305,9 @@ def _check_samples(
 ) -> None:
     """Add what is wrong with the values of a record together."""
     try:
-        samples = read_samples(record.columns, record.deviation, n_stops)
+        # Sizes of any kind are read here; what is too large for a motion the fit says.
+        with np.errstate(all="ignore"):
+            samples = read_samples(record.columns, record.deviation, n_stops)
     except ParameterError as error:
         owner, _, name = error.name.partition(".")
         key = (*path, "noise") if owner == "noise" else (*path, "file") if is_file else path
