@@ -16,7 +16,7 @@ FOLDER = Path(__file__).parents[2] / "examples" / "pipelines"
 SMALL = [
     "--set", 'over."forcing.omega".count=5', "--set", "sweep.periods=4",
     "--set", 'over."oscillator.stops.0.restitution".count=4', "--set", "sweep.transient=2",
-    "--set", "draw.svg=false",
+    "--set", "draw.svg=false", "--set", "sweep.measure=mean_power",
 ]  # fmt: skip
 
 
@@ -26,7 +26,9 @@ def commands(text: str, values: dict[str, str]) -> list[list[str]]:
     for name, value in values.items():
         text = text.replace(name, value)
     found = re.findall(r"percuss ((?:run|merge) [^\n&]*)", text)
-    return [shlex.split(line.strip().rstrip('"')) for line in found]
+    # The last quotation mark of a Snakefile's text closes it.
+    whole = (line.removesuffix('"') if line.count('"') % 2 else line for line in found)
+    return [shlex.split(line) for line in whole]
 
 
 def run(command: list[str]) -> None:

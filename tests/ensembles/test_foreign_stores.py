@@ -16,6 +16,7 @@ from typer.testing import CliRunner
 import percuss as pc
 from percuss.cli import app
 from percuss.ensembles import store as store_module
+from percuss.ensembles.lock import StoreLock
 from percuss.progress import Report
 
 OSC, FORCE = pc.impact_oscillator("0.8"), pc.cosine("2.5")
@@ -148,7 +149,7 @@ def test_a_store_that_was_killed_while_it_was_made_is_made_by_the_same_call(
         (path / "zarr.json.123.part").write_text('{"zarr_fo', encoding="utf-8")
     else:
         if made == "marker":
-            monkeypatch.setattr(store_module.StoreLock, "acquire", die)
+            monkeypatch.setattr(StoreLock, "acquire", die)
         else:
             monkeypatch.setattr(store_module, "_make_array", die)
         with pytest.raises(Killed):

@@ -43,7 +43,7 @@ def test_values_lists_and_tables_are_changed_and_others_stay() -> None:
     )
 
     osc = study.oscillator
-    assert (osc.damping, osc.stops[0].restitution) == (0.2, "1/3")  # type: ignore[union-attr]
+    assert (osc.damping, osc.stops[0].restitution) == (0.2, "1/3")
     assert study.forcing is not None
     assert study.forcing.frequency == 3.0
     assert isinstance(study.question, Sweep)
