@@ -12,17 +12,18 @@ import percuss as pc
 from percuss.plotting import animate
 
 OUT = Path(__file__).parents[1] / "docs" / "images" / "chatter.gif"
-OSC = pc.impact_oscillator(restitution="0.7", wall="0.2", side="above", damping="0.05")
-FORCE = pc.cosine("0.6")
+OSC = pc.impact_oscillator(restitution="0.6", wall="0.2", side="above", damping="0.05")
+FORCE = pc.cosine("0.35")
 # Periods until the motion repeats, and those that the film shows: it begins again without a jump.
 SETTLING, SHOWN = 40, 2
 
 
 def main(out: Path) -> None:
-    run = pc.simulate(OSC, FORCE, periods=SETTLING + SHOWN)
-    end = float(run.t_end)
-    begin = end * SETTLING / (SETTLING + SHOWN)
-    film = animate(run, window=(begin, end), duration=8.0, fps=20.0)
+    settled = pc.simulate(OSC, FORCE, periods=SETTLING)
+    (x0,), (v0,) = settled([settled.t_end])
+    run = pc.simulate(OSC, FORCE, x0=x0, v0=v0, periods=SHOWN)
+    print(run)
+    film = animate(run, duration=8.0, fps=20.0)
     film.write(out, force=True)
     print(f"{out}: {out.stat().st_size / 1e6:.2f} MB, {film}")
 
