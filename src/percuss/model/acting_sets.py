@@ -171,9 +171,9 @@ class StructureFrames:
             square = normal.T @ normal
             stiffness = stiffness + spring * square
             damping = damping + dashpot * square
-            size = np.abs(normal.rounded[0])
-            stiff_size = np.hypot(stiff_size, np.sqrt(spring.rounded[0, 0]) * size)
-            drag_size = np.hypot(drag_size, np.sqrt(dashpot.rounded[0, 0]) * size)
+            size = normal.rounded[0] * normal.rounded[0]
+            stiff_size = np.sqrt(stiff_size * stiff_size + abs(spring.rounded[0, 0]) * size)
+            drag_size = np.sqrt(drag_size * drag_size + abs(dashpot.rounded[0, 0]) * size)
             # The force is -k h along the gradient of the clearance h, which is its level at 0.
             pull = pull - (float(self._levels[i]) * spring) * normal.T
         free, offset, reactions = self._constraint(held)
