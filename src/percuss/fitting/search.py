@@ -221,8 +221,8 @@ class FitSearch:
         """Return the candidate after torn stretches were followed anew from their own samples."""
         for _ in range(MENDINGS):
             torn = found.descent.torn(found.problem)
-            wrong = np.union1d(torn, found.descent.strained())
-            if not found.reason or not len(wrong) or self.progress.is_stopped:
+            wrong = np.union1d(torn, self._strained(found.descent))
+            if not len(wrong) or self.progress.is_stopped:
                 break
             # Where a motion misses most stretches a little it is not for single impacts.
             is_whole = found.descent.is_settled and not len(torn)
@@ -236,6 +236,17 @@ class FitSearch:
                 break
             found = other
         return found
+
+    def _strained(self, descent: FitDescent) -> Integers:
+        """Return the segments that noise does not explain, of the size that it was given or has."""
+        if self._is_noise_known:
+            return descent.strained()
+        right = descent.point.equations.right
+        return descent.strained(math.sqrt(float(np.median(right * right)) / MEDIAN_SQUARE) or 1.0)
+
+    @property
+    def _is_noise_known(self) -> bool:
+        return not any(record.samples.is_estimated.any() for record in self.records)
 
     def _begun_anew(self, found: FitCandidate, wrong: Integers) -> FitPoint | None:
         """Return the point with better states of the nodes at the ends of some segments.
@@ -289,12 +300,21 @@ class FitSearch:
         misfit, n = float(np.mean(right * right)), len(right)
         if self.loss.name != "linear":
             misfit = float(np.median(right * right)) / MEDIAN_SQUARE
-        known = not any(record.samples.is_estimated.any() for record in self.records)
+        known = self._is_noise_known
         limit = 1.0 + UNLIKELY * math.sqrt(2.0 / n) if known else MUCH_LARGER * MUCH_LARGER
         if misfit > limit:
             return (
                 f"no motion near the guess explains the data: chi2 is {misfit:.3g} where "
                 f"{'1' if known else 'about 1'} was to be expected"
+            )
+        strained = self._strained(descent) if self.loss.name == "linear" else ()
+        if known and len(strained):
+            spans = np.concatenate([layout.spans for layout in problem.layouts])
+            begin, end = spans[strained[0]].tolist()
+            more = f", and {len(strained) - 1} other stretches" if len(strained) > 1 else ""
+            return (
+                f"the samples between t = {begin:.6g} and {end:.6g} are missed by more than their "
+                f"noise{more}"
             )
         return "" if descent.is_settled else descent.reason
 

@@ -36,8 +36,8 @@ TORN = 10.0
 # A link is torn for good if it misses by more than this part of the nodes' standard errors.
 HELD = 0.1
 # A segment's sum of squares this many of its standard errors above what is to be expected is not
-# noise.
-STRAINED = 6.0
+# noise; squares count up to that of so many standard deviations, for one outlier is no stretch.
+STRAINED, OUTLYING = 6.0, 5.0
 # A node's state that nothing says anything about is left as it is, with this weight.
 ANCHOR = 1e-6
 # Damping: at first, and its factors after failure and success.
@@ -284,12 +284,16 @@ class FitDescent:
     reason: str = ""
     weight: float = field(default=LOOSE)
 
-    def strained(self) -> Integers:
-        """Return the segments whose samples are missed by far more than by noise."""
+    def strained(self, size: float = 1.0) -> Integers:
+        """Return the segments whose samples are missed by far more than by noise.
+
+        ``size`` is that of the noise, in what it was taken as.
+        """
         right, segment = self.point.equations.right, self.point.equations.segment
         n = len(self.point.equations.defects)
         counts = np.bincount(segment, minlength=n)
-        sums = np.bincount(segment, weights=right * right, minlength=n)
+        squares = np.minimum(np.square(right / size), OUTLYING * OUTLYING)
+        sums = np.bincount(segment, weights=squares, minlength=n)
         return np.flatnonzero(sums > counts + STRAINED * np.sqrt(2.0 * counts + 1.0))
 
     def torn(self, problem: FitProblem) -> Integers:
@@ -393,10 +397,12 @@ class FitStep:
             point.shots.end_rows, equations.defects, problem.linked,
             links[:, None] / problem.node_errors, ANCHOR / problem.node_errors,
         )  # fmt: skip
-        factors = np.zeros((n, 2, 5 + n_p))
-        carried = np.zeros((2 + n_p, 3 + n_p))
-        condense(chain, factors, carried, np.zeros((6 + n_p + int(counts.max()), 5 + n_p)))
-        rows = [carried[:, 2:]]
+        d = equations.defects.shape[1]
+        width = 2 * d + n_p + 1
+        factors = np.zeros((n, d, width))
+        carried = np.zeros((d + n_p, d + n_p + 1))
+        condense(chain, factors, carried, np.zeros((3 * d + n_p + int(counts.max()), width)))
+        rows = [carried[:, d:]]
         for row, mean, sigma in problem.priors.tolist():
             prior = np.zeros((1, n_p + 1))
             prior[0, int(row)], prior[0, -1] = 1.0 / sigma, (mean - point.values[int(row)]) / sigma
@@ -428,7 +434,7 @@ class FitStep:
 
     def states(self, step: Floats) -> Floats:
         """Return the steps of the nodes."""
-        states = np.zeros((len(self.factors), 2))
+        states = np.zeros(self.factors.shape[:2])
         expand(self.factors, step, states)
         return states
 
