@@ -22,6 +22,7 @@ from percuss.fitting.shooting import Layout, Shots, shoot
 from percuss.kernels.condense import Chain, condense, expand
 from percuss.kernels.segments import DISPLACEMENT, OF_STOP
 from percuss.model.oscillator import Oscillator
+from percuss.model.structure import Structure
 from percuss.numerics import log
 from percuss.numerics.linear import least_squares, matmul, norm
 
@@ -66,13 +67,13 @@ class FitProblem:
     Attributes
     ----------
     osc
-        The oscillator.
+        The oscillator, or the structure.
     layouts
         The records and their nodes.
     paths, low, high
         The parameters and their bounds, infinite where there is none.
     node_errors
-        (2,) array, standard errors of x and v of a node by the samples around it.
+        (d,) array, standard errors of the d numbers of a node by the samples around it.
     priors
         (n, 3) array: the parameter, its mean, its standard deviation.
     loss
@@ -83,7 +84,7 @@ class FitProblem:
         Defects beyond this many of their weights count less, as in Cauchy's loss.
     """
 
-    osc: Oscillator
+    osc: Oscillator | Structure
     layouts: Sequence[Layout]
     paths: tuple[str, ...]
     low: Floats
@@ -113,7 +114,7 @@ class FitProblem:
     @cached_property
     def is_kinematic(self) -> bool:
         """Whether something else than forces was measured, and no loss was asked for."""
-        measured = [layout.record.samples.quantities < OF_STOP for layout in self.layouts]
+        measured = [layout.record.samples.kinds < OF_STOP for layout in self.layouts]
         return self.loss.name == "linear" and any(bool(some.any()) for some in measured)
 
     @property
@@ -128,7 +129,7 @@ class FitEquations:
     """The residuals at a point, in standard deviations, and their derivatives.
 
     ``segment`` (n,) is the segment of each, ``right`` (n,) measured less computed, ``rows``
-    (n, n_parameters + 2) the derivatives of the latter; ``defects`` (n_segments, 2) by what each
+    (n, n_parameters + d) the derivatives of the latter; ``defects`` (n_segments, d) by what each
     segment misses the next node. They are in the order of segments; ``order`` has where each was.
     """
 
@@ -221,7 +222,7 @@ def _sided(some: MeasuredSamples, shots: Shots, own: slice) -> tuple[Floats, Flo
     rows = shots.rows[own] / some.noise[:, None, None]
     right, row = both[:, 0].copy(), rows[:, 0].copy()
     beside = np.flatnonzero(np.isfinite(shots.away[own]))
-    jumps = some.quantities[beside] != DISPLACEMENT
+    jumps = some.kinds[beside] != DISPLACEMENT
     better = np.abs(both[beside, 1]) < np.abs(both[beside, 0])
     other = beside[jumps & better]
     right[other], row[other] = both[other, 1], rows[other, 1]
