@@ -14,6 +14,7 @@ from percuss.fitting.guess import Windows, best_start, extremes_of, lay_out, win
 from percuss.fitting.losses import Loss
 from percuss.fitting.measured import MeasuredRecord
 from percuss.fitting.shooting import Layout
+from percuss.fitting.structure_guess import lay_out_structure
 from percuss.fitting.solver import (
     FIRM,
     LOOSE,
@@ -25,6 +26,7 @@ from percuss.fitting.solver import (
     point_at,
 )
 from percuss.model.oscillator import Oscillator, Wall
+from percuss.model.structure import Structure
 from percuss.progress import Progress
 
 __all__ = ["FitCandidate", "FitSearch"]
@@ -74,7 +76,7 @@ class FitSearch:
     Parameters
     ----------
     osc
-        The oscillator.
+        The oscillator, or the structure.
     records
         What was measured.
     guesses
@@ -91,7 +93,7 @@ class FitSearch:
 
     def __init__(
         self,
-        osc: Oscillator,
+        osc: Oscillator | Structure,
         records: Sequence[MeasuredRecord],
         guesses: dict[str, float],
         low: Floats,
@@ -106,6 +108,7 @@ class FitSearch:
         self.low, self.high, self.ranged = low, high, ranged
         self.priors, self.loss, self.progress = priors, loss, progress
         self.n_runs = 0
+        self._windows: Windows | None = None
 
     def best(self) -> FitCandidate:
         """Return the best candidate of descents with several distances of nodes."""
@@ -147,6 +150,11 @@ class FitSearch:
         named = dict(zip(self.paths, values.tolist(), strict=True))
         layouts, states, errors = [], [], []
         for record in self.records:
+            if isinstance(self.osc, Structure):
+                laid = lay_out_structure(self.osc, record, named, cycles)
+                for part, some in zip(laid, (layouts, states, errors), strict=True):
+                    some.append(part)  # type: ignore[arg-type]
+                continue
             windows = windows_of(self.osc, record, named)
             layout, nodes = lay_out(self.osc, record, windows, cycles)
             layouts.append(layout)
@@ -199,8 +207,10 @@ class FitSearch:
 
     def _walls(self) -> dict[int, tuple[float, float]]:
         """Return the free places of walls: how far the motion goes there, and on which side."""
-        good = self._windows.good()
         found: dict[int, tuple[float, float]] = {}
+        if self._windows is None:
+            return found
+        good = self._windows.good()
         if not len(good.t) or not len(self.records[0].samples):
             return found
         least, largest = extremes_of(good)
@@ -255,6 +265,8 @@ class FitSearch:
         around that by its own samples are tried.
         """
         problem, point = found.problem, found.descent.point
+        if isinstance(self.osc, Structure):
+            return None
         named = dict(zip(self.paths, point.values.tolist(), strict=True))
         nodes, ends, row = point.shots.nodes.copy(), point.shots.ends.copy(), 0
         for layout in problem.layouts:
@@ -360,8 +372,12 @@ class FitSearch:
                 break
         return found
 
+    @property
+    def _of_start(self) -> int:
+        return 2 * self.osc.n if isinstance(self.osc, Structure) else 2
+
     def _n_unknowns(self) -> int:
-        return len(self.paths) + sum(2 for record in self.records if record.start is None)
+        return len(self.paths) + sum(self._of_start for record in self.records if record.start is None)
 
 
 def _at_point(problem: FitProblem, descent: FitDescent, point: FitPoint) -> FitDescent:
