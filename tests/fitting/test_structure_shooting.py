@@ -75,7 +75,9 @@ def test_derivatives_of_samples_and_ends_are_those_of_differences(quantity: str)
             found.rows[beside, 1, p], rows[beside, 1], rtol=0, atol=5e-5 * scale
         )
         own = (ends[0].ends - ends[1].ends) / (2 * h)
-        np.testing.assert_allclose(found.end_rows[:, :, p], own, rtol=0, atol=2e-5 * (1 + np.abs(own).max()))
+        np.testing.assert_allclose(
+            found.end_rows[:, :, p], own, rtol=0, atol=2e-5 * (1 + np.abs(own).max())
+        )
         hits = (ends[0].hits[:, 1] - ends[1].hits[:, 1]) / (2 * h)
         np.testing.assert_allclose(found.hits[:, 2 + p], hits, rtol=1e-4, atol=1e-4)
 
@@ -104,9 +106,9 @@ def test_beside_an_impact_the_other_side_is_the_flight_continued() -> None:
     nearest = int(np.argmin(found.away))
     own, other = found.values[nearest]
     assert found.away[nearest] < 0.03
-    assert min(own, other) / max(own, other) == pytest.approx(-0.7, abs=0.15) or own == pytest.approx(
-        other, abs=0.1
-    )
+    assert min(own, other) / max(own, other) == pytest.approx(
+        -0.7, abs=0.15
+    ) or own == pytest.approx(other, abs=0.1)
 
 
 def test_a_node_behind_a_wall_is_moved_onto_it() -> None:

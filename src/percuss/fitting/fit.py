@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import zip_longest
 from typing import Any, Literal
 
 import numpy as np
@@ -10,9 +11,15 @@ import numpy as np
 from percuss.arrays import Flags, Floats
 from percuss.errors import ParameterError
 from percuss.fitting.losses import Loss, LossName
-from percuss.fitting.measured import IMPACT_TIMES, MeasuredRecord, read_samples
+from percuss.fitting.measured import (
+    IMPACT_TIMES,
+    MeasuredRecord,
+    read_samples,
+)
 from percuss.fitting.result import Fit, result_of
 from percuss.fitting.search import FitSearch
+from percuss.fitting.solver import FitProblem
+from percuss.kernels.segments import OF_STOP
 from percuss.model.exact import Exact, as_float, real
 from percuss.model.faults import raise_first
 from percuss.model.forcing import Forcing
@@ -40,6 +47,7 @@ def fit(
     prior: Mapping[str, tuple[Exact, Exact]] | None = None,
     loss: LossName = "linear",
     loss_scale: float = 1.0,
+    resume: Fit | None = None,
     progress: Report = None,
 ) -> Fit:
     """Fit parameters of an oscillator or a structure to what was measured of its motion.
@@ -73,6 +81,9 @@ def fit(
     loss, loss_scale
         As `scipy.optimize.least_squares` has it: "linear", "soft_l1", "huber", "cauchy" or "arctan",
         and the residual in standard deviations beyond which it counts less.
+    resume
+        A fit of the same data and parameters to go on from, such as one that was stopped: the
+        search begins with its values and nodes.
     progress
         True shows a line on the error stream after two seconds; a function ``(done, total) ->
         bool`` is called after each step, and ends the search by returning False.
@@ -111,8 +122,12 @@ chi2 0.966>
     names, low, high, ranged = _box(osc, records, free)
     priors = _priors(osc, records, prior, names)
     _check_count(osc, records, names)
+    _check_walls(osc, records, names)
     line = Progress(progress, MOST_RUNS, "runs", is_bound=True)
-    search = FitSearch(osc, records, names, low, high, ranged, priors, Loss(loss, loss_scale), line)
+    before = None if resume is None else _before(resume, records, names)
+    search = FitSearch(
+        osc, records, names, low, high, ranged, priors, Loss(loss, loss_scale), line, before
+    )
     try:
         return result_of(search, search.best())
     finally:
@@ -140,12 +155,12 @@ def _records(
         if len(some) != n:
             raise ParameterError(name, len(some), f"of {n} records")
     records = []
-    for one, its_force, its_start in zip(whole, forces, starts, strict=True):
+    for one, given_force, its_start in zip(whole, forces, starts, strict=True):
+        its_force = loads_of(osc, given_force) if isinstance(osc, Structure) else given_force
         samples, impacts = read_samples(one, noise, osc)
         is_free = its_start is None or _is_free(its_start)
         begin: Start | StructureStart | None = None
         if isinstance(osc, Structure):
-            its_force = loads_of(osc, its_force)
             begin = None if is_free else structure_start(osc, its_start)
             if not len(samples):
                 reason = "alone say too little of a structure; give samples beside them"
@@ -162,6 +177,23 @@ def _records(
                 raise ParameterError("data.t", record.begin, reason)
         records.append(record)
     return records
+
+
+def _check_walls(
+    osc: Oscillator | Structure, records: Sequence[MeasuredRecord], names: Mapping[str, float]
+) -> None:
+    """Refuse a restitution where the forces of rigid walls are all that was measured."""
+    rigid = [OF_STOP + i for i, stop in enumerate(osc.stops) if isinstance(stop, Wall)]
+    bouncing = [name for name in names if ".restitution" in name]
+    for record in records:
+        is_alone = len(record.samples) and np.isin(record.samples.kinds, rigid).all()
+        if len(record.impacts) or not is_alone or not bouncing:
+            return
+    reason = (
+        "not told by the force of a rigid wall alone, which is zero in flight, and whose impulses "
+        "lie between the samples; give a motion or impact_times beside it"
+    )
+    raise ParameterError("free", bouncing[0], reason)
 
 
 def _is_free(start: object) -> bool:
@@ -255,6 +287,21 @@ def _priors(
             raise ParameterError(f"prior.{path}", sigma, "a standard deviation not above 0")
         rows.append((list(names).index(name), mean, sigma))
     return np.array(rows, dtype=np.float64).reshape(-1, 3)
+
+
+def _before(
+    resume: Fit, records: Sequence[MeasuredRecord], names: dict[str, float]
+) -> tuple[FitProblem, Floats]:
+    """Return where a fit ended, with its values as guesses, if it is one of these data."""
+    if list(resume.values) != list(names):
+        reason = f"a fit of {', '.join(resume.values)}, not of {', '.join(names)}"
+        raise ParameterError("resume", repr(resume), reason)
+    old = [layout.record for layout in resume.problem.layouts]
+    for record, before in zip_longest(records, old):
+        if record is None or before is None or not record.is_same_motion(before):
+            raise ParameterError("resume", repr(resume), "a fit of other data")
+    names.update(resume.values)
+    return resume.problem, resume.nodes[:, 1:].copy()
 
 
 def _check_count(

@@ -122,6 +122,15 @@ class MeasuredRecord:
         """Return the number of values."""
         return len(self.samples) + len(self.impacts)
 
+    def is_same_motion(self, other: MeasuredRecord) -> bool:
+        """Return whether it is the same measured motion, whatever noise is ascribed to it."""
+        pairs = [(self.samples, other.samples), (self.impacts, other.impacts)]
+        return (self.force, self.start) == (other.force, other.start) and all(
+            np.array_equal(getattr(own, name), getattr(its, name))
+            for own, its in pairs
+            for name in ("t", "values", "quantities")
+        )
+
 
 def quantity_name(quantity: int, osc: Oscillator | Structure) -> str:
     """Return the name of a quantity, of a structure of several coordinates with its place."""
@@ -206,7 +215,9 @@ def quantity_number(name: str, osc: Oscillator | Structure) -> int:
         raise ParameterError("data", name, f"none of the quantities {_known()}")
     if which >= len(osc.stops):
         what = "oscillator" if isinstance(osc, Oscillator) else "structure"
-        raise ParameterError("data", name, f"of stop {which}, where the {what} has {len(osc.stops)}")
+        raise ParameterError(
+            "data", name, f"of stop {which}, where the {what} has {len(osc.stops)}"
+        )
     return int(OF_STOP) + which
 
 

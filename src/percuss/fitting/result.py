@@ -14,9 +14,9 @@ from percuss.errors import ParameterError
 from percuss.fitting.measured import MeasuredSamples, quantity_name, quantity_number
 from percuss.fitting.search import FitCandidate, FitSearch
 from percuss.fitting.shooting import Layout, motion_between
+from percuss.fitting.solver import FIRM, TAUT, FitPoint, FitProblem, descend, point_at
 from percuss.kernels.segments import DISPLACEMENT, VELOCITY
 from percuss.kernels.structure.segments import OF_PLACE
-from percuss.fitting.solver import FIRM, TAUT, FitPoint, FitProblem, descend, point_at
 from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads
 from percuss.model.oscillator import Oscillator
@@ -191,9 +191,7 @@ class Fit:
         """Return quantities by their numbers at times t, of t's shape + (n_quantities,)."""
         first, times = self.problem.layouts[0], np.asarray(t, dtype=np.float64)
         nodes, end = self.nodes[: len(first)], float(first.spans[-1, 1])
-        found = motion_between(
-            self.oscillator, self.forcing, nodes, end, times.ravel(), quantities
-        )
+        found = motion_between(self.oscillator, self.forcing, nodes, end, times.ravel(), quantities)
         return found.reshape(*times.shape, len(quantities))
 
     def profile(self, path: str, n: int = 9, width: float = 3.0) -> Dataset:

@@ -14,7 +14,6 @@ from percuss.fitting.guess import Windows, best_start, extremes_of, lay_out, win
 from percuss.fitting.losses import Loss
 from percuss.fitting.measured import MeasuredRecord
 from percuss.fitting.shooting import Layout
-from percuss.fitting.structure_guess import lay_out_structure
 from percuss.fitting.solver import (
     FIRM,
     LOOSE,
@@ -25,6 +24,7 @@ from percuss.fitting.solver import (
     descend,
     point_at,
 )
+from percuss.fitting.structure_guess import lay_out_structure
 from percuss.model.oscillator import Oscillator, Wall
 from percuss.model.structure import Structure
 from percuss.progress import Progress
@@ -89,6 +89,8 @@ class FitSearch:
         See `FitProblem`.
     progress
         Counts the steps.
+    before
+        Problem and nodes of a search to go on from, with the values of the guesses; None: a new one.
     """
 
     def __init__(
@@ -102,21 +104,25 @@ class FitSearch:
         priors: Floats,
         loss: Loss,
         progress: Progress,
+        before: tuple[FitProblem, Floats] | None = None,
     ) -> None:
         self.osc, self.records, self.paths = osc, list(records), tuple(guesses)
         self.guess = np.clip(np.array(list(guesses.values())), low, high)
         self.low, self.high, self.ranged = low, high, ranged
         self.priors, self.loss, self.progress = priors, loss, progress
-        self.n_runs = 0
+        self.n_runs, self.before = 0, before
         self._windows: Windows | None = None
 
     def best(self) -> FitCandidate:
         """Return the best candidate of descents with several distances of nodes."""
-        values = self.guess
-        best: FitCandidate | None = None
+        best = self._gone_on()
+        if best is not None and (not best.reason or self.progress.is_stopped):
+            return self._with_noise(self._closed(best))
+        values = self.guess if best is None else best.descent.point.values
         for attempt, cycles in enumerate(CYCLES):
             problem, nodes = self._laid_out(values, cycles)
-            begin = self._begin(problem, nodes, values, is_first=attempt == 0)
+            is_first = attempt == 0 and best is None
+            begin = self._begin(problem, nodes, values, is_first=is_first)
             if begin is None:
                 continue
             candidate = self._mended(self._descended(problem, begin, LOOSE))
@@ -132,6 +138,19 @@ class FitSearch:
                 "free", dict(zip(self.paths, self.guess.tolist(), strict=True)), reason
             )
         return self._with_noise(self._closed(best))
+
+    def _gone_on(self) -> FitCandidate | None:
+        """Return where a search ends that begins where another one was; None without one."""
+        if self.before is None:
+            return None
+        problem, nodes = self.before
+        problem = replace(
+            problem, low=self.low, high=self.high, priors=self.priors, loss=self.loss,
+            ask=self.progress.advance,
+        )  # fmt: skip
+        self.n_runs += 1
+        begin = point_at(problem, self.guess, nodes)
+        return None if begin is None else self._mended(self._descended(problem, begin, LOOSE))
 
     def _closed(self, found: FitCandidate) -> FitCandidate:
         """Return the best motion that is whole, where the best one that was found is torn."""
@@ -377,7 +396,9 @@ class FitSearch:
         return 2 * self.osc.n if isinstance(self.osc, Structure) else 2
 
     def _n_unknowns(self) -> int:
-        return len(self.paths) + sum(self._of_start for record in self.records if record.start is None)
+        return len(self.paths) + sum(
+            self._of_start for record in self.records if record.start is None
+        )
 
 
 def _at_point(problem: FitProblem, descent: FitDescent, point: FitPoint) -> FitDescent:

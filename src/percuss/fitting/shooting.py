@@ -38,12 +38,13 @@ from percuss.model.start import Start
 from percuss.model.structure import Structure, StructureStart
 from percuss.model.system import System, stop_rows
 from percuss.motion.trajectory import times_within
-from percuss.numerics.linear import is_finite
 
 __all__ = ["Layout", "Shots", "motion_between", "shoot"]
 
 # Events of one segment.
 MOST_EVENTS = 4_000
+# Numbers beyond this are those of motions that grow without end.
+LARGEST = 1e60
 # Impacts that are kept, for each segment.
 HITS_A_SEGMENT = 64
 
@@ -113,9 +114,15 @@ class Shots:
 
     @property
     def is_complete(self) -> bool:
-        """Whether all segments were followed, to numbers."""
-        numbers = (self.values[:, 0], self.rows[:, 0], self.ends, self.end_rows, self.hits)
-        return bool((self.counts >= 0).all()) and is_finite(*numbers)
+        """Whether all segments were followed, to numbers whose products are numbers too."""
+        beside = np.isfinite(self.away)
+        numbers = (
+            self.values[:, 0], self.rows[:, 0], self.values[beside, 1], self.rows[beside, 1],
+            self.ends, self.end_rows, self.hits,
+        )  # fmt: skip
+        # A comparison with NaN is false.
+        sizes = [float(np.abs(some).max(initial=0.0)) for some in numbers]
+        return bool((self.counts >= 0).all()) and all(size < LARGEST for size in sizes)
 
 
 def shoot(
@@ -181,9 +188,7 @@ def _structure_shots(
         system.add(key)
     fixed = start if layout.is_fixed else None
     samples = layout.record.samples
-    found = follow_records(
-        system, fixed, paths, layout.spans.copy(), nodes, samples, layout.first
-    )
+    found = follow_records(system, fixed, paths, layout.spans.copy(), nodes, samples, layout.first)
     layout.keys.update(system.sets.keys.tolist())
     return Shots(
         nodes, found.values, found.rows, found.away, found.ends, found.end_rows, found.counts, found.hits

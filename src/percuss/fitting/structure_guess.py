@@ -154,7 +154,12 @@ def cycle_of(record: MeasuredRecord) -> float:
 
 
 def next_node(
-    system: StructureSystem, record: MeasuredRecord, state: Floats, t: float, length: float, end: float
+    system: StructureSystem,
+    record: MeasuredRecord,
+    state: Floats,
+    t: float,
+    length: float,
+    end: float,
 ) -> float:
     """Return where the next node is: at a sample at which all walls are far."""
     if end - t < (NEAREST + FARTHEST) * length:
@@ -219,9 +224,7 @@ def corrected(
         kept = 1.0 / np.sqrt(1.0 + right * right / 9.0)
         rows = shots.rows[:, 0] / noise[:, None] * kept[:, None]
         whole = np.concatenate([rows, guess.triangle])
-        rest = np.concatenate(
-            [right * kept, -matmul(guess.triangle, shots.nodes[0] - guess.state)]
-        )
+        rest = np.concatenate([right * kept, -matmul(guess.triangle, shots.nodes[0] - guess.state)])
         step = least_squares(whole, rest, 1e-12)
         for _ in range(HALVINGS):
             trial = at(shots.nodes[0] + step)

@@ -19,7 +19,7 @@ from percuss.kernels.structure.segments import (
 from percuss.kernels.structure.sensitivity import VariedRun
 from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import as_float
-from percuss.model.moved_structure import MovedStructure, moved_sets, moved_structure, more_columns
+from percuss.model.moved_structure import MovedStructure, more_columns, moved_sets, moved_structure
 from percuss.model.oscillator import SoftStop, Wall
 from percuss.model.structure import StructureStart
 

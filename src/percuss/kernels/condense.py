@@ -14,6 +14,9 @@ from typing import NamedTuple
 from percuss.arrays import Flags, Floats, Integers
 from percuss.kernels.compile import kernel
 
+# Columns below this are those of what does nothing.
+TINY = 1e-140
+
 
 class Chain(NamedTuple):
     """Weighted equations of a chain of n segments, in n_p parameters and d numbers a node.
@@ -43,7 +46,10 @@ def reflect(matrix: Floats, n_rows: int, n_columns: int) -> None:
         largest = 0.0
         for i in range(k, n_rows):
             largest = max(largest, abs(matrix[i, k]))
-        if largest == 0.0:
+        if largest < TINY:
+            # Less than rounding of anything: its squares would vanish.
+            for i in range(k, n_rows):
+                matrix[i, k] = 0.0
             continue
         square = 0.0
         for i in range(k, n_rows):

@@ -26,8 +26,8 @@ from percuss.kernels.record import (
     REACHED_END,
     SLOW_LANDING,
     SPENT,
-    T,
     V_AFTER,
+    T,
 )
 from percuss.kernels.sample import flight_at
 from percuss.kernels.segments import (
@@ -299,7 +299,7 @@ def note_hits(
     """Write the impacts and the entries into soft stops of a segment."""
     for row in range(1, run.events.shape[0]):
         kind = run.marks[row, KIND]
-        is_hit = kind == IMPACT or kind == SLOW_LANDING
+        is_hit = kind in (IMPACT, SLOW_LANDING)
         if kind == CROSSING:
             is_hit = run.events[row, V_AFTER] < 0.0
         if is_hit and progress[1] < results.hits.shape[0]:
