@@ -61,9 +61,11 @@ def fit(
     data
         MeasuredSamples of `displacement`, `velocity`, `acceleration` or `stop_force` (`stop_force_1` for
         the second stop) at instants `t`: an xarray.Dataset or DataArray, a pandas.DataFrame, a
-        mapping of arrays, or the path of a CSV file with these names; instants need not be even, and
-        NaN are left out. Or `impact_times` alone, or beside them. Of a structure `acceleration_2` is
-        that of a coordinate, `acceleration_tip` of a point. A list of these: several records.
+        mapping of arrays, or the path of a CSV file with these names, or `time`, `x`, `v`, `a`, and
+        perhaps units, which are converted into those of the oscillator; instants need not be even,
+        and NaN are left out. Or `impact_times` alone, or beside them. Of a structure
+        `acceleration_2` is that of a coordinate, `acceleration_tip` of a point. A list of these:
+        several records.
     osc, force
         The oscillator and its forcing, or a structure and its loads, which give all other
         parameters; a list of forcings for several records.
