@@ -16,7 +16,7 @@ from percuss.arrays import Floats
 GAP, RESTITUTION = "structure.stops.0.at", "structure.stops.0.restitution"
 TRUTH = {"m2": 1.5, "k2": 8.0, "c": 0.2, "k3": 5.0, GAP: 0.3, RESTITUTION: 0.7}
 LOADS = pc.Loads({0: pc.cosine("1.9", amplitude=2)})
-TIMES = np.linspace(0, 60, 1201)[:-1]
+TIMES = np.linspace(0, 40, 801)[:-1]
 
 
 def rig(values: Sequence[float] = tuple(TRUTH.values())) -> pc.Structure:
@@ -58,7 +58,7 @@ def motion() -> tuple[Floats, Floats]:
     found, begin, state = np.zeros((6, len(TIMES))), 0.0, np.zeros(6)
     while begin < TIMES[-1]:
         flight = solve_ivp(
-            rate, (begin, 60.0), state, events=event, dense_output=True, method="DOP853",
+            rate, (begin, 40.0), state, events=event, dense_output=True, method="DOP853",
             rtol=1e-10, atol=1e-11,
         )  # fmt: skip
         end = float(flight.t[-1])

@@ -140,8 +140,9 @@ def quantity_name(quantity: int, osc: Oscillator | Structure) -> str:
     kind, place = quantity % OF_PLACE, quantity // OF_PLACE
     for name, number in QUANTITIES.items():
         if number == kind:
-            is_plain = isinstance(osc, Oscillator) or (osc.n == 1 and place == 0)
-            return name if is_plain else f"{name}_{places_of(osc)[place]}"
+            if isinstance(osc, Oscillator) or (osc.n == 1 and place == 0):
+                return name
+            return f"{name}_{places_of(osc)[place]}"
     return STOP_FORCE if kind == OF_STOP else f"{STOP_FORCE}_{kind - OF_STOP}"
 
 

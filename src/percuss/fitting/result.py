@@ -13,7 +13,7 @@ from percuss.arrays import Flags, Floats
 from percuss.errors import ParameterError
 from percuss.fitting.measured import MeasuredSamples, quantity_name, quantity_number
 from percuss.fitting.search import FitCandidate, FitSearch
-from percuss.fitting.shooting import Layout, motion_between
+from percuss.fitting.shooting import Layout, motion_between, run_from, start_at
 from percuss.fitting.solver import FIRM, TAUT, FitPoint, FitProblem, descend, point_at
 from percuss.kernels.segments import DISPLACEMENT, VELOCITY
 from percuss.kernels.structure.segments import OF_PLACE
@@ -24,7 +24,6 @@ from percuss.model.paths import long_form, replace_parameters
 from percuss.model.start import Start
 from percuss.model.structure import Structure, StructureStart
 from percuss.motion.html_table import html_table
-from percuss.motion.simulate import simulate
 from percuss.motion.structures import StructureTrajectory
 from percuss.motion.trajectory import Trajectory
 from percuss.numerics.linear import directions
@@ -126,9 +125,8 @@ class Fit:
         In chaos it leaves the record after some time, as any run does, where the fit does not.
         """
         first = self.problem.layouts[0]
-        return simulate(
-            self.oscillator, self.forcing, start=self.start, t_end=float(first.spans[-1, 1])
-        )
+        end = float(first.spans[-1, 1])
+        return run_from(self.oscillator, self.forcing, self.start, end)
 
     def __call__(self, t: ArrayLike) -> tuple[Floats, Floats]:
         """Return x and v of the fitted motion over the first record at times t.
@@ -341,13 +339,7 @@ def result_of(search: FitSearch, found: FitCandidate) -> Fit:
     spans = np.concatenate([layout.spans for layout in layouts])
     nodes = np.concatenate([spans[:, :1], point.shots.nodes], axis=1)
     if start is None:
-        t0, *state = nodes[0].tolist()
-        half = len(state) // 2
-        start = (
-            StructureStart(tuple(state[:half]), tuple(state[half:]), t0)
-            if isinstance(osc, Structure)
-            else Start(*state, t0)
-        )
+        start = start_at(osc, nodes[0])
     residuals, hits = point.equations.residuals, point.shots.hits
     table, score = _table(osc, layouts, residuals)
     noise = {}

@@ -167,19 +167,20 @@ class FitSearch:
     def _laid_out(self, values: Floats, cycles: float) -> tuple[FitProblem, Floats]:
         """Return the problem with nodes at some distance, and their states."""
         named = dict(zip(self.paths, values.tolist(), strict=True))
-        layouts, states, errors = [], [], []
+        layouts: list[Layout] = []
+        states: list[Floats] = []
+        errors: list[Floats] = []
         for record in self.records:
             if isinstance(self.osc, Structure):
-                laid = lay_out_structure(self.osc, record, named, cycles)
-                for part, some in zip(laid, (layouts, states, errors), strict=True):
-                    some.append(part)  # type: ignore[arg-type]
-                continue
-            windows = windows_of(self.osc, record, named)
-            layout, nodes = lay_out(self.osc, record, windows, cycles)
+                layout, nodes, error = lay_out_structure(self.osc, record, named, cycles)
+            else:
+                windows = windows_of(self.osc, record, named)
+                layout, nodes = lay_out(self.osc, record, windows, cycles)
+                error = _node_errors(record, windows)
+                self._windows = windows
             layouts.append(layout)
             states.append(nodes)
-            errors.append(_node_errors(record, windows))
-            self._windows = windows
+            errors.append(error)
         problem = FitProblem(
             self.osc, layouts, self.paths, self.low, self.high,
             np.median(np.array(errors), axis=0), self.priors, self.loss, self.progress.advance,
@@ -338,8 +339,8 @@ class FitSearch:
                 f"no motion near the guess explains the data: chi2 is {misfit:.3g} where "
                 f"{'1' if known else 'about 1'} was to be expected"
             )
-        strained = self._strained(descent) if self.loss.name == "linear" else ()
-        if known and len(strained):
+        strained = self._strained(descent)
+        if known and self.loss.name == "linear" and len(strained):
             spans = np.concatenate([layout.spans for layout in problem.layouts])
             begin, end = spans[strained[0]].tolist()
             more = f", and {len(strained) - 1} other stretches" if len(strained) > 1 else ""

@@ -37,9 +37,11 @@ from percuss.model.paths import replace_parameters
 from percuss.model.start import Start
 from percuss.model.structure import Structure, StructureStart
 from percuss.model.system import System, stop_rows
-from percuss.motion.trajectory import times_within
+from percuss.motion.simulate import simulate
+from percuss.motion.structures import StructureTrajectory
+from percuss.motion.trajectory import Trajectory, times_within
 
-__all__ = ["Layout", "Shots", "motion_between", "shoot"]
+__all__ = ["Layout", "Shots", "motion_between", "run_from", "shoot", "start_at"]
 
 # Events of one segment.
 MOST_EVENTS = 4_000
@@ -275,6 +277,21 @@ def _space(law: Floats, n_columns: int) -> SegmentSpace:
         np.zeros(0),
         np.zeros((0, n_columns)),
     )
+
+
+def start_at(osc: Oscillator | Structure, node: Floats) -> Start | StructureStart:
+    """Return a node, (1 + d,) with its instant first, as a start."""
+    t0, *state = node.tolist()
+    half = len(state) // 2
+    if isinstance(osc, Structure):
+        return StructureStart(tuple(state[:half]), tuple(state[half:]), t0)
+    return Start(state[0], state[1], t0)
+
+
+def run_from(osc: Any, force: Any, start: Any, end: float) -> Trajectory | StructureTrajectory:
+    """Return the run of an oscillator or a structure from a start."""
+    run: Trajectory | StructureTrajectory = simulate(osc, force, start=start, t_end=end)
+    return run
 
 
 def motion_between(

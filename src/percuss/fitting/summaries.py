@@ -11,11 +11,8 @@ from numpy.typing import NDArray
 from percuss.arrays import Floats
 from percuss.fitting.measured import quantity_number
 from percuss.fitting.result import Fit
-from percuss.fitting.shooting import motion_between
+from percuss.fitting.shooting import motion_between, run_from, start_at
 from percuss.model.paths import replace_parameters
-from percuss.model.start import Start
-from percuss.model.structure import Structure, StructureStart
-from percuss.motion.simulate import simulate
 
 __all__ = ["impacts_of", "interval_of", "motion_of"]
 
@@ -53,16 +50,10 @@ def impacts_of(fit: Fit) -> dict[str, NDArray[Any]]:
         osc, force, _ = replace_parameters(fit.problem.osc, record.force, record.start, fit.values)
         nodes = fit.nodes[first : first + len(layout)]
         first += len(layout)
-        for (t, *state), end in zip(nodes.tolist(), layout.spans[:, 1].tolist(), strict=True):
-            if t >= end:
+        for node, end in zip(nodes, layout.spans[:, 1].tolist(), strict=True):
+            if node[0] >= end:
                 continue
-            half = len(state) // 2
-            start = (
-                StructureStart(tuple(state[:half]), tuple(state[half:]), t)
-                if isinstance(osc, Structure)
-                else Start(*state, t)
-            )
-            run = simulate(osc, force, start=start, t_end=end)
+            run = run_from(osc, force, start_at(osc, node), end)
             hits, entries = run.impacts, run.crossings
             rows += [
                 (number, *row, "impact", before, after)
