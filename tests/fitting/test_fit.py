@@ -148,27 +148,6 @@ def test_the_truth_lies_within_one_standard_error_in_two_thirds_of_all_records(
     np.testing.assert_allclose(np.sqrt((found**2).mean(axis=0)), 1, atol=0.15)
 
 
-def test_nodes_are_nearer_where_neighbours_part_fast() -> None:
-    """An upright rod that falls between two walls: neighbours part like exp(2 t)."""
-
-    def rod(at: float, restitution: float) -> pc.Oscillator:
-        walls = [
-            pc.Wall(at=s * at, side=w, restitution=restitution)
-            for s, w in ((1, "above"), (-1, "below"))
-        ]  # type: ignore[arg-type]
-        return pc.Oscillator(stiffness=-4, damping="0.1", stops=tuple(walls))
-
-    force = pc.cosine(1)
-    t = np.linspace(0, 40, 1200)
-    x = pc.simulate(rod(1, 0.8), force, v0=0.5, t_end=40)(t)[0]
-    noisy = x + 0.01 * np.random.default_rng(0).standard_normal(len(t))
-    wall, other = (f"oscillator.stops.{i}.at" for i in range(2))
-    free = {wall: 1.03, other: -1.03, "oscillator.stops.0.restitution": 0.76}
-    fit = pc.fit({"t": t, "displacement": noisy}, rod(1.03, 0.76), force, free=free, noise=0.01)
-    # A swing of the motion, at a rate of 2, lasts for pi.
-    assert np.diff(fit.nodes[:, 0]).mean() < 0.8 * math.pi
-
-
 def test_without_noise_the_parameters_are_exact() -> None:
     data, _ = measured("displacement", 2.0, 10)
     data["displacement"] = pc.simulate(rig(), pc.cosine(2), v0=0.5, periods=10)(data["t"])[0]

@@ -27,7 +27,6 @@ from percuss.fitting.solver import (
 from percuss.fitting.structure_guess import lay_out_structure
 from percuss.model.oscillator import Oscillator, Wall
 from percuss.model.structure import Structure
-from percuss.numerics import log
 from percuss.progress import Progress
 
 __all__ = ["FitCandidate", "FitSearch"]
@@ -35,9 +34,6 @@ __all__ = ["FitCandidate", "FitSearch"]
 # From node to node, in periods of the fastest part of the motion, one after the other where the
 # search fails.
 CYCLES = (1.0, 0.5, 0.33, 2.0)
-# Neighbours that part by more than this from node to node, on average, ask for nodes that are
-# nearer; the nearest.
-PARTED, FINEST = 20.0, 0.2
 # The share of stretches of a whole motion that may be begun anew.
 MOST_WRONG = 0.5
 # How often torn stretches are begun anew with the same nodes.
@@ -127,10 +123,6 @@ class FitSearch:
             problem, nodes = self._laid_out(values, cycles)
             is_first = attempt == 0 and best is None
             begin = self._begin(problem, nodes, values, is_first=is_first)
-            nearer = cycles if begin is None else max(cycles * _shortening(problem, begin), FINEST)
-            if begin is not None and nearer < cycles:
-                problem, nodes = self._laid_out(begin.values, nearer)
-                begin = self._begin(problem, nodes, begin.values, is_first=False)
             if begin is None:
                 continue
             candidate = self._mended(self._descended(problem, begin, LOOSE))
@@ -427,21 +419,6 @@ def _is_same(one: FitCandidate, other: FitCandidate) -> bool:
 def _is_better(one: FitCandidate, other: FitCandidate) -> bool:
     keys = [(bool(it.reason), len(it.descent.torn(it.problem)), it.misfit) for it in (one, other)]
     return keys[0] < keys[1]
-
-
-def _shortening(problem: FitProblem, point: FitPoint) -> float:
-    """Return the part of a segment in which neighbours part by as much as they may, at most 1.
-
-    That is the growth of the tangent from node to node, in standard errors of the nodes: the mean of
-    its logarithm over all segments is their length times the largest exponent.
-    """
-    linked, d = problem.linked, len(problem.node_errors)
-    if not linked.any():
-        return 1.0
-    tangents = point.shots.end_rows[linked][:, :, -d:]
-    tangents = tangents * problem.node_errors / problem.node_errors[:, None]
-    growth = log(np.maximum(np.sqrt(np.square(tangents).sum(axis=(1, 2))), 1.0))
-    return min(1.0, math.log(PARTED) / max(float(np.mean(growth)), 1e-9))
 
 
 def _node_errors(record: MeasuredRecord, windows: Windows) -> Floats:
