@@ -41,7 +41,7 @@ KINDS = {
     "curve": '[over]\n"loads.0.omega" = ["0.4", "1.2"]\n"loads.0.amplitude" = ["0.1", 1]\n',
     "response": (
         '[over]\n"loads.0.omega" = ["0.7", "1.2"]\n'
-        '[response]\non = [1, -1]\nmax_impacts = 1\nmax_periods = 1\nn_seeds = 1\n'
+        "[response]\non = [1, -1]\nmax_impacts = 1\nmax_periods = 1\nn_seeds = 1\n"
     ),
     "sweep": (
         '[over]\n"start.x0.1" = [0, "0.1"]\n'

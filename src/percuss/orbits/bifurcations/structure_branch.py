@@ -25,6 +25,7 @@ from percuss.orbits.continuation.correct import corrected, tangent_of
 from percuss.orbits.continuation.follow import Segment, StepLimits, follow_both_ways
 from percuss.orbits.continuation.locate import changes_sign, locate
 from percuss.orbits.continuation.problem import Point, along_parameter
+from percuss.orbits.orbit.moved_structure_orbit import closure_by_parameters
 from percuss.orbits.orbit.structure_orbit import (
     PeriodMap,
     StructureOrbit,
@@ -50,13 +51,18 @@ __all__ = [
     "tests_of",
 ]
 
-# Part of the range by which a parameter is moved for a difference: its error slows the corrector
-# a little, and no solution feels it.
+# Part of the range by which a parameter is moved for a difference, where the closed form has no
+# derivative, and for conditions: its error slows the corrector a little, and no solution feels it.
 DIFFERENCE = 1e-7
 # Newton's steps, and relative residuals that need not become smaller.
 STEPS, ENOUGH = 12, 1e-13
 # A condition on multipliers is known less well than the orbit: residuals that are enough with it.
 NEARLY = 1e-9
+# Largest change of a derivative from one point to the next that is continued beyond, as a part of
+# it, and how far, in distances of these points.
+SMOOTH, FARTHEST = 0.5, 4.0
+# Part of the parameter in a tangent above which Newton's method leaves it as it is.
+UPRIGHT = 0.05
 # Systems that are kept.
 SYSTEMS = 16
 # A pair of multipliers on the unit circle nearer than this to a root of unity of low order is a
@@ -203,7 +209,7 @@ class StructureEquations:
     zero, there is one parameter more.
     """
 
-    order = 1
+    order = 2
 
     def __init__(
         self,
@@ -220,11 +226,14 @@ class StructureEquations:
         self.size = len(self.scale)
         self.system_at = lru_cache(SYSTEMS)(self._system_at)
         self.maps = lru_cache(SYSTEMS)(self._map)
-        # What is known by differences alone: derivatives by the parameters, and of the condition.
+        # What is computed at points alone: derivatives by the parameters, and of the condition.
         n_unknowns = self.size + len(self.paths)
         self.by_parameters = np.zeros((self.size, len(self.paths)))
         self.of_condition = np.zeros(n_unknowns)
         self.last: tuple[Floats, Floats, Floats] | None = None
+        self.keys: tuple[int, ...] = ()
+        # The last two points with what was computed there.
+        self.known: list[tuple[Floats, Floats, Floats]] = []
 
     def values(self, z: Floats) -> tuple[float, ...]:
         """Return the parameters of a point."""
@@ -244,7 +253,12 @@ class StructureEquations:
     def _map(self, z: tuple[float, ...]) -> PeriodMap:
         point = np.array(z)
         state = point[: self.size] * self.scale
-        return period_map(self.system_at(self.values(point)), state, self.n_periods)
+        system = self.system_at(self.values(point))
+        # The sets that the last motion met: made at once they need one search less.
+        system.add(*self.keys)
+        there = period_map(system, state, self.n_periods)
+        self.keys = there.keys_met
+        return there
 
     def image(self, z: Floats) -> Floats:
         """Return the scaled residuals of a point, without derivatives."""
@@ -282,24 +296,53 @@ class StructureEquations:
         self.last = z, residual, matrix[:n, :n]
         return residual, matrix
 
-    def _take_differences(self, z: Floats) -> None:
-        """Compute anew what is known by differences."""
+    def _take_derivatives(self, z: Floats, orbit: StructureOrbit) -> None:
+        """Compute anew the derivatives by the parameters, and of the condition by differences."""
         self.last, n = None, self.size
-        here = self.image(z)
+        exact = closure_by_parameters(orbit.closed_motion, self.paths)
+        if exact is not None:
+            widths = np.subtract(self.highs, self.lows)
+            self.by_parameters = exact * widths / self.scale[:, None]
         first = 0 if self.condition is not None else n
-        for k in range(first, len(z)):
+        moved = range(first, len(z)) if exact is None or self.condition is not None else ()
+        here = self.image(z)
+        for k in moved:
             step = DIFFERENCE if k < n or z[k] < 0.5 else -DIFFERENCE
-            moved = z.copy()
-            moved[k] += step
-            change = (self.image(moved) - here) / step
-            if k >= n:
+            there = z.copy()
+            there[k] += step
+            change = (self.image(there) - here) / step
+            if k >= n and exact is None:
                 self.by_parameters[:, k - n] = change[:n]
             if self.condition is not None:
                 self.of_condition[k] = change[n]
+        own = z, self.by_parameters.copy(), self.of_condition.copy()
+        self.known = [*self.known[-1:], own]
+
+    def _take_from_known(self, z: Floats) -> None:
+        """Continue what was computed at the last two points, where it changes little."""
+        if not self.known:
+            return
+        here, by_parameters, of_condition = self.known[-1]
+        self.by_parameters, self.of_condition = by_parameters, of_condition
+        if len(self.known) == 1:
+            return
+        before, *earlier = self.known[0]
+        chord = here - before
+        part = dot(z - here, chord) / dot(chord, chord)
+        changes = by_parameters - earlier[0], of_condition - earlier[1]
+        sizes = np.abs(by_parameters), np.abs(of_condition)
+        little = all(
+            np.abs(change).max() <= SMOOTH * size.max(initial=0.0)
+            for change, size in zip(changes, sizes, strict=True)
+        )
+        if little and abs(part) <= FARTHEST:
+            self.by_parameters = by_parameters + part * changes[0]
+            self.of_condition = of_condition + part * changes[1]
 
     def corrected(self, guess: Floats, normal: Floats, *, near_others: bool = False) -> Floats:  # noqa: ARG002
         """Return the solution in the plane through a guess with this normal."""
         self.last = None
+        self._take_from_known(guess)
         z, error, is_solution = corrected(
             self.residual, guess, normal, steps=STEPS, enough=ENOUGH, size=_size
         )
@@ -331,13 +374,13 @@ class StructureEquations:
         z = np.concatenate([state, parts])
         side = along_parameter(len(z))
         if self.condition is not None:
-            self._take_differences(z)
+            self._take_derivatives(z, orbit)
             z = self.corrected(z, side)
         return self._point(z, side)
 
     def _point(self, z: Floats, side: Floats) -> Point[Self]:
-        self._take_differences(z)
         orbit = self.solution(z)
+        self._take_derivatives(z, orbit)
         tangent = tangent_of(self.residual(z)[1], side)
         return Point(z, tangent, orbit, tests_of(orbit), self)
 
@@ -349,7 +392,12 @@ class StructureEquations:
         """Do nothing: the equations are the same everywhere."""
 
     def corrector_normal(self, tangent: Floats) -> Floats:
-        """Return the normal of the corrector's plane: the tangent."""
+        """Return the normal of the corrector's plane: the parameter stays, except next to a fold.
+
+        Another value of it is another system, whose modes take longer than many motions.
+        """
+        if len(self.paths) == 1 and abs(tangent[-1]) > UPRIGHT:
+            return along_parameter(len(tangent))
         return tangent
 
     def longest_step(self, point: Point[Self], largest: float) -> float:  # noqa: ARG002
