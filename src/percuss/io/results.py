@@ -24,10 +24,10 @@ if TYPE_CHECKING:
     from percuss.optimization.design import Design
     from percuss.optimization.pareto import ParetoFront
     from percuss.orbits.bifurcations.branch import Branch
-    from percuss.orbits.bifurcations.structure_branch import StructureBranch
     from percuss.orbits.bifurcations.structure_curve import StructureCurve
     from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
     from percuss.orbits.orbit.structure_orbit import StructureOrbit
+    from percuss.orbits.responses.response import Response
 
 __all__ = ["SAMPLES", "Columns", "ResultKind", "kind_of", "table_of", "units_of_columns"]
 
@@ -172,6 +172,7 @@ def structure_branch_columns(branch: StructureBranch) -> Columns:
         **amplitudes,
         "n_impacts": branch.n_impacts,
         "is_stable": branch.is_stable,
+        "admissible": branch.admissible,
         "special_point": special,
         **_of_multipliers(branch.multipliers),
     }

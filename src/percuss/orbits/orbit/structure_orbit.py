@@ -126,6 +126,10 @@ class StructureOrbit:
         Largest part by which it fails to close, in units of its size.
     run
         The motion over one period of the orbit.
+    monodromy
+        (2 n, 2 n) derivative of the map over its period.
+    admissible
+        Whether it is a motion; a formal orbit, beyond a graze on a branch, passes through a wall.
     """
 
     structure: Structure
@@ -137,6 +141,7 @@ class StructureOrbit:
     residual: float
     run: StructureTrajectory = field(repr=False)
     monodromy: Floats = field(repr=False)
+    admissible: bool = True
 
     @property
     def period(self) -> float:
@@ -198,7 +203,8 @@ class StructureOrbit:
         periods = "1 period" if self.n_periods == 1 else f"{self.n_periods} periods"
         return (
             f"<StructureOrbit: {self.structure.n} coordinates, {periods} = {self.period:.6g}, "
-            f"{self.n_impacts} impacts; {kind}, largest multiplier {largest:.6g}>"
+            f"{self.n_impacts} impacts; {kind}, largest multiplier {largest:.6g}"
+            f"{'' if self.admissible else '; formal: it passes through a wall'}>"
         )
 
 
@@ -278,7 +284,13 @@ def structure_orbit_at(system: StructureSystem, state: Floats, n_periods: int) -
 
 
 def orbit_of_map(
-    system: StructureSystem, state: Floats, n_periods: int, there: PeriodMap, error: float
+    system: StructureSystem,
+    state: Floats,
+    n_periods: int,
+    there: PeriodMap,
+    error: float,
+    *,
+    admissible: bool = True,
 ) -> StructureOrbit:
     """Return the orbit of a state that its period map brings back."""
     structure, loads, n = system.structure, system.loads, system.structure.n
@@ -295,6 +307,7 @@ def orbit_of_map(
         residual=error,
         run=run,
         monodromy=there.derivative,
+        admissible=admissible,
     )
 
 
