@@ -52,7 +52,7 @@ from percuss.orbits.bifurcations.structure_branch import (
 )
 from percuss.orbits.orbit.structure_orbit import PeriodMap, StructureOrbit, orbit_of_map
 
-__all__ = ["WallEquations", "meets_walls_in_turn"]
+__all__ = ["TOUCH", "Touch", "WallEquations", "meets_walls_in_turn", "touch_of"]
 
 # Events of one flight.
 MOST_EVENTS = 100_000
@@ -63,6 +63,8 @@ MOST_IMPACTS = 40
 APART, ALIKE = 1e-9, 1e-6
 # Instants of a flight at which its clearances are looked at, and steps to their least values.
 LOOKED, REFINED = 48, 4
+# The condition of a touch; speeds below this part of the unit are none at a touch.
+TOUCH, SLOW = "touch", 1e-5
 # Clearances below this part of the unit of length are rounding.
 ROUNDED = 1e-12
 
@@ -121,12 +123,19 @@ class WallMotion:
     of_speeds: Floats
 
 
+class Touch(NamedTuple):
+    """A stop that an orbit touches at an instant without velocity."""
+
+    stop: int
+    t: float
+
+
 class WallEquations(StructureEquations):
     """The equations of orbits that meet walls in a given order.
 
     The unknowns are the state after the first impact, in units of the first orbit's size, the
     instants of the impacts, in periods, and the parameters; of an orbit without impacts the state
-    at t = 0.
+    at t = 0. A stop that is touched besides counts as an impact that changes nothing.
     """
 
     def __init__(
@@ -134,13 +143,26 @@ class WallEquations(StructureEquations):
         orbit: StructureOrbit,
         ranges: Mapping[str, tuple[float, float]],
         condition: str | None = None,
+        touch: Touch | None = None,
     ) -> None:
         super().__init__(orbit, ranges, condition)
-        impacts = orbit.run.impacts
+        impacts, self.touch = orbit.run.impacts, touch
+        meetings = list(zip(impacts.t.tolist(), impacts.stop.tolist(), strict=True))
+        speeds = np.abs(impacts.v_before).tolist()
+        if touch is not None:
+            near = APART * orbit.period
+            kept = [k for k, (t, _) in enumerate(meetings) if abs(t - touch.t) > near]
+            meetings, speeds = [meetings[k] for k in kept], [speeds[k] for k in kept]
+            meetings.append((touch.t, touch.stop))
+            # It is the first where there is no impact.
+            speeds.append(0.0)
         # The fastest comes first: its own graze comes last.
-        first = int(np.argmax(np.abs(impacts.v_before))) if len(impacts) else 0
-        self.first_impact = first
-        self.walls = tuple(np.roll(impacts.stop, -first).tolist())
+        first = meetings[int(np.argmax(speeds))][0] if meetings else 0.0
+        meetings = sorted((t + orbit.period if t < first else t, stop) for t, stop in meetings)
+        self.instants = np.array([t for t, _ in meetings])
+        self.walls = tuple(stop for _, stop in meetings)
+        late = None if touch is None else touch.t + (orbit.period if touch.t < first else 0.0)
+        self.touched = -1 if late is None else self.instants.tolist().index(late)
         self.units = self.scale
         self.size = len(self.units) + len(self.walls)
         self.scale = np.concatenate([self.units, np.ones(len(self.walls))])
@@ -148,7 +170,12 @@ class WallEquations(StructureEquations):
         self.by_parameters = np.zeros((self.size, len(self.paths)))
         self.of_condition = np.zeros(n_unknowns)
         self.motions = lru_cache(32)(self._motion)
-        self.opened_at = lru_cache(16)(_opened)
+        self.opened_at = lru_cache(16)(self._opened)
+
+    def _opened(self, system: StructureSystem) -> StructureSystem:
+        """Return the same structure without its walls, and without a soft stop that is touched."""
+        touched = -1 if self.touch is None else self.touch.stop
+        return _without(system, touched)
 
     @property
     def kinds(self) -> Mapping[str, SpecialPointKind]:
@@ -167,10 +194,8 @@ class WallEquations(StructureEquations):
         """Return the unknowns of an orbit."""
         if not self.walls:
             return super().unknowns(orbit)
-        t = np.roll(orbit.run.impacts.t, -self.first_impact)
-        state = np.concatenate(orbit.run(float(t[0]), limit="after"))
-        instants = np.where(t < t[0], t + orbit.period, t) / orbit.period
-        return np.concatenate([state / self.units, instants])
+        state = np.concatenate(orbit.run(float(self.instants[0]), limit="after"))
+        return np.concatenate([state / self.units, self.instants / orbit.period])
 
     def closure(self, z: Floats) -> tuple[Floats, Floats]:
         """Return the scaled residuals of a point, and their derivative without the parameters."""
@@ -183,7 +208,10 @@ class WallEquations(StructureEquations):
 
     def conditions(self, z: Floats) -> Mapping[str, float]:
         """Return functions of a point that are zero at special points."""
-        return self.tests(z, self.solution(z))
+        if self.touch is None:
+            return self.tests(z, self.solution(z))
+        speeds = self.motions(tuple(z.tolist())).speeds / float(self.units[-1])
+        return {TOUCH: float(speeds[self.touched])}
 
     def _motion(self, z: tuple[float, ...]) -> WallMotion:
         point = np.array(z)
@@ -208,7 +236,7 @@ class WallEquations(StructureEquations):
             moved = matmul(flight.derivative, moved)
             j = (i + 1) % k
             moved[:, n2 + j] += flight.before * period
-            wall = _wall_at(system, self.walls[j])
+            wall = self._met(system, j)
             n = n2 // 2
             gaps[j] = float((wall.normal * here[:n]).sum()) - wall.level
             of_gaps[j] = matmul(wall.normal[None, :], moved[:n])[0]
@@ -228,6 +256,11 @@ class WallEquations(StructureEquations):
             of_speeds,
         )
 
+    def _met(self, system: StructureSystem, i: int) -> _Met:
+        """Return the stop of an impact, or of the touch, which changes no velocity."""
+        met = _met_at(system, self.walls[i])
+        return met._replace(law=None) if i == self.touched else met
+
     def solution(self, z: Floats) -> StructureOrbit:
         """Return the orbit of a solution, which may be formal."""
         there = self.motions(tuple(z.tolist()))
@@ -236,19 +269,28 @@ class WallEquations(StructureEquations):
         # Rounding may leave the last instants of a period on its other side.
         instants = [flight.end % period for flight in there.flights] if self.walls else []
         order = sorted(range(len(instants)), key=instants.__getitem__)
-        passage = [(instants[i], self.walls[(i + 1) % len(self.walls)]) for i in order]
+        met = [(i + 1) % len(self.walls) for i in order]
+        passage = [
+            (instants[i], self.walls[j])
+            for i, j in zip(order, met, strict=True)
+            if j != self.touched
+        ]
         opened = self.opened_at(system)
         state = (
             _state_at_zero(opened, there.flights, period) if self.walls else there.flights[0].start
         )
-        record, image = _whole_record(system, opened, state, passage, period)
+        touched = -1 if self.touch is None else self.touch.stop
+        soft = _soft_stops(system, touched)
+        record, image = _whole_record(system, (opened, soft), state, passage, period)
         matrix = np.zeros((2, len(state) // 2, len(state)))
         n = len(state) // 2
         matrix[0, :, :n], matrix[1, :, n:] = np.eye(n), np.eye(n)
         carry_run(record, period, matrix, np.zeros((n, 2, 2 * n)), np.zeros((2, 2, n)))
         whole = PeriodMap(image, matrix.reshape(2 * n, 2 * n), record)
         error = float(np.abs(there.residual).max()) / max(1.0, float(np.abs(z).max()))
-        admissible = bool((there.speeds > 0.0).all()) and _is_motion(system, state, passage, period)
+        speeds = np.delete(there.speeds, [self.touched]) if self.touched >= 0 else there.speeds
+        slow = SLOW * float(self.units[-1]) if self.touched >= 0 else 0.0
+        admissible = bool((speeds > 0.0).all()) and _is_motion(system, state, passage, period, slow)
         return orbit_of_map(system, state, self.n_periods, whole, error, admissible=admissible)
 
     def tests(self, z: Floats, orbit: StructureOrbit) -> Mapping[str, float]:
@@ -271,17 +313,23 @@ class WallEquations(StructureEquations):
         }
 
 
-class _WallAt(NamedTuple):
-    """A wall as an impact has it: its clearance is normal . x - level; a jump goes along kick."""
+class _Met(NamedTuple):
+    """A stop as an impact has it: its clearance is normal . x - level; a jump goes along kick.
+
+    A stop that is only touched has no law.
+    """
 
     normal: Floats
     level: float
     kick: Floats
-    law: Floats
+    law: Floats | None
     place: tuple[int, int]
 
     def restitution(self, speed: float) -> tuple[float, float]:
         """Return the restitution at a speed, and the derivative of the speed that is kept."""
+        if self.law is None:
+            # A velocity that is turned into its opposite, and that once more: it stays.
+            return -1.0, -1.0
         real = max(speed, 0.0)
         return (
             float(restitution_at(self.law, *self.place, real)),
@@ -290,26 +338,33 @@ class _WallAt(NamedTuple):
 
 
 @lru_cache(128)
-def _wall_at(system: StructureSystem, stop: int) -> _WallAt:
+def _met_at(system: StructureSystem, stop: int) -> _Met:
     structure = system.structure
     sign, c = float(system.signs[stop]), structure.stop_directions[stop]
     along = solve_linear(structure.mass_matrix, c)
-    wall = structure.stops[stop]
-    return _WallAt(
+    own = structure.stops[stop]
+    is_wall = isinstance(own, Wall)
+    return _Met(
         sign * c,
-        sign * as_float(wall.at),
+        sign * as_float(own.at),
         sign * along / float((c * along).sum()),
-        system.sets.walls[stop],
-        wall_of(system.sets, stop),
+        system.sets.walls[stop] if is_wall else None,
+        wall_of(system.sets, stop) if is_wall else (0, 0),
     )
 
 
-def _opened(system: StructureSystem) -> StructureSystem:
-    """Return the same structure without its walls."""
+def _without(system: StructureSystem, touched: int) -> StructureSystem:
+    """Return the same structure without its walls, and without another stop."""
     structure = system.structure
     fields = {one.name: getattr(structure, one.name) for one in dataclasses.fields(structure)}
-    soft = tuple(stop for stop in structure.stops if isinstance(stop, SoftStop))
+    soft = tuple(structure.stops[i] for i in _soft_stops(system, touched))
     return StructureSystem.of(draft(Structure, **fields | {"stops": soft}), system.loads)
+
+
+def _soft_stops(system: StructureSystem, touched: int) -> list[int]:
+    """Return the numbers of the soft stops that an opened structure keeps."""
+    stops = enumerate(system.structure.stops)
+    return [i for i, stop in stops if isinstance(stop, SoftStop) and i != touched]
 
 
 def _period_of(system: StructureSystem) -> float:
@@ -373,12 +428,16 @@ def _state_at_zero(opened: StructureSystem, flights: Sequence[OpenFlight], perio
 
 def _whole_record(
     system: StructureSystem,
-    opened: StructureSystem,
+    without: tuple[StructureSystem, Sequence[int]],
     state: Floats,
     passage: Sequence[tuple[float, int]],
     period: float,
 ) -> tuple[StructureRun, Floats]:
-    """Return the record of a motion over a period that meets walls at given instants, and its end."""
+    """Return the record of a motion over a period that meets walls at given instants, and its end.
+
+    The opened structure comes with the numbers that its stops have among all.
+    """
+    opened, soft = without
     n, here, begin = len(state) // 2, state, 0.0
     parts, struck = [], []
     for end, stop in [*passage, (period, -1)]:
@@ -389,13 +448,12 @@ def _whole_record(
         here, begin = flight.image, end
         if stop < 0:
             break
-        wall = _wall_at(system, stop)
+        wall = _met_at(system, stop)
         speed = -float((wall.normal * here[n:]).sum())
         rebound = wall.restitution(speed)[0] * speed
         here = here.copy()
         here[n:] += (speed + rebound) * wall.kick
         struck.append((stop, -speed, rebound))
-    soft = [i for i, stop in enumerate(system.structure.stops) if isinstance(stop, SoftStop)]
     events, marks, states, sets = [], [], [], []
     for k, record in enumerate(parts):
         own = record.marks.copy()
@@ -432,12 +490,16 @@ def _is_motion(
     state: Floats,
     passage: Sequence[tuple[float, int]],
     period: float,
+    slow: float,
 ) -> bool:
-    """Return whether the structure with its walls has the impacts of a formal motion, and no other."""
+    """Return whether the structure with its walls has the impacts of a formal motion, and no other.
+
+    Impacts at lower speeds than ``slow`` count as none.
+    """
     n = len(state) // 2
     for stop, wall in enumerate(system.structure.stops):
         if isinstance(wall, Wall):
-            own = _wall_at(system, stop)
+            own = _met_at(system, stop)
             gap = float((own.normal * state[:n]).sum()) - own.level
             if gap < -ROUNDED * max(1.0, float(np.abs(state[:n]).max())):
                 return False
@@ -450,7 +512,7 @@ def _is_motion(
         kinds, (IMPACT, CROSSING, record.marks[0, KIND])
     ).all():
         return False
-    struck = np.flatnonzero(kinds == IMPACT)
+    struck = np.flatnonzero((kinds == IMPACT) & (np.abs(record.events[:rows, V_BEFORE]) > slow))
     t = record.events[struck, EVENT_T] + record.events[struck, EVENT_T_LOW]
     inner = [(at, stop) for at, stop in passage if APART < at / period < 1.0 - APART]
     own = [
@@ -465,21 +527,59 @@ def _is_motion(
 
 def _least_clearance(orbit: StructureOrbit) -> float:
     """Return the least clearance to a wall at which the structure turns between impacts."""
+    walls = [i for i, stop in enumerate(orbit.structure.stops) if isinstance(stop, Wall)]
+    return _turns(orbit, walls)[0]
+
+
+def _turns(orbit: StructureOrbit, stops: Sequence[int]) -> tuple[float, Touch | None]:
+    """Return the least clearance to one of some stops at which the structure turns, and where."""
     run = orbit.run
     ends = np.concatenate([[0.0], run.impacts.t, [run.t_end]])
-    least = math.inf
-    for stop, wall in enumerate(orbit.structure.stops):
-        if not isinstance(wall, Wall):
-            continue
-        own = _wall_at(run.system, stop)
+    least, place = math.inf, None
+    for stop in stops:
+        own = _met_at(run.system, stop)
         for begin, end in zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True):
             if end - begin > APART * run.t_end:
-                least = min(least, _least_in_flight(run, own, begin, end))
-    return least
+                gap, t = _least_in_flight(run, own, begin, end)
+                if gap < least:
+                    least, place = gap, Touch(stop, t)
+    return least, place
 
 
-def _least_in_flight(run: StructureTrajectory, wall: _WallAt, begin: float, end: float) -> float:
-    """Return the least clearance at which it turns within a flight; inf where it does not."""
+def touch_of(orbit: StructureOrbit) -> Touch:
+    """Return where an orbit at a graze touches a stop: at an impact without velocity, or a turn.
+
+    Raises
+    ------
+    ParameterError
+        If it touches none.
+    """
+    impacts, structure = orbit.run.impacts, orbit.structure
+    _, v = orbit.run(np.linspace(0.0, orbit.period, 65))
+    unit = float(np.abs(v).max())
+    if len(impacts):
+        k = int(np.argmin(np.abs(impacts.v_before)))
+        size = float(np.abs(structure.stop_directions[int(impacts.stop[k])]).sum())
+        if abs(float(impacts.v_before[k])) < SLOW * unit * size:
+            return Touch(int(impacts.stop[k]), float(impacts.t[k]))
+    entered = orbit.run.crossings
+    found = []
+    for stop in range(len(structure.stops)):
+        gap, place = _turns(orbit, [stop])
+        if place is not None:
+            found.append((abs(gap), place))
+        slow = (entered.stop == stop) & (np.abs(entered.v) < math.sqrt(SLOW) * unit)
+        if slow.any():
+            found.append((0.0, Touch(stop, float(entered.t[slow].mean()))))
+    if not found:
+        raise ParameterError("point", orbit, "its orbit touches no stop")
+    return min(found)[1]
+
+
+def _least_in_flight(
+    run: StructureTrajectory, wall: _Met, begin: float, end: float
+) -> tuple[float, float]:
+    """Return the least clearance at which it turns within a flight, and when; inf without a turn."""
     t = np.linspace(begin, end, LOOKED)[1:-1]
 
     def seen(at: Floats) -> tuple[Floats, Floats]:
@@ -490,13 +590,14 @@ def _least_in_flight(run: StructureTrajectory, wall: _WallAt, begin: float, end:
     _, speed = seen(t)
     turns = np.flatnonzero((speed[:-1] < 0.0) & (speed[1:] >= 0.0))
     if len(turns) == 0:
-        return math.inf
+        return math.inf, math.nan
     low, high, slow, fast = t[turns], t[turns + 1], speed[turns], speed[turns + 1]
-    gap = np.full(len(turns), math.inf)
+    gap, at = np.full(len(turns), math.inf), low
     for _ in range(REFINED):
         at = low - slow * (high - low) / (fast - slow)
         gap, now = seen(at)
         below = now < 0.0
         low, slow = np.where(below, at, low), np.where(below, now, slow)
         high, fast = np.where(below, high, at), np.where(below, fast, now)
-    return float(gap.min())
+    least = int(np.argmin(gap))
+    return float(gap[least]), float(at[least])
