@@ -100,3 +100,47 @@ def test_grazes_are_located_where_motions_end() -> None:
         touched = float(np.abs(point.orbit.run.impacts.v_before).min())
         nearest = float(np.abs(point.orbit.run(t)[0][:, 1] - 0.5).min())
         assert min(touched, nearest) < 1e-5
+
+
+@pytest.mark.parametrize(
+    "stop", [pc.Wall("0.5", "above", "0.7", on=1), pc.SoftStop("0.5", "above", 10, on=1)]
+)
+def test_curves_of_grazes_are_where_the_linear_response_reaches_the_stop(
+    stop: pc.Wall | pc.SoftStop,
+) -> None:
+    structure = pc.Structure(
+        TWO.mass_matrix, TWO.stiffness_matrix, TWO.damping_matrix, stops=[stop]
+    )
+    calm = pc.find_orbit(structure, pc.Loads({0: pc.cosine("1.2", amplitude="0.02")}))
+    branch = pc.continue_orbit(calm, {"loads.0.amplitude": (0.02, 0.35)}, largest_step=0.2)
+    (graze,) = (point for point in branch.special_points if point.kind == "grazing")
+
+    ranges = {"loads.0.omega": (0.8, 1.6), "loads.0.amplitude": (0.001, 0.5)}
+    curve = pc.continue_curve(graze, ranges, largest_step=0.2)
+
+    assert curve.kind == "grazing"
+    assert np.ptp(curve.values[:, 0]) > 0.6
+    mass, damping, stiffness = (
+        TWO.mass_matrix, TWO.damping_matrix, TWO.stiffness_matrix,
+    )  # fmt: skip
+    for omega, amplitude in curve.values:
+        dynamic = stiffness - omega**2 * mass + 1j * omega * damping
+        reached = amplitude * abs(np.linalg.solve(dynamic, [1.0, 0.0])[1])
+        assert reached == pytest.approx(0.5, abs=1e-12)
+
+
+def test_curves_of_folds_are_those_of_the_oscillator() -> None:
+    own = pc.continue_orbit(
+        pc.find_orbit(ONE, pc.cosine(1)), {"loads.0.amplitude": (1.0, 0.05)}, largest_step=0.1
+    )
+    other = pc.continue_orbit(
+        pc.find_orbit(SAME, pc.cosine(1)), {"forcing.amplitude": (1.0, 0.05)}, largest_step=0.1
+    )
+    ends = []
+    for branch, name in ((own, "loads.0"), (other, "forcing")):
+        fold = next(point for point in branch.special_points if point.kind == "fold")
+        ranges = {f"{name}.omega": (1.0, 1.02), f"{name}.amplitude": (0.05, 0.3)}
+        ends.append(pc.continue_curve(fold, ranges, largest_step=0.2).values[-1])  # type: ignore[arg-type]
+
+    assert ends[0] == pytest.approx(ends[1], abs=1e-9)
+    assert ends[0][0] == 1.02

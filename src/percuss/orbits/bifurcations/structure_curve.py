@@ -22,7 +22,12 @@ from percuss.orbits.bifurcations.structure_branch import (
     structure_parameter,
     tests_of,
 )
-from percuss.orbits.bifurcations.wall_equations import TOUCH, WallEquations, touch_of
+from percuss.orbits.bifurcations.wall_equations import (
+    TOUCH,
+    WallEquations,
+    meets_walls_in_turn,
+    touch_of,
+)
 from percuss.orbits.continuation.follow import Segment, StepLimits, follow_both_ways
 from percuss.orbits.continuation.locate import changes_sign, locate
 from percuss.orbits.continuation.problem import Point
@@ -233,6 +238,8 @@ def continue_structure_curve(
     equations: StructureEquations
     if point.kind == "grazing":
         equations = WallEquations(orbit, ranges, condition, touch_of(orbit))
+    elif meets_walls_in_turn(orbit):
+        equations = WallEquations(orbit, ranges, condition)
     else:
         equations = StructureEquations(orbit, ranges, condition)
     start = equations.started(orbit, values)

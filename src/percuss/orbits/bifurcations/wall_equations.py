@@ -208,10 +208,20 @@ class WallEquations(StructureEquations):
 
     def conditions(self, z: Floats) -> Mapping[str, float]:
         """Return functions of a point that are zero at special points."""
-        if self.touch is None:
-            return self.tests(z, self.solution(z))
-        speeds = self.motions(tuple(z.tolist())).speeds / float(self.units[-1])
-        return {TOUCH: float(speeds[self.touched])}
+        there = self.motions(tuple(z.tolist()))
+        speeds = there.speeds / float(self.units[-1])
+        if self.touch is not None:
+            return {TOUCH: float(speeds[self.touched])}
+        matrix, n = there.derivative, len(self.units)
+        # The instants eliminated, it is the derivative of the map over the period, less 1.
+        moved = matrix[:n, :n]
+        if self.walls:
+            moved = moved - matmul(matrix[:n, n:], solve_linear(matrix[n:, n:], matrix[n:, :n]))
+        of_matrix = tests_of_matrix(moved + np.eye(n))
+        return of_matrix | {
+            "multiplier 1": determinant(matrix),
+            "multiplier -1": of_matrix["multiplier -1"] * float(np.prod(speeds)),
+        }
 
     def _motion(self, z: tuple[float, ...]) -> WallMotion:
         point = np.array(z)
