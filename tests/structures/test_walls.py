@@ -29,7 +29,7 @@ def two_masses() -> pc.StructureBranch:
 def test_one_coordinate_has_the_branch_of_the_oscillator(n_impacts: int) -> None:
     guess = None if n_impacts else ([0], [0])
     amplitude = 1 if n_impacts else "0.05"
-    own = pc.find_orbit(ONE, pc.cosine(1, amplitude=amplitude), guess)
+    own = pc.find_orbit(ONE, pc.cosine(1, amplitude=amplitude), guess=guess)
     other = pc.find_orbit(SAME, pc.cosine(1, amplitude=amplitude), n_impacts=n_impacts)
     over = (1.0, 0.05) if n_impacts else (0.05, 0.5)
 
@@ -140,7 +140,7 @@ def test_curves_of_folds_are_those_of_the_oscillator() -> None:
     for branch, name in ((own, "loads.0"), (other, "forcing")):
         fold = next(point for point in branch.special_points if point.kind == "fold")
         ranges = {f"{name}.omega": (1.0, 1.02), f"{name}.amplitude": (0.05, 0.3)}
-        ends.append(pc.continue_curve(fold, ranges, largest_step=0.2).values[-1])  # type: ignore[arg-type]
+        ends.append(pc.continue_curve(fold, ranges, largest_step=0.2).values[-1])
 
     assert ends[0] == pytest.approx(ends[1], abs=1e-9)
     assert ends[0][0] == 1.02

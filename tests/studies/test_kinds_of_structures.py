@@ -14,6 +14,7 @@ from percuss.errors import ParameterError
 from percuss.io import load_netcdf
 from percuss.io.study_text import response_text
 from percuss.studies import Certify, parse_study, run_study
+from percuss.studies.kinds.response import Response
 from percuss.studies.link import link_of
 from percuss.studies.reading import known_keys
 from percuss.studies.study import kind_named, kind_names
@@ -199,7 +200,8 @@ def test_a_response_is_that_of_python_and_is_written(tmp_path: Path) -> None:
     again = parse_study((tmp_path / "response" / "response.csv.toml").read_text())
     assert again.text() == study.text()
     found = parse_study(response_text(own)).question
-    assert (found.on, found.max_impacts) == ((1, -1), 1)  # type: ignore[attr-defined]
+    assert isinstance(found, Response)
+    assert (found.on, found.max_impacts) == ((1, -1), 1)
     assert (tmp_path / "response" / "response.png").stat().st_size > 10_000
 
 

@@ -244,9 +244,10 @@ def structure_response_columns(response: Response) -> Columns:
         measured = {name: getattr(response, name)[number] for name in quantities}
         periods = np.array([orbit.n_periods for orbit in branch.orbits])
         rows = {branch.path: branch.values, **measured, "n_periods": periods}
-        return rows | structure_branch_columns(branch)
+        return {**rows, **structure_branch_columns(branch)}
 
-    return _many(columns, "branch")(range(len(response.branches)))
+    table: Columns = _many(columns, "branch")(range(len(response.branches)))
+    return table
 
 
 def structure_curve_columns(curve: StructureCurve) -> Columns:

@@ -28,6 +28,7 @@ from percuss.kernels.record import (
     KIND,
     N_EVENTS,
     NEXT_REGION,
+    START,
     V_AFTER,
     V_BEFORE,
 )
@@ -56,6 +57,8 @@ __all__ = ["TOUCH", "Touch", "WallEquations", "meets_walls_in_turn", "touch_of"]
 
 # Events of one flight.
 MOST_EVENTS = 100_000
+# The events of orbits that neither stick nor land at rest.
+IN_TURN = (START, IMPACT, CROSSING)
 # Impacts of an orbit whose instants are unknowns; with more its map over the period serves.
 MOST_IMPACTS = 40
 # Parts of the period: impacts nearer than the first come at one instant; instants of a motion and
@@ -75,7 +78,7 @@ def meets_walls_in_turn(orbit: StructureOrbit) -> bool:
     if not any(isinstance(stop, Wall) for stop in orbit.structure.stops) or len(run.contacts):
         return False
     t = run.impacts.t
-    if len(t) > MOST_IMPACTS or (run.record.marks[:, KIND] > CROSSING + 1).sum() > 1:
+    if len(t) > MOST_IMPACTS or not np.isin(run.record.marks[:, KIND], IN_TURN).all():
         return False
     gaps = np.diff(np.append(t, t[:1] + orbit.period))
     return bool((gaps > APART * orbit.period).all())
@@ -449,7 +452,8 @@ def _whole_record(
     """
     opened, soft = without
     n, here, begin = len(state) // 2, state, 0.0
-    parts, struck = [], []
+    parts: list[StructureRun] = []
+    struck: list[tuple[int, float, float]] = []
     for end, stop in [*passage, (period, -1)]:
         if not end > begin and not parts:
             continue
@@ -518,20 +522,18 @@ def _is_motion(
         return False
     rows = int(record.counters[N_EVENTS])
     kinds = record.marks[:rows, KIND]
-    if (kinds > CROSSING).any() and not np.isin(
-        kinds, (IMPACT, CROSSING, record.marks[0, KIND])
-    ).all():
+    if not np.isin(kinds, IN_TURN).all():
         return False
     struck = np.flatnonzero((kinds == IMPACT) & (np.abs(record.events[:rows, V_BEFORE]) > slow))
     t = record.events[struck, EVENT_T] + record.events[struck, EVENT_T_LOW]
     inner = [(at, stop) for at, stop in passage if APART < at / period < 1.0 - APART]
-    own = [
+    met = [
         (at, stop)
         for at, stop in zip(t.tolist(), record.marks[struck, BOUND].tolist(), strict=True)
         if APART < at / period < 1.0 - APART
     ]
-    return len(own) == len(inner) and all(
-        a[1] == b[1] and abs(a[0] - b[0]) < ALIKE * period for a, b in zip(own, inner, strict=True)
+    return len(met) == len(inner) and all(
+        a[1] == b[1] and abs(a[0] - b[0]) < ALIKE * period for a, b in zip(met, inner, strict=True)
     )
 
 

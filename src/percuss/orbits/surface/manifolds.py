@@ -15,6 +15,7 @@ from percuss.model.exact import real
 from percuss.model.force_record import refuse_record
 from percuss.numerics import atan2, hypot, inverse, matmul, power, solve_linear
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+from percuss.orbits.orbit.structure_orbit import StructureOrbit
 from percuss.orbits.surface.maps import impact_map, stroboscopic_map
 from percuss.orbits.surface.saddles import (
     ImpactSection,
@@ -574,6 +575,11 @@ def manifolds(
     >>> round(float(v[-1] / x[-1]), 9), round((1 + 0.1**2) ** 0.5 - 0.1, 9)
     (0.904987562, 0.904987562)
     """
+    if isinstance(orbit, StructureOrbit):
+        reason = (
+            "of a structure, whose manifolds are not followed; those of an oscillator are curves"
+        )
+        raise ParameterError("orbit", orbit, reason)
     refuse_record(orbit.forcing, "a manifold", "it is followed back in time, under harmonics alone")
     check_saddle(orbit)
     cycle, length, spacing = real("cycle", cycle), real("length", length), real("spacing", spacing)
