@@ -56,5 +56,5 @@ def test_what_is_not_there_is_told(sentence: str, orbit: pc.StructureOrbit) -> N
 
 def test_pictures_of_a_run_take_an_orbit(orbit: pc.StructureOrbit) -> None:
     for plot in (pp.plot_displacement, pp.plot_velocity, pp.plot_phase_portrait):
-        own, other = (plot(one, on=(1, -1)) for one in (orbit, orbit.run))  # type: ignore[operator]
+        own, other = (plot(one, on=(1, -1)) for one in (orbit, orbit.run))
         assert len(own.lines) == len(other.lines) > 0

@@ -12,7 +12,6 @@ import numpy as np
 from percuss.arrays import Flags, Floats, Integers
 from percuss.errors import ConvergenceError, ParameterError
 from percuss.model.exact import real
-from percuss.model.force_record import refuse_record
 from percuss.numerics import atan2, hypot, inverse, matmul, power, solve_linear
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
@@ -580,7 +579,6 @@ def manifolds(
             "of a structure, whose manifolds are not followed; those of an oscillator are curves"
         )
         raise ParameterError("orbit", orbit, reason)
-    refuse_record(orbit.forcing, "a manifold", "it is followed back in time, under harmonics alone")
     check_saddle(orbit)
     cycle, length, spacing = real("cycle", cycle), real("length", length), real("spacing", spacing)
     _check(section, kinds, length, spacing)
