@@ -108,6 +108,9 @@ def _past_the_strobe(here: Point[StructureEquations]) -> Point[StructureEquation
     or has a kink where a stop with a dashpot, whose force jumps, is entered or left.
     """
     equations, run = here.problem, here.orbit.run
+    if equations.size > 2 * here.orbit.structure.n:
+        # The state just after an impact is solved for, wherever t = 0 is.
+        return None
     times = np.sort(np.concatenate([run.impacts.t, run.crossings.t]))
     way = math.copysign(1.0, here.tangent[-1])
     for limit, at in (("after", times[:1]), ("before", times[-1:])):
