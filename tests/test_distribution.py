@@ -56,7 +56,7 @@ def test_the_metadata_are_those_that_an_index_takes(built: dict[str, Path]) -> N
     assert about["Description-Content-Type"] == "text/markdown"
     assert about["Requires-Python"] == ">=3.11"
     assert "# percuss" in str(about.get_payload())
-    required = [line for line in about.get_all("Requires-Dist") if "extra ==" not in line]
+    required = [line for line in about.get_all("Requires-Dist", []) if "extra ==" not in line]
     assert {re.split(r"[><=]", line)[0] for line in required} == {
         "numpy", "numba", "xarray", "pydantic", "typer", "rich", "matplotlib", "pillow",
     }  # fmt: skip
