@@ -145,6 +145,13 @@ class Basins(Question):
         """The instant of the starts."""
         return self.start.t0 if self.over else self.t0
 
+    @property
+    def of_states(self) -> tuple[StartAxis, StartAxis]:
+        """The axes of places and of velocities, None of impacts."""
+        if not self.over:
+            return self.x0, self.v0
+        return self.over[START_PATHS[0]], self.over[START_PATHS[1]]
+
     def tables(self) -> dict[str, object]:
         """Return the tables of the question: its axes stand in one of them."""
         tables: dict[str, Any] = Question.tables(self)
