@@ -324,8 +324,9 @@ def test_basins_over_numbers_of_the_start_are_those_of_their_short_forms() -> No
     spans = '[basins]\nt0 = "0.3"\nperiods = 80\nx0 = {from = -1, to = 1, count = 3}\n'
     short = parse_study(kind_of("basins") + MODEL + spans + "v0 = {from = 0, to = 1, count = 2}\n")
     assert link_of(study) == link_of(short)
-    grid = {"x0": [-1, 0, 1], "v0": [0, 1]}
-    expected = pc.basins(study.oscillator, study.forcing, **grid, t0="0.3", periods=80)
+    expected = pc.basins(
+        study.oscillator, study.forcing, x0=[-1, 0, 1], v0=[0, 1], t0="0.3", periods=80
+    )
     np.testing.assert_array_equal(data.basin, expected.basin)
     assert data.basin.dims == ("start.x0", "start.v0")
     for wrong, fault in (
