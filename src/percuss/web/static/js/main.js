@@ -4,6 +4,7 @@ import { Basins } from "./basins.js";
 import { Diagram } from "./diagram.js";
 import { button, element, say } from "./dom.js";
 import { Explore } from "./explore.js";
+import { Fit } from "./fit.js";
 import { Gallery } from "./gallery.js";
 import { makeHelp, makeMenu, makeTabs } from "./head.js";
 import { Mechanism } from "./mechanism.js";
@@ -89,7 +90,7 @@ class App {
 
   #build() {
     const { facts } = this.options;
-    this.views = { explore: new Explore(this), diagram: new Diagram(this), basins: new Basins(this), structure: new Mechanism(this) };
+    this.views = { explore: new Explore(this), diagram: new Diagram(this), basins: new Basins(this), fit: new Fit(this), structure: new Mechanism(this) };
     if (this.options.hasLinks) this.views.paper = new Paper(this, facts);
     this.views.gallery = new Gallery(this, facts);
     for (const [name, view] of Object.entries(this.views)) {
