@@ -32,7 +32,7 @@ def open_preset(page: Page, name: str) -> None:
 def link_of(page: Page) -> str:
     """Return the address once it holds all that was set."""
     page.wait_for_timeout(400)
-    page.wait_for_function("document.querySelector('[data-linking]') === null")
+    page.wait_for_function("() => document.querySelector('[data-linking]') === null")
     return page.url
 
 
