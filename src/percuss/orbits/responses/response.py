@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,7 @@ from percuss.orbits.responses.families import Families, Range, SeenAttractor
 from percuss.orbits.responses.oscillator_families import OscillatorFamilies
 from percuss.orbits.responses.response_search import search_families
 from percuss.orbits.responses.structure_families import StructureFamilies
+from percuss.pictures import HasPicture
 from percuss.progress import Report
 
 if TYPE_CHECKING:
@@ -73,7 +74,7 @@ class FamilyRange:
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
-class Response:
+class Response(HasPicture):
     """All families of periodic orbits found along one parameter, made by `response_curve`.
 
     Attributes
@@ -105,6 +106,8 @@ class Response:
         Of a structure the coordinate, direction or point whose y = c . x the displacements are.
     """
 
+    picture: ClassVar = "plot_response"
+
     path: str
     low: float
     high: float
@@ -128,6 +131,16 @@ class Response:
             if attractor.branch is None
             and attractor.n_impacts <= self.max_impacts
             and 1 <= attractor.n_periods <= self.max_periods
+        )
+
+    @property
+    def special_points(self) -> tuple[Any, ...]:
+        """The special points of admissible orbits, branch after branch."""
+        return tuple(
+            point
+            for branch in self.branches
+            for point in branch.special_points
+            if branch.admissible[max(point.row - 1, 0) : point.row + 2].any()
         )
 
     @property
