@@ -32,20 +32,6 @@ def test_a_special_point_says_whether_its_orbit_is_formal(grazing: Branch) -> No
     }
 
 
-def test_a_graze_is_no_penetration() -> None:
-    """By rounding the flights in a grazed soft stop have negative durations."""
-    stops = (pc.SoftStop("0.588", "above", 20, "0.1"), pc.SoftStop("-0.588", "below", 20, "0.1"))
-    osc, force = pc.Oscillator("-0.3", 0, stops), pc.cosine("0.952", amplitude="0.496")
-    branch = pc.continue_orbit(
-        pc.find_orbit(osc, force, n_impacts=0), over={"forcing.constant": (-0.18, 0.18)}
-    )
-
-    grazes = [point for point in branch.special_points if point.kind == "grazing"]
-
-    assert len(grazes) == 4
-    assert all(point.admissible for point in grazes)
-
-
 def test_a_graze_of_a_formal_orbit_stays_formal(grazing: Branch) -> None:
     """An orbit that passes through the wall elsewhere, as one of a graze."""
     (graze,) = (point for point in grazing.special_points if point.kind == "grazing")

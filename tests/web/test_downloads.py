@@ -93,7 +93,7 @@ def test_files_of_a_diagram_are_those_of_percuss_run(study: dict[str, Any], tmp_
 
 
 def test_a_response_chart_comes_out_as_files(study: dict[str, Any]) -> None:
-    request = request_for("response", study)
+    request = request_for("response", study, max_impacts=1, max_periods=1)
     if ANSWERS.get(study_of_view(request)) is None:
         list(answer_job(request, RunningRequest()))
     rows = rows_of(file_of(request, "csv").data)
