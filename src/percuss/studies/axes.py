@@ -42,6 +42,7 @@ __all__ = [
     "axes_of",
     "axis_values",
     "direction_of",
+    "guesses_in",
     "over_of",
     "ranges_in",
     "ranges_over",
@@ -220,6 +221,56 @@ def ranges_in(
         names[name] = path
         ranges[path] = ends
     return ranges
+
+
+def guesses_in(
+    study: StudyDraft, place: Path, start: Start | None
+) -> dict[str, Phase | ParameterRange]:
+    """Return guesses and ranges of a table inside a table; add their faults.
+
+    Parameters
+    ----------
+    study, place, start
+        As in `ranges_in`.
+    """
+    found: dict[str, Phase | ParameterRange] = {}
+    table = raw_table(raw_table(study.document, str(place[0])), str(place[1]))
+    names: dict[str, str] = {}
+    for path, entry, given in _entries(place, table, len(place)):
+        if path.startswith("start.") and start is None:
+            reason = "of a start that is unknown as a whole; give it in [start]"
+            study.faults.add(entry, reason)
+            continue
+        ends: Phase | ParameterRange | None
+        if isinstance(given, list):
+            ends = pair = _range(study, path, entry, given, start)
+            if pair is not None and as_float(pair[0]) > as_float(pair[1]):
+                study.faults.add(entry, "the least is above the largest", shown(given))
+        else:
+            ends = _guess(study, path, entry, given, start)
+        if ends is None:
+            continue
+        name = long_form(path, study.model, study.force, start)
+        if name in names:
+            study.faults.add(entry, f"the same parameter as {names[name]}")
+        names[name] = path
+        found[path] = ends
+    return found
+
+
+def _guess(
+    study: StudyDraft, path: str, place: Path, given: Any, start: Start | None
+) -> Phase | None:
+    """Return a guess, None if it has faults; add these."""
+    value = exact_phase(given)
+    problem = "not a number" if isinstance(value, bool) else phase_problem(value)
+    if problem is not None:
+        reason = f"{words_of_file(problem)}; or a range, [least, largest]"
+        study.faults.add(place, reason, shown(given))
+        return None
+    own = start if path.startswith("start.") else None
+    is_right = _is_known(study, path, place, start) and _fit(study, path, [place], [value], own)
+    return value if is_right else None
 
 
 def _range(

@@ -187,7 +187,7 @@ def build_study(
     # With a faulty parameter nothing is known of the numbers that follow from it.
     if question is None or faults.is_wrong("parameters"):
         return None
-    question = question.checked(StudyDraft(document, model, force, draw, faults))
+    question = question.checked(StudyDraft(document, model, force, draw, faults, folder))
     if faults.faults:
         return None
     return Study(model, force, question, head.title, save, draw, certify)
