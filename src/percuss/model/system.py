@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache
-from typing import NamedTuple, TypeAlias, cast
+from typing import NamedTuple, cast
 
 import numpy as np
 
@@ -19,10 +19,10 @@ from percuss.arrays import Floats, Integers
 from percuss.kernels import law_columns as at
 from percuss.kernels.law_columns import Law
 from percuss.kernels.step import fill_steps
-from percuss.model.exact import PI, Phase, PiTimes, angle, as_fraction
+from percuss.model.exact import PI, PiTimes, angle, as_fraction
 from percuss.model.expression import parameters_in
 from percuss.model.faults import Fault, raise_first
-from percuss.model.force_record import ForceRecord
+from percuss.model.force_record import ForceRecord, Ratio
 from percuss.model.forcing import Component, Forcing, Harmonic
 from percuss.model.oscillator import Oscillator, Side, SoftStop, Wall, mass_of
 from percuss.model.restitution import (
@@ -262,34 +262,15 @@ def _fill_record(rows: Law, record: ForceRecord) -> None:
     header[at.FORCE_BOUND + 1] += np.abs(knots[:, at.KNOT_SLOPE]).max()
 
 
-# Numerator and denominator: arithmetic without the reduction to lowest terms takes a tenth of the
-# time, and records are long.
-_Ratio: TypeAlias = tuple[int, int]
-
-
-def _exact_samples(record: ForceRecord) -> list[tuple[_Ratio, _Ratio]]:
+def _exact_samples(record: ForceRecord) -> list[tuple[Ratio, Ratio]]:
     """Return instants and forces of a record, exactly."""
     pace = Fraction(1) if record.omega is None else as_fraction(record.omega)
     amplitude = as_fraction(record.amplitude)
-    samples = []
-    for t, f in zip(record.t, record.f, strict=True):
-        p, q = t.as_integer_ratio() if type(t) is float else _instant(t).as_integer_ratio()
-        m, d = f.as_integer_ratio() if type(f) is float else as_fraction(f).as_integer_ratio()
-        samples.append(
-            (
-                (p * pace.denominator, q * pace.numerator),
-                (m * amplitude.numerator, d * amplitude.denominator),
-            )
-        )
-    return samples
+    (a, b), (c, d) = pace.as_integer_ratio(), amplitude.as_integer_ratio()
+    return [((p * b, q * a), (m * c, n * d)) for (p, q), (m, n) in record.exact_samples]
 
 
-def _instant(t: Phase) -> Fraction:
-    times, plus = angle(t)
-    return times * PI + plus
-
-
-def _knots(record: ForceRecord, samples: list[tuple[_Ratio, _Ratio]]) -> Floats:
+def _knots(record: ForceRecord, samples: list[tuple[Ratio, Ratio]]) -> Floats:
     """Return instant, its low part, force and slope of each knot, (n, 4), each rounded once."""
     knots = np.zeros((len(samples), at.KNOT_ENTRIES))
     for knot, (t, f) in zip(knots, samples, strict=True):

@@ -10,7 +10,7 @@ from fractions import Fraction
 from pathlib import Path as FilePath
 from typing import Annotated, Any, Literal, TypeAlias
 
-from pydantic import PlainSerializer, PlainValidator
+from pydantic import PlainSerializer, PlainValidator, WithJsonSchema
 
 from percuss.ensembles.job import too_large
 from percuss.errors import ParameterError
@@ -23,6 +23,7 @@ from percuss.numerics import exp, log
 from percuss.studies.study import StudyDraft, counted
 from percuss.studies.tables import (
     NO_PHASE,
+    NUMBER_SCHEMA,
     Path,
     exact_phase,
     raw_table,
@@ -145,15 +146,52 @@ def _axes_table(axes: Mapping[str, AxisValues] | Mapping[str, ParameterRange]) -
     return {path: _axis_table(axis) for path, axis in axes.items()}
 
 
+VALUES_SCHEMA: dict[str, Any] = {"type": "array", "items": NUMBER_SCHEMA, "minItems": 1}
+SPAN_SCHEMA: dict[str, Any] = {
+    "type": "object",
+    "additionalProperties": False,
+    "required": ["from", "to", "count"],
+    "properties": {
+        "from": NUMBER_SCHEMA,
+        "to": NUMBER_SCHEMA,
+        "count": {"type": "integer", "minimum": 2, "maximum": MOST},
+        "spacing": {"enum": ["linear", "log"]},
+    },
+}
+AXIS_SCHEMA: dict[str, Any] = {"anyOf": [VALUES_SCHEMA, SPAN_SCHEMA]}
+# A path without quotes makes tables in tables.
+INNER_SCHEMA: dict[str, Any] = {
+    "type": "object",
+    "not": {"anyOf": [{"required": [key]} for key in ("from", "to", "count")]},
+}
+OVER_SCHEMA: dict[str, Any] = {
+    "type": "object",
+    "additionalProperties": {"anyOf": [VALUES_SCHEMA, SPAN_SCHEMA, INNER_SCHEMA]},
+}
+RANGES_SCHEMA: dict[str, Any] = {
+    "type": "object",
+    "additionalProperties": {
+        "anyOf": [{**VALUES_SCHEMA, "minItems": 2, "maxItems": 2}, INNER_SCHEMA]
+    },
+}
 # Fields of questions; the values of the file become axes once the model is known.
 OverAxes = Annotated[
-    dict[str, AxisValues], PlainValidator(table_only), PlainSerializer(_axes_table)
+    dict[str, AxisValues],
+    PlainValidator(table_only),
+    PlainSerializer(_axes_table),
+    WithJsonSchema(OVER_SCHEMA),
 ]
 OverRanges = Annotated[
-    dict[str, ParameterRange], PlainValidator(table_only), PlainSerializer(_axes_table)
+    dict[str, ParameterRange],
+    PlainValidator(table_only),
+    PlainSerializer(_axes_table),
+    WithJsonSchema(RANGES_SCHEMA),
 ]
 StartAxis = Annotated[
-    AxisValues | None, PlainValidator(lambda axis: axis), PlainSerializer(_axis_table)
+    AxisValues | None,
+    PlainValidator(lambda axis: axis),
+    PlainSerializer(_axis_table),
+    WithJsonSchema(AXIS_SCHEMA),
 ]
 
 
