@@ -315,8 +315,8 @@ def test_only_a_store_needs_the_fingerprint(tmp_path: Path) -> None:
 
 def test_a_store_does_not_answer_for_another_function(tmp_path: Path) -> None:
     path = tmp_path / "a.zarr"
-    found = pc.sweep(closed(3.0), OSC, FORCE, over=OVER, store=path)
+    data = pc.sweep(closed(3.0), OSC, FORCE, over=OVER, store=path)
 
     with pytest.raises(pc.OutputError, match=r"another study, which differs in measure\.k"):
         pc.sweep(closed(5.0), OSC, FORCE, over=OVER, store=path)
-    assert pc.sweep(closed(3.0), OSC, FORCE, over=OVER, store=path).identical(found)
+    assert pc.sweep(closed(3.0), OSC, FORCE, over=OVER, store=path).identical(data)

@@ -141,11 +141,11 @@ def test_an_engine_that_has_lost_workers_goes_on_with_the_others(
     monkeypatch.setenv(MARKS, str(tmp_path))
     omega = [2.0 + i / 100 for i in range(64)]
 
-    found = pc.sweep(
+    data = pc.sweep(
         mortal, OSC, FORCE, over={"forcing.omega": omega}, engine="processes", n_workers=2
     )
 
-    assert found.mortal.values.tolist() == omega
+    assert data.mortal.values.tolist() == omega
     assert len(list(tmp_path.iterdir())) == 2
     assert "a worker process has died while these points were at work" in caplog.text
 
@@ -222,10 +222,10 @@ def test_ctrl_c_while_chunks_are_handed_out_is_heard_as_well(
     monkeypatch.setattr(Threads, "submit", submit)
     over = {"forcing.omega": [2.0 + i / 100 for i in range(64)]}
 
-    found = pc.sweep(lambda osc, force: 1.0, OSC, FORCE, over=over, n_workers=1)  # noqa: ARG005
+    data = pc.sweep(lambda osc, force: 1.0, OSC, FORCE, over=over, n_workers=1)  # noqa: ARG005
 
     assert len(calls) == 2
-    assert found.attrs["complete"] == 0
+    assert data.attrs["complete"] == 0
     # The first chunk may not have been begun yet.
-    assert int(found.measure.notnull().sum()) in (0, 16)
+    assert int(data.measure.notnull().sum()) in (0, 16)
     assert "stopping after the chunks at work" in caplog.text

@@ -140,9 +140,9 @@ def test_strong_resonances_of_a_conservative_family() -> None:
 
     branch = pc.continue_orbit(orbit, over={"forcing.omega": (2.2, 3.8)})
 
-    found = points(branch, "strong_resonance")
-    assert len(found) == 2
-    for point, trace in zip(found, [0.0, -1.0], strict=True):
+    located = points(branch, "strong_resonance")
+    assert len(located) == 2
+    for point, trace in zip(located, [0.0, -1.0], strict=True):
         both = single_impact_orbits(osc, pc.cosine(point.value))
         apart = [abs(np.trace(each.monodromy) - trace) for each in both]
         assert min(apart) < 1e-8
@@ -280,9 +280,9 @@ def test_bad_input_is_named() -> None:
 def test_a_doubled_family_ends_at_its_origin_far_from_where_it_was_begun() -> None:
     """Newton's method gains a factor of two a step only where the shorter orbit crosses."""
     osc = pc.impact_oscillator("0.8", wall="0.2", side="above", damping="0.05")
-    found = pc.find_orbits(osc, pc.cosine("2.8"), max_periods=4)
-    (doubled,) = (each for each in found if (each.n_impacts, each.n_periods) == (2, 4))
-    single = max((each for each in found if (each.n_impacts, each.n_periods) == (1, 2)),
+    orbits = pc.find_orbits(osc, pc.cosine("2.8"), max_periods=4)
+    (doubled,) = (each for each in orbits if (each.n_impacts, each.n_periods) == (2, 4))
+    single = max((each for each in orbits if (each.n_impacts, each.n_periods) == (1, 2)),
                  key=lambda each: each.min_impact_speed)  # fmt: skip
 
     followed = pc.continue_orbit(doubled, over={"forcing.omega": (2.6, 3.2)})

@@ -54,8 +54,8 @@ def test_doubled_families_of_a_bilinear_spring_run_between_their_origins(which: 
 def test_a_closed_family_of_a_gear_is_walked_once() -> None:
     gear = pc.backlash_oscillator(gap=0.36, stiffness=10.7, damping=0.074, stop_damping=0.05)
     force = pc.cosine(1.06, amplitude=1.17, constant=0.41)
-    found = pc.find_orbits(gear, force, max_impacts=2, max_periods=2)
-    orbit = next(each for each in found if each.sequence == (1, 0))
+    orbits = pc.find_orbits(gear, force, max_impacts=2, max_periods=2)
+    orbit = next(each for each in orbits if each.sequence == (1, 0))
 
     branch = pc.continue_orbit(orbit, over={OMEGA: (0.636, 1.696)})
 

@@ -38,12 +38,12 @@ def test_a_response_is_reported_without_double_negations() -> None:
 def test_basins_whose_starts_are_all_inside_a_wall_say_so() -> None:
     osc, force = pc.impact_oscillator(restitution=0.8), pc.cosine(2.5)
     with pytest.warns(UserWarning, match="no motion starts anywhere"):
-        found = pc.basins(osc, force, x0=[-1.0, -2.0], v0=[0.0, 1.0])
+        basins = pc.basins(osc, force, x0=[-1.0, -2.0], v0=[0.0, 1.0])
 
-    rows = Basins().report(found)
+    rows = Basins().report(basins)
 
     assert rows == {"starts": "0", "inside a wall": "4 of 4"}
-    assert math.isfinite(cast("float", found.attrs["undecided"]))
+    assert math.isfinite(cast("float", basins.attrs["undecided"]))
 
 
 def test_reasons_that_differ_in_numbers_only_are_one() -> None:
