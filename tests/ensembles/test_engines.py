@@ -69,8 +69,8 @@ def test_a_cluster_without_workers_is_reported_and_waited_for(
         joins.join()
 
     assert data.attrs["complete"] == 1
-    told = f"no workers yet at {local.scheduler_address}; waiting: the run goes on when"
-    assert told in caplog.text
+    reported = f"no workers yet at {local.scheduler_address}; waiting: the run goes on when"
+    assert reported in caplog.text
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals are POSIX's")
@@ -80,23 +80,23 @@ def test_workers_that_are_frozen_are_reported_and_the_run_goes_on_when_they_retu
     monkeypatch.setattr("percuss.ensembles.cluster.SILENT", 2.0)
     monkeypatch.setattr("percuss.ensembles.cluster.AGAIN", 1.0)
     over = {"forcing.omega": np.linspace(2.0, 3.0, 96)}
-    told: list[str] = []
+    reported: list[str] = []
     frozen: list[int] = []
 
     def freeze(done: float, total: float) -> bool:  # noqa: ARG001
         if not frozen:
             frozen.append(next(iter(local.workers.values())).process.process.pid)
             os.kill(frozen[0], signal.SIGSTOP)
-        told.append(caplog.text)
+        reported.append(caplog.text)
         caplog.clear()
-        if "".join(told).count("nothing has been heard of 1 of 1 workers") >= 2:
+        if "".join(reported).count("nothing has been heard of 1 of 1 workers") >= 2:
             os.kill(frozen[0], signal.SIGCONT)
         return True
 
     with client_of(local, 1) as client:
         data = pc.sweep(whose, OSC, FORCE, over=over, engine=client, progress=freeze)
 
-    assert "waiting: the run goes on when workers answer or join" in "".join(told)
+    assert "waiting: the run goes on when workers answer or join" in "".join(reported)
     assert data.attrs["complete"] == 1
     assert set(data.whose.values) == {frozen[0]}
 

@@ -86,9 +86,9 @@ def test_halves_that_differ_by_more_than_chance_are_an_error() -> None:
     for row, rates in enumerate((trend, scatter)):
         points[row, :, 0] = np.concatenate([[0.0], np.cumsum(rates)])
     empty = np.zeros(2)
-    lanes = BatchResult(empty.astype(int), empty, empty.astype(int), empty, points)
+    batch = BatchResult(empty.astype(int), empty, empty.astype(int), empty, points)
 
-    drift = drift_of(lanes, Plan(empty, np.ones(2), np.full(2, 64.0)))
+    drift = drift_of(batch, Plan(empty, np.ones(2), np.full(2, 64.0)))
 
     assert drift[0] == pytest.approx(trend[:32].mean() - trend[32:].mean())
     assert drift[1] == 0.0

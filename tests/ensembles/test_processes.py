@@ -114,10 +114,10 @@ def test_points_that_kill_three_workers_are_named_with_what_the_store_keeps(tmp_
         pc.sweep(deadly, OSC, FORCE, over=over, engine="processes", n_workers=1,
                  store=tmp_path / "a.zarr")  # fmt: skip
 
-    told = str(raised.value)
-    assert "3 worker processes have died, one after another" in told
-    assert "these points were at work: 32 to 47;" in told
-    assert "32 of 64 points are done and kept in" in told
+    reported = str(raised.value)
+    assert "3 worker processes have died, one after another" in reported
+    assert "these points were at work: 32 to 47;" in reported
+    assert "32 of 64 points are done and kept in" in reported
     assert pc.status_of_store(tmp_path / "a.zarr")["points_done"] == 32
 
 

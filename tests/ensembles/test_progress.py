@@ -177,13 +177,13 @@ def test_a_long_chunk_of_compiled_motions_is_given_up_where_it_is() -> None:
 def test_long_work_is_announced_once_without_progress(
     clock: list[float], caplog: pytest.LogCaptureFixture
 ) -> None:
-    for report, told in ((None, 1), (False, 0)):
+    for report, reported in ((None, 1), (False, 0)):
         seen = of_chunks(report, size=10_000, todo=10_000)
         for _ in range(50):
             clock[0] += 1.0
             seen.chunk_done(1, 10)
         seen.close()
-        assert len(caplog.records) == told
+        assert len(caplog.records) == reported
         caplog.clear()
     short = of_chunks(None, size=100, todo=100)
     for _ in range(50):

@@ -93,8 +93,8 @@ def test_a_large_answer_is_announced_before_the_work(
     over = {"forcing.omega": MANY[::200], "start.v0": [0.5, 1.0]}
 
     pc.sweep("impacts_per_period", OSC, FORCE, over=over, transient=5, periods=5)
-    (told,) = caplog.messages
-    assert re.fullmatch(r"200 points in chunks of \d.*, whose answer takes 1.6e-06 GB .*", told)
+    (reported,) = caplog.messages
+    assert re.fullmatch(r"200 points in chunks of \d.*, whose answer takes 1.6e-06 GB .*", reported)
     caplog.clear()
     pc.sweep("impacts_per_period", OSC, FORCE, over=over, transient=5, periods=5, progress=False)
     assert caplog.messages == []

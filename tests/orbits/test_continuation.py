@@ -220,16 +220,16 @@ def test_what_was_followed_is_returned_when_the_points_are_used_up() -> None:
 
 def test_progress_is_told_and_may_stop_it() -> None:
     orbit = pc.find_orbit(pc.impact_oscillator(0.8), pc.cosine(2.5))
-    told: list[tuple[float, float]] = []
+    reported: list[tuple[float, float]] = []
 
     def until_ten(done: float, total: float) -> bool:
-        told.append((done, total))
+        reported.append((done, total))
         return done < 10
 
     branch = pc.continue_orbit(orbit, over={"forcing.omega": (2.4, 2.6)}, progress=until_ten)
 
     assert branch.end_reason == "stopped by progress"
-    assert told == [(k + 1, 4000) for k in range(10)]
+    assert reported == [(k + 1, 4000) for k in range(10)]
     assert len(branch) == 11
 
 

@@ -244,15 +244,15 @@ def test_to_xarray_holds_all_points(flip: pc.PeriodicOrbit) -> None:
 
 
 def test_progress_is_told_and_stops(flip: pc.PeriodicOrbit) -> None:
-    told: list[tuple[float, float]] = []
+    reported: list[tuple[float, float]] = []
 
     def stop_at_once(done: float, total: float) -> bool:
-        told.append((done, total))
+        reported.append((done, total))
         return False
 
     curves = pc.manifolds(flip, cycle=0.37, progress=stop_at_once)
 
-    assert told[0][1] == 4.0
+    assert reported[0][1] == 4.0
     assert [branch.end_reason for branch in curves.branches] == ["interrupted"]
 
 

@@ -246,16 +246,16 @@ def test_as_a_table_every_row_has_its_branch() -> None:
 
 
 def test_progress_is_told_and_can_stop_it() -> None:
-    told: list[tuple[float, float]] = []
+    reported: list[tuple[float, float]] = []
 
     def stop(done: float, total: float) -> bool:
-        told.append((done, total))
+        reported.append((done, total))
         return done < 3
 
     chart = pc.response_curve(WALL, pc.cosine(2.0), {OMEGA: (2.0, 2.5)}, n_seeds=1, progress=stop)
 
-    assert [done for done, _ in told] == [1, 2, 3]
-    assert all(done <= total for done, total in told)
+    assert [done for done, _ in reported] == [1, 2, 3]
+    assert all(done <= total for done, total in reported)
     assert not chart.complete
     assert "stopped" in repr(chart)
 

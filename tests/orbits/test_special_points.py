@@ -21,10 +21,10 @@ def grazing() -> Branch:
 
 
 def test_a_special_point_says_whether_its_orbit_is_formal(grazing: Branch) -> None:
-    told = {point.kind: (point.admissible, "formal" in repr(point))
+    reported = {point.kind: (point.admissible, "formal" in repr(point))
             for point in grazing.special_points}  # fmt: skip
 
-    assert told == {
+    assert reported == {
         "fold": (True, False),
         "grazing": (True, False),
         # Beyond the graze.

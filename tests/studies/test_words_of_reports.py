@@ -49,6 +49,6 @@ def test_basins_whose_starts_are_all_inside_a_wall_say_so() -> None:
 def test_reasons_that_differ_in_numbers_only_are_one() -> None:
     reasons = [f"x0 = 0.0: above the wall at x = {-0.1 * k}" for k in range(1, 5)]
 
-    told = failure_rows([*reasons, "the motion grew beyond 1e150"], 10)["without answer"]
+    reported = failure_rows([*reasons, "the motion grew beyond 1e150"], 10)["without answer"]
 
-    assert told == "5 of 10: x0 = 0.0: above the wall at x = -0.1 (4); other reasons: 1"
+    assert reported == "5 of 10: x0 = 0.0: above the wall at x = -0.1 (4); other reasons: 1"
