@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,6 +24,7 @@ from percuss.motion.html_table import html_table
 from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
 from percuss.numerics.linear import directions
+from percuss.pictures import HasPicture
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -32,7 +33,7 @@ __all__ = ["Fit", "result_of"]
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Fit:
+class Fit(HasPicture):
     """Parameters fitted to a record; made by `percuss.fit`.
 
     Attributes
@@ -76,6 +77,8 @@ class Fit:
     profiles
         The profiles that were asked for, by path.
     """
+
+    picture: ClassVar = "plot_fit"
 
     values: dict[str, float]
     errors: dict[str, float]
