@@ -13,8 +13,8 @@ PIP = $$($(BIN)/python -c 'import pip' 2>/dev/null && echo $(BIN)/python || echo
 
 STUDIES = examples/n3_above.toml examples/n3_below.toml examples/half_harmonic.toml
 
-.PHONY: paper demo test frozen nightly docs benchmark check check-and-apart doctests lock clean
-.PHONY: floors dist numbers numbers-of-motions numbers-of-grids
+.PHONY: paper demo test frozen nightly docs benchmark check checks-and-structure-ensembles doctests
+.PHONY: floors dist lock clean numbers numbers-of-motions numbers-of-grids
 .DELETE_ON_ERROR:
 
 paper: .venv/run.stamp
@@ -38,13 +38,13 @@ TESTS = $(BIN)/python -m pytest -n logical --dist worksteal
 # The examples of docstrings compile the kernels for all on one core; mypy has another meanwhile,
 # and then pytest, which keeps all tests compiled for the workers: what is wrong with one these tell.
 # Ensembles of structures have kernels of their own, which are compiled while the doctests run.
-APART = tests/structures/test_ensembles.py
+STRUCTURE_ENSEMBLES = tests/structures/test_ensembles.py
 test: .venv/dev.stamp
-	$(MAKE) --jobs 2 check-and-apart doctests
-	$(TESTS) tests --ignore $(APART)
+	$(MAKE) --jobs 2 checks-and-structure-ensembles doctests
+	$(TESTS) tests --ignore $(STRUCTURE_ENSEMBLES)
 
-check-and-apart: check
-	$(BIN)/python -m pytest -q $(APART)
+checks-and-structure-ensembles: check
+	$(BIN)/python -m pytest -q $(STRUCTURE_ENSEMBLES)
 
 # What a change of the house must not change; after a change that is meant, `make frozen KEEP=--write`.
 frozen: .venv/dev.stamp
