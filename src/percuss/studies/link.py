@@ -74,7 +74,11 @@ def link_of(study: Study) -> str:
         known = "a motion, a diagram, a response or basins"
         raise ParameterError("study.kind", study.kind, f"not on the page, which shows {known}")
     view, tables, settings = shown(study.question, study)
-    motion: dict[str, Any] = {"forcing": {}, **model_tables(study.oscillator, study.forcing), **tables}
+    motion: dict[str, Any] = {
+        "forcing": {},
+        **model_tables(study.oscillator, study.forcing),
+        **tables,
+    }
     _check_size(motion["forcing"].get("record"))
     state: dict[str, Any] = {"view": view, "study": motion, "ranges": {}, "zooms": {}}
     if settings:
