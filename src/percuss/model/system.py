@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache
-from typing import NamedTuple, TypeAlias, cast
+from typing import NamedTuple, cast
 
 import numpy as np
 
@@ -395,9 +395,7 @@ def touching_stops(oscillator: Oscillator, number: int) -> tuple[int, ...]:
     )
 
 
-def _fill_header(
-    row: Floats, forcing: Forcing | None, harmonics: Floats, n_regions: int
-) -> None:
+def _fill_header(row: Floats, forcing: Forcing | None, harmonics: Floats, n_regions: int) -> None:
     row[at.N_HARMONICS], row[at.N_REGIONS] = len(harmonics), n_regions
     with np.errstate(over="ignore"):
         for harmonic in harmonics:

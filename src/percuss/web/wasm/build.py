@@ -31,12 +31,12 @@ LINKERS = ("wasm-ld", "wasm-ld-19", "wasm-ld-16", "wasm-ld-14")
 # What the page has to know of the arrays.
 COLUMNS = {
     record: (
-        "T X V FREE_BELOW FREE_ABOVE CONTACT_UNTIL STATE_ENTRIES TOUCHED N_EVENTS N_IMPACTS "
+        "T X V STATE_ENTRIES TOUCHED N_EVENTS N_IMPACTS "
         "N_GRAZES COUNTERS EVENT_T EVENT_T_LOW V_BEFORE V_AFTER EVENT_COLUMNS KIND BOUND "
         "NEXT_REGION MARK_COLUMNS GRAZE_COLUMNS IMPACT CROSSING CONTACT RELEASE REACHED_END "
         "REACHED_LIMIT AT_REST OVERFLOW NO_MORE FULL SPENT"
     ),
-    law_columns: "COLUMNS PERIOD N_REGIONS FIRST_HARMONIC OMEGA RATE GROWTH REGION_STIFFNESS MASS",
+    law_columns: "COLUMNS PERIOD GROWTH",
     fill_law: (
         "GIVEN_STIFFNESS GIVEN_DAMPING GIVEN_CONSTANT GIVEN_MASS GIVEN_STOPS GIVEN_HARMONICS "
         "GIVEN_PER_MASS STOP_AT STOP_STIFFNESS STOP_DAMPING STOP_SIDE STOP_RESTITUTION "
@@ -70,7 +70,7 @@ def build(linker: str) -> bytes:
         exports = [f"--export={symbol}" for symbol in symbols.values()]
         options = ["--no-entry", "--allow-undefined", "-O3", "--strip-all", "--gc-sections"]
         command = [linker, *options, *exports, "--export=__heap_base", str(made), "-o", str(linked)]
-        subprocess.run(command, check=True)  # noqa: S603
+        subprocess.run(command, check=True)
         return linked.read_bytes() + _section(symbols)
 
 
@@ -107,15 +107,14 @@ def _signature(code: str) -> Any:
 def _section(symbols: dict[str, str]) -> bytes:
     """Return the custom section that describes the file."""
     columns = {
-        name: getattr(module, name, None)
+        name: int(getattr(module, name))
         for module, names in COLUMNS.items()
         for name in names.split()
     }
-    columns["REGION_STIFFNESS"] = law_columns.STIFFNESS
     about = {
         "hash": sources_hash(),
         "entries": {name: [symbols[name], SIGNATURES[name]] for name in ENTRIES},
-        "columns": {name: int(value) for name, value in columns.items() if value is not None},
+        "columns": columns,
     }
     name, text = SECTION.encode(), json.dumps(about, sort_keys=True).encode()
     body = _leb(len(name)) + name + text

@@ -34,13 +34,27 @@ from percuss.kernels.record import (
     MotionRecord,
 )
 from percuss.kernels.sample import drive, evaluate, flight_at
-from percuss.kernels.triples import rounded
+from percuss.kernels.triples import PI, add, divide, multiply, number, rounded
 
 # As `percuss.plotting.samples` has them.
 POINTS_PER_CYCLE, FEWEST_POINTS, MOST_POINTS = 64, 33, 4097
 BUDGET = 1_000_000
 FEWEST_IN_BUDGET = 5
 LARGEST = 1e150
+
+
+# Rows of three doubles each, for `instant`.
+FREQUENCY, N_PERIODS, TIMES, PLUS, ANSWER = range(5)
+
+
+@kernel
+def instant(numbers: Floats) -> None:
+    """Write the instant so many periods after a phase, times pi and plus, as a double."""
+    time = add(multiply(given_number(numbers, TIMES, 0), PI), given_number(numbers, PLUS, 0))
+    if numbers[N_PERIODS, 0] != 0.0:
+        period = divide(multiply(number(2.0), PI), given_number(numbers, FREQUENCY, 0))
+        time = add(time, multiply(given_number(numbers, N_PERIODS, 0), period))
+    numbers[ANSWER, 0] = rounded(time)
 
 
 @kernel
@@ -191,18 +205,27 @@ def to_columns(
             if values[end] > values[greatest]:
                 greatest = end
             end += 1
-        for place in (min(least, greatest), max(least, greatest)):
-            if kept == 0 or out[0, kept - 1] != t[place] or out[1, kept - 1] != values[place]:
-                out[0, kept] = t[place]
-                out[1, kept] = values[place]
-                kept += 1
+        first = min(least, greatest)
+        last = max(least, greatest)
+        out[0, kept] = t[first]
+        out[1, kept] = values[first]
+        kept += 1
+        if last > first:
+            out[0, kept] = t[last]
+            out[1, kept] = values[last]
+            kept += 1
         i = end
     return kept
 
 
 @kernel
 def stop_forces(
-    given: Floats, bounds: Integers, record: MotionRecord, phases: Floats, curve: Floats, out: Floats
+    given: Floats,
+    bounds: Integers,
+    record: MotionRecord,
+    phases: Floats,
+    curve: Floats,
+    out: Floats,
 ) -> None:
     """Write the force of each stop along a curve t, x, v (3, n) into ``out`` (n_stops + 1, n).
 

@@ -21,6 +21,7 @@ SIGNATURES = {
     "march": "F2 F1 I1 F2 F2 F2 F2 I2 F2 f i i",
     "cycles": "F2 F1 F1 F1",
     "evaluate": "F2 f F2 I2 F1 F2 F2 F2",
+    "instant": "F2",
     "cut": "F2 f F2 I2 f f F1",
     "count_points": "F2 f F2 I2 f F1 I1",
     "trace": "F2 f F2 I2 F1 I1 F3 F2 F2 I1",
@@ -74,6 +75,12 @@ def evaluate(
     """Evaluate a motion, at events after them."""
     record = MotionRecord(law, x0, events, marks)
     sample.evaluate(record, instants, True, phases, arrival, motion)
+    return 0
+
+
+def instant(numbers: Floats) -> int:
+    """Write an instant."""
+    curve.instant(numbers)
     return 0
 
 
@@ -156,6 +163,7 @@ ENTRIES: dict[str, Callable[..., Any]] = {
         march,
         cycles,
         evaluate,
+        instant,
         cut,
         count_points,
         trace,
