@@ -356,7 +356,7 @@ class _Region:
         force = _less_spring(force, _given(self.oscillator.stiffness), place, (0, 1))
         for stop in self.touched:
             force = _less_spring(force, _given(stop.stiffness), place, _given(stop.at))
-        return force[0] / force[1]
+        return float(force[0] / force[1])
 
 
 def _given(value: Exact) -> Ratio:

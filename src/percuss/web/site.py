@@ -66,14 +66,14 @@ def write_site(folder: Path, *, force: bool = False) -> list[Path]:
     """
     try:
         if not force and folder.is_dir() and any(folder.iterdir()):
-            raise OutputError(f"{folder}: not empty; give another --out, or --force")
+            raise OutputError(folder, "not empty; force=True replaces it")
         folder.mkdir(parents=True, exist_ok=True)
         files = []
         for name, text in _texts().items():
             (folder / name).write_text(text, encoding="utf-8")
             files.append(folder / name)
     except OSError as error:
-        raise OutputError(f"{folder}: {error.strerror or error}") from error
+        raise OutputError(folder, error.strerror or str(error)) from error
     return files
 
 
