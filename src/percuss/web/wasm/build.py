@@ -17,8 +17,9 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from percuss.kernels import fill_law, law_columns, record
+from percuss.kernels import batch, fill_law, law_columns, observables, record
 from percuss.kernels.compile import OPTIONS
+from percuss.web.wasm import attractors
 from percuss.web.wasm.entries import ENTRIES, SIGNATURES
 from percuss.web.wasm.sources import KERNELS_FILE, SECTION, sources_hash
 
@@ -36,7 +37,13 @@ COLUMNS = {
         "NEXT_REGION MARK_COLUMNS GRAZE_COLUMNS IMPACT CROSSING CONTACT RELEASE REACHED_END "
         "REACHED_LIMIT AT_REST OVERFLOW NO_MORE FULL SPENT"
     ),
-    law_columns: "COLUMNS PERIOD GROWTH",
+    law_columns: "COLUMNS PERIOD GROWTH STOP_COLUMNS",
+    observables: "N_OBSERVABLES POINT_COLUMNS PLAN_ENTRIES STROBES IMPACT_POINTS PASSAGES",
+    batch: "BUFFER GRAZES",
+    attractors: (
+        "ASKED_SECTION ASKED_TRANSIENT ASKED_PERIODS ASKED_CYCLE ASKED_LEVEL ASKED_WAY "
+        "ASKED_ENTRIES"
+    ),
     fill_law: (
         "GIVEN_STIFFNESS GIVEN_DAMPING GIVEN_CONSTANT GIVEN_MASS GIVEN_STOPS GIVEN_HARMONICS "
         "GIVEN_PER_MASS STOP_AT STOP_STIFFNESS STOP_DAMPING STOP_SIDE STOP_RESTITUTION "

@@ -253,16 +253,18 @@ def stop_forces(
                 force = -spring * depth - drag * curve[2, k]
                 out[i, k] = mass * force
                 others[k] += force
+    k = 0
     for row in range(events.shape[0]):
         if marks[row, KIND] != CONTACT:
             continue
         wall = bounds[wall_of(record, row, bounds)]
-        release = math.inf
-        if row + 1 < events.shape[0]:
-            release = events[row + 1, EVENT_T]
-        for k in range(curve.shape[1]):
-            if events[row, EVENT_T] <= curve[0, k] < release:
-                out[wall, k] = -mass * others[k]
+        release = events[row + 1, EVENT_T] if row + 1 < events.shape[0] else math.inf
+        # Contacts come in the order of time, as the points do.
+        while k < curve.shape[1] and curve[0, k] < events[row, EVENT_T]:
+            k += 1
+        while k < curve.shape[1] and curve[0, k] < release:
+            out[wall, k] = -mass * others[k]
+            k += 1
 
 
 @kernel

@@ -10,7 +10,7 @@ from percuss.kernels import fill_law as law_filling
 from percuss.kernels import march as engine
 from percuss.kernels import sample
 from percuss.kernels.record import MotionRecord, Run
-from percuss.web.wasm import curve
+from percuss.web.wasm import attractors, curve
 
 __all__ = ["ENTRIES", "SIGNATURES"]
 
@@ -29,6 +29,7 @@ SIGNATURES = {
     "to_columns": "F1 F1 I1 i i F2",
     "stop_forces": "F2 I1 F2 f F2 I2 F2 F2 F2",
     "spectrum": "F1 F2",
+    "attractor": "F2 F1 I1 F3 F2 I2 F2 F1 F1 F1 F1 F2 F2 F1 F3 F2",
 }
 
 
@@ -156,6 +157,33 @@ def spectrum(values: Floats, work: Floats) -> int:
     return 0
 
 
+def attractor(
+    law: Floats,
+    state: Floats,
+    counters: Integers,
+    phases: Floats,
+    events: Floats,
+    marks: Integers,
+    grazes: Floats,
+    start: Floats,
+    asked: Floats,
+    plan: Floats,
+    values: Floats,
+    points: Floats,
+    stops: Floats,
+    best: Floats,
+    scratch: Floats,
+    out: Floats,
+) -> int:
+    """Follow a motion, and write its points on a section."""
+    attractors.clear(state, counters)
+    run = Run(law, state, counters, phases[0], phases[1], phases[2], events, marks, grazes)
+    loads = attractors.loads_of(law, best, scratch)
+    status = attractors.attractor(run, start, asked, (plan, values, points), stops, loads)
+    attractors.in_order(points, values, out)
+    return status
+
+
 ENTRIES: dict[str, Callable[..., Any]] = {
     entry.__name__: entry
     for entry in (
@@ -171,5 +199,6 @@ ENTRIES: dict[str, Callable[..., Any]] = {
         to_columns,
         stop_forces,
         spectrum,
+        attractor,
     )
 }

@@ -12,6 +12,7 @@ const [LEAST, LARGEST] = [1e-150, 1e150];
 
 /** Return a number, or the text of one, as three doubles; null where the kernels cannot take it. */
 export function exactNumber(value) {
+  if (Array.isArray(value?.parts)) return value.parts;
   if (typeof value === "number") return isModerate(value) ? [value, 0, 0] : null;
   const ratio = ratioOf(value);
   return ratio === null ? null : parts(ratio);
@@ -29,6 +30,27 @@ export function exactPhase(value) {
   const multiple = ratio && [sign === "-" ? -ratio[0] : ratio[0], ratio[1] * BigInt(over ?? 1)];
   const pair = { times: multiple && parts(multiple), plus: exactNumber(plus ?? 0) };
   return pair.times && pair.plus ? pair : null;
+}
+
+/** Return the k-th of n values from one double to another, exact; {parts} where it is no end. */
+export function exactBetween(low, high, k, n) {
+  if (k === 0) return low;
+  if (k === n - 1) return high;
+  const [first, last] = [ratioOfDouble(low), ratioOfDouble(high)];
+  const count = BigInt(n - 1);
+  const [a, b] = [first[0] * last[1], last[0] * first[1]];
+  return { parts: parts([a * (count - BigInt(k)) + b * BigInt(k), first[1] * last[1] * count]) };
+}
+
+/** Return a double as [numerator, denominator]. */
+function ratioOfDouble(value) {
+  let denominator = 1n;
+  let numerator = value;
+  while (!Number.isInteger(numerator)) {
+    numerator *= 2;
+    denominator *= 2n;
+  }
+  return [BigInt(numerator), denominator];
 }
 
 const isModerate = (value) => value === 0 || (Math.abs(value) >= LEAST && Math.abs(value) <= LARGEST);

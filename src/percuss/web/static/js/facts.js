@@ -101,7 +101,7 @@ export class Facts {
 
   /** Grey the facts of an earlier motion. */
   isKnown(isKnown) {
-    this.orbit.root.classList.toggle("stale", !isKnown);
+    this.orbit.root.classList.toggle("stale", !isKnown && this.kind !== "missing");
   }
 
   /** undefined: not known yet; null: none found. */

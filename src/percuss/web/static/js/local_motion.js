@@ -88,7 +88,7 @@ export function lawOf(kernels, { given, stops, harmonics }) {
 }
 
 /** Return the instant so many periods after a phase. */
-function instantOf(kernels, { given, stops }, periods, { times, plus }) {
+export function instantOf(kernels, { given, stops }, periods, { times, plus }) {
   const numbers = kernels.zeros(5, 3);
   const omega = given[1 + stops.length]?.subarray(0, 3) ?? [0, 0, 0];
   kernels.view(numbers).set([...omega, ...periods, ...times, ...plus]);

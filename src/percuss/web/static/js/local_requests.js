@@ -1,5 +1,7 @@
 // Requests that the kernels in the page answer; the rest goes to the server, where there is one.
 
+import { LocalDiagram } from "./local_jobs.js";
+
 // Requests of these kinds are motions.
 const MOTIONS = new Set(["explore", "thumb"]);
 // What the kernels do not tell is asked of the server once a slider has rested so long [ms].
@@ -39,11 +41,22 @@ export class KernelsInWorker {
   }
 }
 
+/** Return whether a diagram is of a size that needs no sentence of the server. */
+function isModerate({ low, high, values, points }) {
+  return low < high && Number.isInteger(values) && Number.isInteger(points) && values >= 2 && points >= 2 && values <= 8192 && values * points <= 2_000_000;
+}
+
 /** Requests as of transport.js: motions are computed here, with one in each queue and one that waits. */
 export class LocalRequests {
-  /** `server`: the requests over a socket, or null; `refuse(message)`: the sentence where it is null. */
-  constructor(kernels, server, refuse) {
-    this.kernels = kernels;
+  /**
+   * `begin()` returns kernels in a worker of their own; `server`: the requests over a socket, or null;
+   * `refuse(message)`: the sentence where it is null.
+   */
+  constructor(begin, server, refuse) {
+    this.begin = begin;
+    this.kernels = begin();
+    this.pool = null;
+    this.job = null;
     this.server = server;
     this.refuse = refuse;
     this.queues = new Map();
@@ -63,11 +76,31 @@ export class LocalRequests {
   }
 
   replace(queue, message, handlers) {
+    if (queue === "job") this.job?.cancel();
+    if (message.kind === "diagram" && isModerate(message)) {
+      this.server?.cancel(queue);
+      this.#diagram(queue, message, handlers);
+      return;
+    }
+    this.#replaceElsewhere(queue, message, handlers);
+  }
+
+  async #diagram(queue, message, handlers) {
+    // One for each core, made when the first diagram is asked for.
+    this.pool ??= Array.from({ length: Math.max(1, navigator.hardwareConcurrency ?? 1) }, () => this.begin());
+    const job = new LocalDiagram(this.pool, message, handlers);
+    this.job = job;
+    const isAnswered = await job.run();
+    if (!isAnswered && this.job === job && !job.isCancelled) this.#replaceElsewhere(queue, message, handlers);
+  }
+
+  #replaceElsewhere(queue, message, handlers) {
     if (this.server !== null) this.server.replace(queue, message, handlers);
     else this.#elsewhere(queue, message, handlers);
   }
 
   cancel(queue) {
+    if (queue === "job") this.job?.cancel();
     this.server?.cancel(queue);
   }
 

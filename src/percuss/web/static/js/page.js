@@ -20,6 +20,6 @@ async function file(extension, request) {
 const facts = await (await fetch("/api/presets")).json();
 const scheme = location.protocol === "https:" ? "wss:" : "ws:";
 const bytes = fetch("/static/kernels.wasm").then((response) => response.arrayBuffer());
-const kernels = new KernelsInWorker(new Worker("/static/js/worker.js", { type: "module" }), bytes);
-const connect = (onState) => new LocalRequests(kernels, overSocket(`${scheme}//${location.host}/api/socket`, onState));
+const begin = () => new KernelsInWorker(new Worker("/static/js/worker.js", { type: "module" }), bytes);
+const connect = (onState) => new LocalRequests(begin, overSocket(`${scheme}//${location.host}/api/socket`, onState));
 mount(root, { connect, facts, file, hasLinks: true });

@@ -3,9 +3,9 @@
 import { KernelsInWorker, LocalRequests } from "./local_requests.js";
 import { mount } from "./main.js";
 
-const NEEDED = "percuss on your machine (percuss serve)";
+const NEEDED = "percuss on your machine: percuss serve";
 const NAMES = {
-  diagram: "diagrams need", response: "response charts need", basins: "basins need", saddles: "saddles need",
+  diagram: "this diagram needs", response: "response charts need", basins: "basins need", saddles: "saddles need",
   mechanism: "structures need", certify: "proofs need", explore: "this motion has numbers that need",
 };
 
@@ -16,11 +16,11 @@ const refuse = ({ kind }) => `${NAMES[kind] ?? "this needs"} ${NEEDED}`;
 export function begin(root, { facts, worker, kernels }) {
   const bytes = Uint8Array.from(atob(kernels), (letter) => letter.charCodeAt(0));
   const address = URL.createObjectURL(new Blob([worker], { type: "text/javascript" }));
-  const local = new KernelsInWorker(new Worker(address), Promise.resolve(bytes.buffer));
+  const beginKernels = () => new KernelsInWorker(new Worker(address), Promise.resolve(bytes.buffer));
   const connect = (onState) => {
     queueMicrotask(() => onState(true));
-    return new LocalRequests(local, null, refuse);
+    return new LocalRequests(beginKernels, null, refuse);
   };
-  const file = () => Promise.reject(new Error(`files need ${NEEDED}; the link holds all that is set`));
+  const file = () => Promise.reject(new Error(`files and Python need ${NEEDED}`));
   return mount(root, { connect, facts, file, hasLinks: true, isStatic: true });
 }

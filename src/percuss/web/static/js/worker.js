@@ -1,6 +1,7 @@
 // The worker that computes motions: it is sent the file of kernels first, then requests.
 
 import { loadKernels } from "./kernels.js";
+import { diagramPart } from "./local_diagram.js";
 import { answerMotion } from "./local_motion.js";
 
 /** Answer the messages to a worker's global object. */
@@ -10,8 +11,10 @@ export function serve(scope) {
     if (bytes !== undefined) kernels = loadKernels(bytes);
     if (request === undefined) return;
     try {
-      const answer = answerMotion(await kernels, request);
-      const buffers = answer === null ? [] : [...new Set(Object.values(answer.arrays).map((array) => array.buffer))];
+      const isPart = request.kind === "part";
+      const answer = isPart ? diagramPart(await kernels, request.of, request.numbers) : answerMotion(await kernels, request);
+      const arrays = Object.values(answer?.arrays ?? answer?.columns ?? {});
+      const buffers = [...new Set(arrays.map((array) => array.buffer))];
       scope.postMessage({ id, answer }, buffers);
     } catch (error) {
       // The server has an answer, or a sentence that says why there is none.
