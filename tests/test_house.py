@@ -29,9 +29,9 @@ PRIVATE_READS = {
     "ensembles": 1,
 }
 # Names of types that are defined twice: a kind of study has the name of what it returns.
-TYPES = {"Branch": 2, "Curve": 2, "Design": 2, "Response": 2}
+TYPES = {"Branch": 2, "Curve": 2, "Design": 2, "Fit": 2, "Response": 2}
 # Modules that a motion study runs through from the command line to the first call of the kernel.
-MODULES_OF_A_STUDY = 20
+MODULES_OF_A_STUDY = 21
 # What NamedTuple gives to all, behind an underscore that keeps it apart from the fields.
 PUBLIC = {"_asdict", "_field_defaults", "_fields", "_make", "_replace"}
 

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from percuss.ensembles import bifurcation_diagram as bifurcation_diagram
     from percuss.ensembles import load_store as load_store
     from percuss.ensembles import lyapunov_exponents as lyapunov_exponents
+    from percuss.ensembles import merge_parts as merge_parts
     from percuss.ensembles import status_of_store as status_of_store
     from percuss.ensembles import sweep as sweep
     from percuss.errors import ConvergenceError as ConvergenceError
@@ -240,6 +241,7 @@ __all__ = [
     "load_store",
     "lyapunov_exponents",
     "manifolds",
+    "merge_parts",
     "parameter",
     "pareto_front",
     "pi_times",
@@ -277,6 +279,7 @@ _HOMES = {
         "bifurcation_diagram",
         "load_store",
         "lyapunov_exponents",
+        "merge_parts",
         "status_of_store",
         "sweep",
     ),

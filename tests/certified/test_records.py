@@ -20,10 +20,13 @@ from tests.oracle.random_problems import (
 import percuss as pc
 from percuss.certified import CertifiedRun, Ending
 from percuss.certified.ball_law import law_of
+from percuss.certified.fold import CurveResidual, OrbitsAlong
 from percuss.certified.knots import Blur
 from percuss.certified.numbers import precision
 from percuss.certified.pieces import Moment
+from percuss.certified.shooting import shooting_of, vector_of
 from percuss.certified.system import system_of
+from percuss.model.paths import get_parameter
 
 HALF = pc.impact_oscillator("1/2")
 PLASTIC = pc.impact_oscillator(0)
@@ -409,17 +412,66 @@ def test_steady_motion_under_a_square_wave_is_its_closed_form() -> None:
     assert pc.certify(formal).admissible is False
 
 
-def test_a_doubling_under_a_square_wave_is_enclosed_and_a_fold_refused() -> None:
-    osc = pc.impact_oscillator("0.8", wall="0.2", side="above", damping="0.05")
-    orbit = pc.find_orbit(osc, pc.square_wave(2.0))
-    branch = pc.continue_orbit(orbit, over={"forcing.record.omega": (2.0, 2.8)})
-    points = {point.kind: point for point in branch.special_points}
-    proven = pc.certify(points["period_doubling"])
-    assert proven.exists
-    assert abs(proven.value.mid() - points["period_doubling"].value) < 1e-10
-    graze = pc.certify(points["grazing"])
-    assert not graze.exists
-    assert "between the knots of a record" in graze.reason
+GAP, PACE = "oscillator.stops.0.at", "forcing.record.omega"
+DAMPED = pc.impact_oscillator("0.7", wall="-0.2", damping="0.05")
+
+
+@pytest.mark.parametrize(
+    ("force", "over", "kinds"),
+    [
+        (pc.square_wave("2.3"), {GAP: ("-0.72", "-0.2")}, ["fold", "grazing", "period_doubling"]),
+        (pc.square_wave("2.3"), {PACE: ("2.3", "2.8")}, ["grazing", "period_doubling"]),
+        pytest.param(
+            pc.triangle_wave("2.3", amplitude="1.5") + pc.cosine("2.3", amplitude="0.1"),
+            {GAP: ("-0.9", "-0.1")},
+            ["fold", "grazing", "period_doubling"],
+            marks=pytest.mark.nightly,
+        ),
+    ],
+    ids=["square, gap", "square, frequency", "triangle and harmonic, gap"],
+)
+def test_special_points_under_waves_are_enclosed(
+    force: pc.Forcing, over: dict[str, tuple[Any, Any]], kinds: list[str]
+) -> None:
+    orbit = pc.find_orbit(DAMPED, force)
+    points = {p.kind: p for p in pc.continue_orbit(orbit, over=over).special_points}
+    assert sorted(points) == kinds
+    for kind, point in points.items():
+        proven = pc.certify(point)
+        assert proven.exists, kind
+        assert abs(proven.value.mid() - point.value) < 1e-10
+        assert proven.value.radius() < 1e-12
+
+
+def test_a_graze_of_steady_motion_under_a_wave_is_its_closed_form() -> None:
+    """Of an undamped spring x = 1 - cos(t - h)/cos(h) turns at the middle h of a half period."""
+    osc = pc.impact_oscillator("0.8", wall=-1)
+    calm = pc.find_orbit(osc, pc.square_wave(2, amplitude="0.5"), n_impacts=0)
+    branch = pc.continue_orbit(calm, over={"forcing.record.amplitude": ("0.5", 5)})
+    proven = pc.certify(branch.special_points[0], digits=20)
+    with precision(200):
+        assert proven.value.arb.contains(1 / ((1 / (arb.pi() / 4).cos()) - 1))
+
+
+@pytest.mark.parametrize("path", [PACE, "forcing.record.amplitude", GAP, "oscillator.damping"])
+@pytest.mark.parametrize("wave", [pc.square_wave, pc.triangle_wave])
+def test_the_derivative_by_a_parameter_over_knots_is_that_of_differences(
+    wave: Callable[..., pc.Forcing], path: str
+) -> None:
+    orbit = pc.find_orbit(DAMPED, wave("2.3", amplitude=2), formal=True)
+    with precision(300):
+        system = system_of(*orbit.system)
+        equations, guess = shooting_of(system, orbit)
+        value = arb(float(get_parameter(*orbit.system, None, path)))
+        w, eta = vector_of(guess), vector_of(guess)[0]
+        w[0] = value
+        curve = OrbitsAlong(system, equations.events, orbit.n_periods, path, 0)
+        residual, step = CurveResidual(curve, eta), arb(2) ** -100
+        ends = [residual.value([value + move, *w[1:]]) for move in (step, -step)]
+        expected = (ends[0] - ends[1]) * (1 / (2 * step))
+        exact = residual.derivative(w)
+        for row in range(exact.nrows()):
+            assert abs(exact[row, 0] - expected[row, 0]) < 1e-25
 
 
 def test_an_expression_among_the_samples_is_refused() -> None:

@@ -79,6 +79,23 @@ def test_ctrl_c_keeps_what_was_done_and_ends_with_status_130(tmp_path: Path) -> 
     assert load_netcdf(result)["impacts"].to_dataset().sizes["impact"] > 1000
 
 
+@pytest.mark.nightly  # test_pipelines.py sends the signal inside one process
+@pytest.mark.skipif(os.name != "posix", reason="Windows ends a process at once")
+def test_sigterm_keeps_what_was_done_and_ends_with_status_143(tmp_path: Path) -> None:
+    (tmp_path / "long.toml").write_text(LONG)
+    with begun([*PERCUSS, "run", "long.toml"], cwd=tmp_path) as process:
+        assert process.stderr is not None
+        assert any(line.startswith("simulating") for line in process.stderr)
+        # To this process alone, as a queue does at the end of its time.
+        process.terminate()
+        _, err = process.communicate(timeout=120)
+
+    assert process.returncode == 143
+    assert "ended by SIGTERM; writing what was done (once more drops it)" in err
+    result = tmp_path / "long" / "motion.nc"
+    assert load_record(result).outcome == pc.Outcome.interrupted.value
+
+
 @pytest.mark.parametrize("arguments", [["--help"], ["run", "--help"], ["--version"]])
 def test_help_loads_nothing_slow(arguments: list[str], tmp_path: Path) -> None:
     code = (

@@ -9,7 +9,14 @@ from pathlib import Path
 import pytest
 
 from percuss.cli import terminal
-from percuss.cli.terminal import INTERRUPTED, STARTING, ProgressBar
+from percuss.cli.terminal import (
+    INTERRUPTED,
+    STARTING,
+    TERMINATED,
+    WRITING,
+    ProgressBar,
+    Terminated,
+)
 
 
 def test_a_log_gets_lines_by_the_clock_from_the_start_on(
@@ -71,3 +78,46 @@ def test_ctrl_c_while_a_whole_run_is_written_drops_it(capfd: pytest.CaptureFixtu
             signal.raise_signal(signal.SIGINT)
 
     assert capfd.readouterr().err == ""
+
+
+def test_sigterm_stops_the_run_and_lets_its_files_be_finished(
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    before = signal.getsignal(signal.SIGTERM)
+    with ProgressBar() as stopped:
+        signal.raise_signal(signal.SIGTERM)
+        assert not stopped(0.2, 1.0)
+        stopped.writing(Path("motion.nc"))
+        with pytest.raises(Terminated):
+            signal.raise_signal(signal.SIGTERM)
+    with ProgressBar() as whole:
+        whole.writing(Path("motion.nc"))
+        signal.raise_signal(signal.SIGTERM)
+        assert whole.signal == signal.SIGTERM
+
+    assert capfd.readouterr().err == f"{TERMINATED}\n{WRITING}\n"
+    assert signal.getsignal(signal.SIGTERM) is before
+
+
+def test_sigterm_ends_chunks_as_ctrl_c_does() -> None:
+    with ProgressBar(of_chunks=True) as watched:
+        for number in (signal.SIGTERM, signal.SIGINT):
+            with pytest.raises(KeyboardInterrupt):
+                signal.raise_signal(number)
+
+    assert watched.signal == signal.SIGTERM
+
+
+def test_lines_name_the_study_or_the_part_and_quiet_shows_none(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(terminal, "PATIENCE", 0.0)
+    with ProgressBar("measuring", name="part 3/100", is_quiet=True) as quiet:
+        quiet(1.0, 2.0)
+        assert not quiet._clock.is_alive()
+    assert capfd.readouterr().err == ""
+    with ProgressBar("measuring", name="part 3/100") as shown:
+        shown(1.0, 2.0)
+        while not (text := capfd.readouterr().err):
+            time.sleep(0.01)
+    assert text.startswith("part 3/100: ")

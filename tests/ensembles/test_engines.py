@@ -59,7 +59,7 @@ def test_processes_give_the_bits_of_threads(tmp_path: Path) -> None:
 
 
 def test_a_cluster_without_workers_is_reported_and_waited_for(
-    local: Any, capsys: pytest.CaptureFixture[str]
+    local: Any, caplog: pytest.LogCaptureFixture
 ) -> None:
     over = {"forcing.omega": [2.4, 2.5]}
     with client_of(local, 0) as client:
@@ -70,12 +70,12 @@ def test_a_cluster_without_workers_is_reported_and_waited_for(
 
     assert found.attrs["complete"] == 1
     told = f"no workers yet at {local.scheduler_address}; waiting: the run goes on when"
-    assert told in capsys.readouterr().err
+    assert told in caplog.text
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals are POSIX's")
 def test_workers_that_are_frozen_are_reported_and_the_run_goes_on_when_they_return(
-    local: Any, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    local: Any, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     monkeypatch.setattr("percuss.ensembles.cluster.SILENT", 2.0)
     monkeypatch.setattr("percuss.ensembles.cluster.AGAIN", 1.0)
@@ -87,7 +87,8 @@ def test_workers_that_are_frozen_are_reported_and_the_run_goes_on_when_they_retu
         if not frozen:
             frozen.append(next(iter(local.workers.values())).process.process.pid)
             os.kill(frozen[0], signal.SIGSTOP)
-        told.append(capsys.readouterr().err)
+        told.append(caplog.text)
+        caplog.clear()
         if "".join(told).count("nothing has been heard of 1 of 1 workers") >= 2:
             os.kill(frozen[0], signal.SIGCONT)
         return True

@@ -16,6 +16,7 @@ from typer.testing import CliRunner
 import percuss as pc
 from percuss.cli import app
 from percuss.ensembles import store as store_module
+from percuss.ensembles.lock import StoreLock
 from percuss.progress import Report
 
 OSC, FORCE = pc.impact_oscillator("0.8"), pc.cosine("2.5")
@@ -147,8 +148,10 @@ def test_a_store_that_was_killed_while_it_was_made_is_made_by_the_same_call(
         path.mkdir()
         (path / "zarr.json.123.part").write_text('{"zarr_fo', encoding="utf-8")
     else:
-        name = "_make_arrays" if made == "marker" else "_make_array"
-        monkeypatch.setattr(store_module, name, die)
+        if made == "marker":
+            monkeypatch.setattr(StoreLock, "acquire", die)
+        else:
+            monkeypatch.setattr(store_module, "_make_array", die)
         with pytest.raises(Killed):
             CALLS["sweep"](path)
         monkeypatch.undo()

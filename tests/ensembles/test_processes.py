@@ -128,7 +128,7 @@ MARKS = "PERCUSS_TEST_MARKS"
 
 @pytest.mark.skipif(os.name != "posix", reason="signals are POSIX's")
 def test_an_engine_that_has_lost_workers_goes_on_with_the_others(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     monkeypatch.setenv(MARKS, str(tmp_path))
     omega = [2.0 + i / 100 for i in range(64)]
@@ -139,7 +139,7 @@ def test_an_engine_that_has_lost_workers_goes_on_with_the_others(
 
     assert found.mortal.values.tolist() == omega
     assert len(list(tmp_path.iterdir())) == 2
-    assert "a worker process has died while these points were at work" in capsys.readouterr().err
+    assert "a worker process has died while these points were at work" in caplog.text
 
 
 SLOW = """import os, signal, sys, time
@@ -201,7 +201,7 @@ def wait_for(process: subprocess.Popen[str], words: str) -> None:
 
 
 def test_ctrl_c_while_chunks_are_handed_out_is_heard_as_well(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     real, calls = Threads.submit, []
 
@@ -220,4 +220,4 @@ def test_ctrl_c_while_chunks_are_handed_out_is_heard_as_well(
     assert found.attrs["complete"] == 0
     # The first chunk may not have been begun yet.
     assert int(found.measure.notnull().sum()) in (0, 16)
-    assert "stopping after the chunks at work" in capsys.readouterr().err
+    assert "stopping after the chunks at work" in caplog.text

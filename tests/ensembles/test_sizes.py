@@ -87,16 +87,17 @@ def test_an_answer_beyond_memory_needs_a_store_and_is_read_from_its_disk(
 
 
 def test_a_large_answer_is_announced_before_the_work(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     monkeypatch.setattr(run_job, "LARGE", 1000)
     over = {"forcing.omega": MANY[::200], "start.v0": [0.5, 1.0]}
 
     pc.sweep("impacts_per_period", OSC, FORCE, over=over, transient=5, periods=5)
-    told = capsys.readouterr().err
-    assert re.fullmatch(r"200 points in chunks of \d.*, whose answer takes 1.6e-06 GB .*\n", told)
+    (told,) = caplog.messages
+    assert re.fullmatch(r"200 points in chunks of \d.*, whose answer takes 1.6e-06 GB .*", told)
+    caplog.clear()
     pc.sweep("impacts_per_period", OSC, FORCE, over=over, transient=5, periods=5, progress=False)
-    assert capsys.readouterr().err == ""
+    assert caplog.messages == []
 
 
 def test_memory_is_what_is_to_be_had_and_not_what_is_built_in(

@@ -255,11 +255,11 @@ def test_faults_are_sentences(data: Any, more: dict[str, Any], words: str) -> No
     assert words in str(told.value)
 
 
-def test_faults_of_files_name_their_rows(tmp_path: Path) -> None:
+def test_faults_of_files_name_their_lines(tmp_path: Path) -> None:
     path = tmp_path / "rig.csv"
     for text, words in (
-        ("t,displacement\n0,1\n1,far\n", 'row 3: displacement = "far" is no number'),
-        ("t,displacement\n0\n", "row 2 has 1 cells, the first one 2"),
+        ("t,displacement\n0,1\n1,far\n", 'line 3: displacement = "far" is no finite number'),
+        ("t,displacement\n0\n", "line 2: 1 cell between commas, where the names have 2"),
         ("t,displacement\n", "no line of values"),
     ):
         path.write_text(text, encoding="utf-8")

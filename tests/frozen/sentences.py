@@ -59,7 +59,7 @@ def studies() -> dict[str, str]:
     texts |= {f"template {name}": template_text(name) for name in template_names()}
     found = {}
     for name, text in texts.items():
-        written = parse_study(text, name).text()
+        written = parse_study(text, name, folder=ROOT / "examples").text()
         assert parse_study(written, name).text() == written, name
         found[name] = written
     return found

@@ -172,17 +172,17 @@ def test_what_a_killed_run_left_is_removed_by_the_next(tmp_path: Path) -> None:
 
 
 def test_the_size_of_a_large_file_is_announced_before_it_is_written(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     run = pc.simulate(pc.impact_oscillator(0.9), pc.cosine(2.8), v0=1.0, periods=400)
     save_csv(run, tmp_path / "small.csv")
-    assert capsys.readouterr().err == ""
+    assert caplog.messages == []
     monkeypatch.setattr("percuss.io.files.LARGE", 10_000)
 
     save_csv(run, tmp_path / "run.csv")
     save_netcdf(run, tmp_path / "run.nc", samples=2001)
 
-    told = re.findall(r"writing (\S+): about (\d+) MB", capsys.readouterr().err)
+    told = re.findall(r"writing (\S+): about (\d+) MB", caplog.text)
     assert [name for name, _ in told] == ["run.csv", "run.nc"]
 
 

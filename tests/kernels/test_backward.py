@@ -24,6 +24,15 @@ SYSTEMS = {
     "two walls": (pc.Oscillator(0.3, 0.01, WALLS), pc.fourier(1.3, cos=(1.0, 0.3))),
     "no spring": pc.ball_on_table(amplitude=0.9, omega=1.0, gravity=1.0, restitution=0.9),
     "elastic resonance": (pc.impact_oscillator(), pc.sine(1)),
+    "square wave": (pc.impact_oscillator(0.8, wall=-0.2), pc.square_wave("2.5")),
+    "triangle wave and a harmonic": (
+        pc.impact_oscillator(0.7, wall=-0.4, damping=0.05),
+        pc.triangle_wave("1.3") + pc.cosine("1.3", amplitude=0.3),
+    ),
+    "held samples": (
+        pc.Oscillator(1.0, 0.02, SOFT),
+        pc.record([0.5, 1.5, 2.2, 3.4, 9.0], [0.0, 2.0, -1.0, 0.3, 0.5], "hold"),
+    ),
 }
 
 

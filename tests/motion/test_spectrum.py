@@ -49,7 +49,22 @@ CASES = {
         {"t_end": 31.0},
     ),
     "ball at rest in the end": (*BALL, {"x0": 3.0, "t_end": 60.0}),
-}
+    "square wave": (BETWEEN, pc.square_wave(1.3), {"v0": 0.3, "t_end": 40.0}),
+    "triangle wave at resonance, without a stop": (
+        pc.Oscillator(), pc.triangle_wave(1, "0.4"), {"t0": -3.3, "t_end": 31.0},
+    ),
+    "samples and a harmonic, chatter and contact": (
+        pc.impact_oscillator(0.5, side="above", damping=0.1),
+        pc.record([-2.0, 0.4, 1.1, 2.9, 21.0], [0.0, 2.0, 0.8, 1.9, -1.0])
+        + pc.cosine(0.5, amplitude=0.3),
+        {"x0": -1, "t_end": 31.0},
+    ),
+    "samples, without a spring": (
+        pc.impact_oscillator(0.8, stiffness=0),
+        pc.record([0.0, 0.7, 1.1, 2.9], [-1.0, 0.5, -2.5, -1.0], repeat=True),
+        {"x0": 1.0, "t_end": 25.0},
+    ),
+}  # fmt: skip
 
 
 def run_of(name: str) -> Trajectory:
@@ -64,6 +79,8 @@ def by_quadrature(run: Trajectory, low: float, high: float) -> np.ndarray:
     times = np.concatenate(
         [run.impacts.t, run.crossings.t, run.contacts.start, released[np.isfinite(released)]]
     )
+    if run.forcing is not None and run.forcing.record is not None:
+        times = np.concatenate([times, run.record[0][:, 0]])
     cuts = np.unique(np.concatenate([[low], times[(times > low) & (times < high)], [high]]))
     panels = [np.linspace(a, b, max(1, math.ceil(7 * (b - a))) + 1) for a, b in pairwise(cuts)]
     left = np.concatenate([panel[:-1] for panel in panels])

@@ -7,7 +7,7 @@ import pytest
 
 import percuss as pc
 from percuss.model.system import law
-from percuss.orbits.surface.singularity_set import grazing_intervals
+from percuss.orbits.surface.grazing_intervals import grazing_intervals
 
 OSC = pc.impact_oscillator()
 
@@ -23,6 +23,36 @@ def test_intervals_are_those_of_the_sign_on_a_fine_grid(seed: int, sign: float) 
     t = (np.arange(20_000) + 0.5) / 20_000 * force.period
     phases = 1.3 * np.outer(t, np.arange(1, 2 + seed))
     value = constant + np.cos(phases) @ cos + np.sin(phases) @ sin
+
+    found = grazing_intervals(law(OSC, force), constant, sign)
+
+    inside = np.zeros(len(t), dtype=np.bool_)
+    for begin, end in found:
+        assert 0.0 <= begin < force.period
+        inside |= (t > begin) & (t < end)
+        inside |= (t + force.period > begin) & (t + force.period < end)
+    np.testing.assert_array_equal(inside, sign * value > 0.0)
+
+
+@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_intervals_under_a_record_are_those_of_the_sign_on_a_fine_grid(
+    seed: int, sign: float
+) -> None:
+    rng = np.random.default_rng(seed)
+    instants = -0.4 + np.cumsum(rng.uniform(0.1, 1.0, 6 + seed))
+    samples = rng.normal(size=6 + seed)
+    force = pc.record(instants, samples, "hold" if seed % 2 else "linear", repeat=True)
+    assert force.period is not None
+    constant = float(rng.normal())
+    if seed > 3:
+        tone = pc.cosine(2 * np.pi / force.period, amplitude=1.5)
+        assert force.record is not None
+        force = pc.Forcing(tone.harmonics, period=force.record.period, record=force.record)
+    assert force.period is not None
+    t = (np.arange(20_000) + 0.5) / 20_000 * force.period
+    free = pc.simulate(pc.Oscillator(), force, t_end=force.period)
+    value = constant + free.forces(t)["forcing"].values
 
     found = grazing_intervals(law(OSC, force), constant, sign)
 

@@ -24,10 +24,13 @@ def fit() -> pc.Fit:
 
 
 def test_record_residuals_impacts_and_ellipse_are_drawn(fit: pc.Fit) -> None:
-    above, below, beside = plotting.plot_fit(fit).axes
-    samples, motion, impacts = above.get_lines()
+    above, middle, below, beside = plotting.plot_fit(fit).axes
+    samples, motion = above.get_lines()
+    (impacts,) = middle.get_lines()
     np.testing.assert_allclose(samples.get_ydata(), fit.residuals.value.values[::2])
-    np.testing.assert_array_equal(impacts.get_xdata(), fit.impacts)
+    np.testing.assert_allclose(impacts.get_xdata(), fit.impacts, rtol=1e-12)
+    at_wall = fit.run.impacts
+    np.testing.assert_allclose(impacts.get_ydata(), np.abs(at_wall.v_before), atol=1e-6)
     assert np.ptp(np.asarray(motion.get_xdata())) == pytest.approx(20)
     residuals = np.asarray(below.get_lines()[-1].get_ydata())
     assert np.mean(residuals**2) == pytest.approx(1, abs=0.4)
@@ -42,7 +45,7 @@ def test_another_quantity_and_a_window(fit: pc.Fit) -> None:
     )
     assert figure.axes[0].get_ylabel() == "velocity (dimensionless)"
     assert figure.axes[0].get_xlim() == (5, 10)
-    assert "restitution" in figure.axes[2].get_xlabel()
+    assert "restitution" in figure.axes[3].get_xlabel()
 
 
 def test_one_parameter_has_no_ellipse_and_impact_times_have_flights() -> None:
@@ -50,8 +53,44 @@ def test_one_parameter_has_no_ellipse_and_impact_times_have_flights() -> None:
     heard = 0.5 + np.concatenate([[0], np.cumsum(0.8 ** np.arange(8))])
     fit = pc.fit({"impact_times": heard}, ball, pc.Forcing(constant=-10), free={RESTITUTION: 0.7})
     figure = plotting.plot_fit(fit)
-    assert len(figure.axes) == 2
+    assert len(figure.axes) == 3
     np.testing.assert_allclose(figure.axes[0].get_lines()[0].get_ydata(), np.diff(heard)[1:])
+
+
+def test_another_record_and_entries_into_a_soft_stop() -> None:
+    stop = pc.SoftStop(at="0.2", side="above", stiffness=20)
+    rig = pc.Oscillator(damping="0.05", stops=(stop,))
+    t = np.linspace(0, 10, 80)
+    data = [
+        {"t": t, "displacement": pc.simulate(rig, pc.cosine(2), v0=v0, t_end=10)(t)[0]}
+        for v0 in (0.5, -0.3)
+    ]
+    fit = pc.fit(data, rig, pc.cosine(2), free={GAP: 0.22}, noise=0.01)
+
+    above, middle, _ = plotting.plot_fit(fit, record=1).axes
+
+    samples, motion = above.get_lines()
+    np.testing.assert_array_equal(samples.get_ydata(), data[1]["displacement"])
+    drawn = np.interp(t, np.asarray(motion.get_xdata()), np.asarray(motion.get_ydata()))
+    np.testing.assert_allclose(drawn, data[1]["displacement"], atol=1e-3)
+    (entries,) = middle.get_lines()
+    assert entries.get_fillstyle() == "none"
+    with pytest.raises(pc.ParameterError, match="none of the 2 records, counted from 0"):
+        plotting.plot_fit(fit, record=2)
+
+
+def test_profiles_stand_beside_the_parabolas_of_the_errors(fit: pc.Fit) -> None:
+    figure = plotting.plot_profiles(fit, parameters=[GAP], n=5)
+    (ax,) = figure.axes
+    parabola, profile, points = ax.get_lines()[:3]
+    np.testing.assert_allclose(np.asarray(points.get_ydata())[2], 0, atol=1e-6)
+    np.testing.assert_allclose(points.get_ydata(), [9, 2.25, 0, 2.25, 9], rtol=0.15, atol=1e-6)
+    np.testing.assert_allclose(profile.get_ydata(), parabola.get_ydata(), rtol=0.2, atol=0.1)
+    assert list(fit.profiles) == [GAP]
+    # Those that were asked for are drawn, and not fitted again.
+    assert len(plotting.plot_profiles(fit).axes) == 1
+    with pytest.raises(pc.ParameterError, match="none of the fitted parameters"):
+        plotting.plot_profiles(fit, parameters=["oscillator.damping"])
 
 
 def test_faults(fit: pc.Fit) -> None:

@@ -125,7 +125,7 @@ def test_no_family_of_a_structure_starts_at_a_fold() -> None:
         (pc.Loads({0: pc.cosine(1), 1: pc.cosine(2**0.5)}), {OMEGA: (1, 2)}, {"on": 0},
          "a periodic orbit needs a periodic forcing"),
         (pc.Loads({0: pc.record([0, 1], [0, 1])}), {"structure.mass.0.0": (1, 2)}, {"on": 0},
-         "a response curve is not to be had under a record"),
+         "a periodic orbit needs a periodic forcing"),
         (None, {OMEGA: (0.7, 0.8)}, {"on": 0}, "a response is one to a forcing"),
     ],
 )  # fmt: skip

@@ -115,7 +115,7 @@ def test_the_studies_of_the_reference_can_be_read_and_each_key_of_structures_is_
         text for text in re.findall(r"```toml\n(.*?)```", page, re.DOTALL) if "[study]" in text
     ]
 
-    assert [parse_study(text).kind for text in texts] == ["orbit", "basins", "design"]
+    assert [parse_study(text).kind for text in texts] == ["orbit", "basins", "design", "fit"]
     part = page[page.index("## The model: a structure") :].split("\n## ")[0]
     shapes = [STRUCTURE.own, *STRUCTURE.inner.values()]
     names = {name for shape in shapes for name in shape.model_fields} - {"stops"}

@@ -171,7 +171,7 @@ TWO_HARMONICS = "".join(
             HEAD + RUN + '[study]\nkind = "sweeep"',
             (
                 's.toml:8: study.kind = "sweeep": did you mean "sweep"? There are motion, orbit, '
-                "orbits, branch, curve, response, sweep, diagram, basins, lyapunov or design"
+                "orbits, branch, curve, response, sweep, diagram, basins, lyapunov, design or fit"
             ),
         ),
         (HEAD + RUN + "x = ", 's.toml:7: invalid value: "x ="'),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -29,6 +30,36 @@ omega = 1
 [draw]
 svg = false
 """
+# Of this model from rest, its displacement rounded to six digits.
+T = [0.5 * i for i in range(26)]
+X = [
+    0.0,
+    0.117875,
+    0.406809,
+    0.710415,
+    0.845601,
+    0.674499,
+    0.163043,
+    -0.593955,
+    -1.390976,
+    -1.969399,
+    -2.098093,
+    -1.652655,
+    -0.668212,
+    0.652442,
+    0.201432,
+    -0.694217,
+    -1.29981,
+    -1.599965,
+    -1.644542,
+    -1.507448,
+    -1.250158,
+    -0.902782,
+    -0.467503,
+    0.059725,
+    0.660415,
+    0.781538,
+]
 QUESTIONS = {
     "motion": "[start]\nx0 = 0\nv0 = 0\n[run]\nperiods = 3\n",
     "orbit": "[orbit]\nimpacts = 1\ncycle = 0.01\nv_after = -1.3\nsequence = [0]\n",
@@ -46,6 +77,9 @@ QUESTIONS = {
     "lyapunov": "[lyapunov]\ntransient = 10\nperiods = 64\n",
     "design": '[design]\noutcome = "peak_impact_velocity"\nrestarts = 0\n'
     '[design.free]\n"oscillator.stops.0.restitution" = ["0.7", "0.9"]\n',
+    # A free motion that meets the wall once, which gives the damping and the restitution.
+    "fit": '[fit.free]\n"oscillator.damping" = 0.1\n"oscillator.stops.0.restitution" = [0.5, 0.9]\n'
+    f"[[fit.records]]\nnoise = 0.01\nt = {T}\ndisplacement = {X}\n",
 }
 
 
@@ -144,6 +178,15 @@ def test_its_answer_is_what_the_function_of_that_name_returns(kind: str, done: D
     elif kind == "basins":
         assert loaded.n_impacts.values.tolist() == [1.0]
         assert (loaded.basin.values == 0).all()
+    elif kind == "fit":
+        data = {"t": np.array(T), "displacement": np.array(X)}
+        free: dict[str, Any] = {
+            "oscillator.damping": 0.1,
+            "oscillator.stops.0.restitution": (0.5, 0.9),
+        }
+        fit = pc.fit(data, osc, force, free=free, noise=0.01)
+        assert loaded["value"].values.tolist() == list(fit.values.values())
+        np.testing.assert_allclose(loaded["value"], [0.05, 0.8], atol=1e-3)
     elif kind == "design":
         free = {"oscillator.stops.0.restitution": (0.7, 0.9)}
         best = pc.design("peak_impact_velocity", osc, force, free=free, restarts=0)

@@ -16,8 +16,10 @@ from flint import arb, arb_mat, arb_series, ctx
 from percuss.certified.ball_arithmetic import Undecided
 from percuss.certified.ball_law import BallLaw
 from percuss.certified.branch import is_positive, root_of, system_at, system_over
+from percuss.certified.cloud import BallPair
 from percuss.certified.flight import EnclosedFlight
 from percuss.certified.numbers import ball, constant_of, exact_value
+from percuss.certified.pieces import Moment
 from percuss.certified.properties import admissible_of, monodromy_of
 from percuss.certified.shooting import (
     Image,
@@ -107,8 +109,16 @@ class OrbitsAlong:
         event, following = equations.events[i], equations.next_event(i)
         t, v = states[i]
         arrival, _ = equations.arrival(i, states, self.coarse())
-        flight = EnclosedFlight(law, event.after, law.phasors(t), law.places[event.bound], v)
-        (x1, v1, a1), _ = flight.derivatives(arrival.box[0] - t, 2)
+        pieces = [start.piece for start, _ in equations.pieces_of_flight(i, states)]
+        place, begin = law.places[event.bound], Moment(t)
+        flight = _flight_from(law, event.after, begin, (place, v), pieces[0])
+        for piece in pieces[1:]:
+            # The knot may move with the parameter: its instant is a series, too.
+            knot = law.next_knot(piece - 1)
+            assert knot is not None
+            (x, speed), _ = flight.derivatives(knot.t - begin.t, 1)
+            begin, flight = knot, _flight_from(law, event.after, knot, (x, speed), piece)
+        (x1, v1, a1), _ = flight.derivatives(arrival.box[0] - begin.t, 2)
         later = -(_slope(x1) - _slope(law.places[following.bound])) / constant_of(v1)
         faster = _slope(v1) + constant_of(a1) * later
         if not following.wall:
@@ -140,6 +150,14 @@ class OrbitsAlong:
         return 1 - monodromy.trace + monodromy.determinant
 
 
+def _flight_from(
+    law: BallLaw, region: int, moment: Moment, state: BallPair, piece: int
+) -> EnclosedFlight:
+    """Return the flight from a state under a piece of the record, numbers or series."""
+    ramp = law.ramp(piece, moment)
+    return EnclosedFlight(law, region, law.phasors(moment.t), *state, ramp=ramp)
+
+
 class CurveResidual(Residual):
     """The equations at a value of the coordinate; the parameter is the unknown in its place."""
 
@@ -166,9 +184,6 @@ def fold_of(point: SpecialPoint, path: str, digits: int) -> tuple[arb, bool | No
     And whether the orbits of the stretch are admissible, None where that is open.
     """
     system = system_of(point.orbit.oscillator, point.orbit.forcing)
-    if system.record is not None:
-        reason = "derivatives by a parameter across the knots of a record are not enclosed"
-        raise Undecided("kind", reason)
     equations, guess = shooting_of(system, point.orbit)
     w = vector_of(guess)
     along = _null_coordinate(equations, guess)

@@ -6,6 +6,7 @@ impact whose turning point touches the stop; that orbit goes on smoothly in the 
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
@@ -38,8 +39,8 @@ from percuss.certified.shooting import (
     region_of_row,
     vector_of,
 )
-from percuss.certified.steady import steady_admissible, steady_flight
-from percuss.certified.step import flight_of
+from percuss.certified.steady import steady_admissible, steady_flight, steady_pieces
+from percuss.certified.step import Departure, began, flight_of
 from percuss.certified.system import BallSystem, system_of
 from percuss.kernels.law_columns import PERIOD
 from percuss.model.system import law, lines
@@ -56,12 +57,14 @@ MOST_STEPS = 60
 class TurningPoint(NamedTuple):
     """A turning point: its time, where it is the only one, and its distance from the stop.
 
-    The distance is negative beyond the stop; times are since the start of the flight.
+    The distance is negative beyond the stop; times are since the start of the flight, or of the
+    piece of a record, whose number in the flight is ``piece``.
     """
 
     s: arb
     isolating: arb
     clearance: arb
+    piece: int = 0
 
 
 @dataclass(frozen=True)
@@ -75,7 +78,8 @@ class TurningBranch:
     flight, region
         The flight with the turning point, and its region.
     bound, s
-        The stop's bound, and the time of the turning point in the flight, nearly.
+        The stop's bound, and the time of the turning point in the flight, nearly; of steady motion
+        its instant.
     """
 
     branch: ParameterBranch
@@ -110,9 +114,9 @@ class TurningBranch:
     def clearance(self, value: Fraction) -> arb:
         """Return about the clearance at a value of the parameter."""
         if not self.guess:
-            return self._on_steady(self._system_at(value), arb(self.s)).clearance
+            return self._on_steady(self._system_at(value)).clearance
         equations, states = self.branch.solution(value, self.guess)
-        return self._on_orbit(equations, boxed(equations, states)[0], arb(self.s)).clearance
+        return self._on_orbit(equations, boxed(equations, states)[0]).clearance
 
     def over(self, low: Fraction, high: Fraction) -> tuple[arb, arb, bool | None]:
         """Prove that orbit and turning point go on smoothly from low to high.
@@ -126,33 +130,60 @@ class TurningBranch:
         ends = []
         if not self.guess:
             system = system_over(self.branch.system, self.branch.path, low, high)
-            turning = self._on_steady(system, arb(self.s))
+            turning = self._on_steady(system)
             period = constant_of(law_of(system).period(1))
             admissible = steady_admissible(system, self.region, period)[0]
             for end in (low, high):
-                ends.append(self._on_steady(self._system_at(end), turning.s.mid()))
+                ends.append(self._on_steady(self._system_at(end), turning))
             return *clearances_at_ends(turning, ends), admissible
         over = self.branch.over(low, high)
         _, states = self.branch.solution((low + high) / 2, self.guess)
         box, trial = boxed(over, states)
-        turning = self._on_orbit(over, box, arb(self.s))
+        turning = self._on_orbit(over, box)
         for end in (low, high):
             equations, at_end = self.branch.solution(end, states)
             inner, _ = boxed(equations, at_end)
             check_inside(vector_of(trial), vector_of(inner))
-            ends.append(self._on_orbit(equations, inner, turning.s.mid()))
+            ends.append(self._on_orbit(equations, inner, turning))
         return *clearances_at_ends(turning, ends), admissible_of(over, box)[0]
 
     def _system_at(self, value: Fraction) -> BallSystem:
         return system_at(self.branch.system, self.branch.path, value)
 
-    def _on_steady(self, system: BallSystem, near: arb) -> TurningPoint:
-        return self.turning_point(steady_flight(law_of(system), self.region), system, near)
+    def _on_steady(self, system: BallSystem, known: TurningPoint | None = None) -> TurningPoint:
+        law = law_of(system)
+        if system.record is None:
+            near = arb(self.s) if known is None else known.s.mid()
+            return self.turning_point(steady_flight(law, self.region), system, near)
+        pieces = steady_pieces(system, self.region, constant_of(law.period(1)))
+        starts, ends = zip(*pieces, strict=True)
+        return self._on_pieces(system, list(starts), ends[-1], known)
 
-    def _on_orbit(self, equations: Shooting, states: States, near: arb) -> TurningPoint:
-        start = equations.departure(self.flight, states[self.flight])
-        flight = flight_of(equations.system, start, whole=True)
-        return self.turning_point(flight, equations.system, near)
+    def _on_orbit(
+        self, equations: Shooting, states: States, known: TurningPoint | None = None
+    ) -> TurningPoint:
+        pieces = [start for start, _ in equations.pieces_of_flight(self.flight, states)]
+        end = equations.end_of_flight(self.flight, states)
+        return self._on_pieces(equations.system, pieces, end, known)
+
+    def _on_pieces(
+        self, system: BallSystem, pieces: list[Departure], end: arb, known: TurningPoint | None
+    ) -> TurningPoint:
+        """Return the turning point on the piece of a record that a known one has, or where it is."""
+        begins = [began(piece, whole=True) for piece in pieces]
+        if known is None:
+            since = [float(begin.mid() - begins[0].mid()) for begin in begins]
+            number = bisect_right(since, self.s) - 1
+            near = arb(self.s) - arb(since[number])
+        else:
+            number, near = known.piece, known.s.mid()
+        flight = flight_of(system, pieces[number], whole=True)
+        turning = self.turning_point(flight, system, near)._replace(piece=number)
+        later = [*begins[1:], end][number] - begins[number]
+        if len(pieces) > 1 and not (turning.isolating > 0 and turning.isolating < later):
+            reason = "whether the turning point is before or after a knot of the record is open"
+            raise Undecided("precision", reason)
+        return turning
 
 
 def clearances_at_ends(turning: TurningPoint, ends: list[TurningPoint]) -> tuple[arb, arb]:
@@ -163,7 +194,7 @@ def clearances_at_ends(turning: TurningPoint, ends: list[TurningPoint]) -> tuple
     Undecided
         If that at an end may be another one.
     """
-    if not all(turning.isolating.contains(end.s) for end in ends):
+    if not all(turning.isolating.contains(end.s) and turning.piece == end.piece for end in ends):
         raise Undecided("precision", "the turning points at the ends may be two")
     return ends[0].clearance, ends[1].clearance
 
@@ -174,9 +205,6 @@ def grazing_of(point: SpecialPoint, path: str, digits: int) -> tuple[arb, bool |
     And whether the orbits are admissible apart from that, None where that is open.
     """
     system = system_of(point.orbit.oscillator, point.orbit.forcing)
-    if system.record is not None:
-        reason = "the turning points between the knots of a record are not enclosed along branches"
-        raise Undecided("kind", reason)
     impact = point.detail.startswith("an impact")
     branch = (_without_impact if impact else _with_passage)(system, path, point.orbit)
     value = Fraction(point.value)
@@ -203,7 +231,8 @@ def _without_impact(system: BallSystem, path: str, orbit: PeriodicOrbit) -> Turn
     equations = partial(Shooting.of, events=reduced, n_periods=orbit.n_periods)
     branch = ParameterBranch(system, path, equations)
     if not kept:
-        return TurningBranch(branch, [], 0, region, bound, instants[slow])
+        s = _in_period(system, instants[slow])
+        return TurningBranch(branch, [], 0, region, bound, s)
     period = float(law_of(system).period(orbit.n_periods))
     states: States = []
     for i in kept:
@@ -224,7 +253,8 @@ def _with_passage(system: BallSystem, path: str, orbit: PeriodicOrbit) -> Turnin
     k = int(np.argmin(np.abs(turns.clearance)))
     shift = 1 if lines(orbit.oscillator).at[0] is None else 0
     flight = int(turns.flight[k])
-    s = float(turns.t[k]) - (float(rows[flight, 0]) if n else 0.0)
+    t = float(turns.t[k])
+    s = t - float(rows[flight, 0]) if n else _in_period(system, t)
     events = events_of(system, orbit) if n else []
     equations = partial(Shooting.of, events=events, n_periods=orbit.n_periods)
     return TurningBranch(
@@ -235,3 +265,8 @@ def _with_passage(system: BallSystem, path: str, orbit: PeriodicOrbit) -> Turnin
         bound=int(turns.bound[k]) - shift,
         s=s,
     )
+
+
+def _in_period(system: BallSystem, t: float) -> float:
+    """Return an instant of steady motion; under a record one in the first period."""
+    return t if system.record is None else t % float(law_of(system).period(1))

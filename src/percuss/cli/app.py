@@ -6,9 +6,8 @@ import io
 import shlex
 import sys
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -19,13 +18,16 @@ from percuss.studies.templates import template_names, template_text, template_ti
 from percuss.version import __version__
 
 BAD_INPUT = 2
-INTERRUPTED = 130
+# As shells have it: 128 and the number of the signal.
+INTERRUPTED, TERMINATED = 130, 143
 
 TEMPLATE_HELP = f"What to begin with: {', '.join(template_names())}; or a kind of study."
 
-StudyFile = Annotated[
-    Path,
-    typer.Argument(help="A study file (TOML), or a file of an earlier run, to repeat it."),
+StudyFiles = Annotated[
+    list[Path],
+    typer.Argument(
+        metavar="STUDY...", help="Study files (TOML), or files of earlier runs, to repeat them."
+    ),
 ]
 FolderOption = Annotated[
     Path | None,
@@ -50,11 +52,37 @@ DigitsOption = Annotated[
         help="Prove the motion, the orbit or the special points of a branch to these digits.",
     ),
 ]
+PartOption = Annotated[
+    str | None,
+    typer.Option(
+        "--part",
+        metavar="I/N",
+        help="Compute part I of N into STORE.parts, for a job array; then: percuss merge STORE.",
+    ),
+]
+SetOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="PATH=VALUE",
+        help="A value in place of that of the file, as oscillator.damping=0.1; may be repeated.",
+    ),
+]
+CheckOption = Annotated[
+    bool, typer.Option("--check", help="Read the studies, list their faults, and run nothing.")
+]
+QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="Show faults and warnings only.")]
+VerboseOption = Annotated[
+    bool, typer.Option("--verbose", "-v", help="Log each step, as Python's logging has it.")
+]
+JsonOption = Annotated[
+    bool,
+    typer.Option("--json", help="Print a line of JSON a study; percuss schema run describes it."),
+]
 StorePath = Annotated[Path, typer.Argument(help="The folder of a store, such as run.zarr.")]
 
 app = typer.Typer(
     name="percuss",
-    add_completion=False,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -90,8 +118,9 @@ def faults_on_stderr(
         typer.echo(message, err=True)
         raise typer.Exit(BAD_INPUT) from error
     except KeyboardInterrupt as error:
-        typer.echo(f"interrupted; {written}", err=True)
-        raise typer.Exit(INTERRUPTED) from error
+        by_term = type(error) is not KeyboardInterrupt
+        typer.echo(f"{'ended by SIGTERM' if by_term else 'interrupted'}; {written}", err=True)
+        raise typer.Exit(TERMINATED if by_term else INTERRUPTED) from error
 
 
 def _print_version(is_wanted: bool) -> None:
@@ -114,59 +143,66 @@ def percuss(
 
 @app.command()
 def run(
-    study: StudyFile,
+    studies: StudyFiles,
     out: FolderOption = None,
     *,
     force: Annotated[
         bool, typer.Option("--force", "-f", help="Replace the files of an earlier run.")
     ] = False,
+    changes: SetOption = None,
     store: StoreOption = None,
+    part: PartOption = None,
     engine: EngineOption = "threads",
     certify: DigitsOption = None,
+    check: CheckOption = False,
+    quiet: QuietOption = False,
+    verbose: VerboseOption = False,
+    as_json: JsonOption = False,
 ) -> None:
-    """Run a study and write NetCDF, CSV and pictures."""
-    folder = Path(study.stem) if out is None else out
-    instead = f"--force replaces the results in {folder}, --out writes into another folder"
-    with faults_on_stderr(instead=instead):
-        from percuss.cli.terminal import ProgressBar, print_report
-        from percuss.studies.reading import load_study
-        from percuss.studies.tables import Certify
+    """Run studies and write NetCDF, CSV and pictures, each into a folder of its name."""
+    with faults_on_stderr():
+        from percuss.cli.run_studies import RunOptions, run_studies
 
-        given = {"out": out, "force": force, "store": store, "engine": engine, "certify": certify}
-        command = _command(study, given)
-        asked = load_study(study)
-        if certify is not None:
-            asked = replace(asked, certify=Certify(certify))
-        # Only now: drawing and saving take a second to import.
-        from percuss.studies.running import run_study
+        _log_to_stderr(is_verbose=verbose)
+        options = RunOptions(
+            out, force, store, engine, certify, part, tuple(changes or ()), check, quiet, as_json
+        )
+        status = run_studies(studies, options)
+    raise typer.Exit(status)
 
-        with ProgressBar(asked.question.doing, of_chunks=asked.question.is_ensemble) as progress:
-            result = run_study(
-                asked,
-                folder,
-                command=command,
-                force=force,
-                store=store,
-                engine=engine,
-                progress=progress,
-                on_write=progress.writing,
+
+def _log_to_stderr(*, is_verbose: bool) -> None:
+    """Show warnings of the library as its sentences, and where wanted each step with its time."""
+    import logging
+
+    logger = logging.getLogger("percuss")
+    handler = logging.StreamHandler()
+    form = "%(asctime)s %(levelname)s %(name)s: %(message)s" if is_verbose else "%(message)s"
+    handler.setFormatter(logging.Formatter(form))
+    # In one process, as tests have it, there may be one of an earlier call.
+    logger.handlers[:] = [handler]
+    logger.setLevel(logging.INFO if is_verbose else logging.WARNING)
+
+
+@app.command()
+def merge(
+    store: Annotated[Path, typer.Argument(help="The store that was given to all parts.")],
+    *,
+    quiet: QuietOption = False,
+) -> None:
+    """Put the parts of a job array together into one store."""
+    with faults_on_stderr("the same command goes on"):
+        from percuss.cli.terminal import ProgressBar
+        from percuss.ensembles import merge_parts
+
+        with ProgressBar("merging", of_chunks=True, is_quiet=quiet) as progress:
+            n_points = merge_parts(store, progress=progress)
+        if not quiet:
+            typer.echo(
+                f"merged {n_points:,} points into {store}; percuss run STUDY --store "
+                f"{shlex.quote(str(store))} writes the results, and {store}.parts is not needed "
+                "any more"
             )
-        print_report(asked, result)
-        if not result.is_whole and store is not None:
-            typer.echo(f"interrupted; the same command goes on with {store}", err=True)
-    if not result.is_whole:
-        raise typer.Exit(INTERRUPTED)
-
-
-def _command(study: Path, given: Mapping[str, object]) -> str:
-    """Return the command line of a run, for the record in its results."""
-    options: list[str] = []
-    for name, value in given.items():
-        if value is True:
-            options.append(f"--{name}")
-        elif value not in (None, False) and (name, value) != ("engine", "threads"):
-            options += [f"--{name}", str(value)]
-    return shlex.join(["percuss", "run", str(study), *options])
 
 
 @app.command()
@@ -198,7 +234,7 @@ def paper(
             result = run_paper(out, only=only, command=command, force=force, progress=progress)
         print_verdicts(result)
     if result.is_interrupted:
-        raise typer.Exit(INTERRUPTED)
+        raise typer.Exit(128 + progress.signal if progress.signal else INTERRUPTED)
     if result.missing:
         raise typer.Exit(1)
 
@@ -240,12 +276,18 @@ def new(
 def status(store: StorePath) -> None:
     """Show how much of a store is done, at what rate, and how long the rest takes.
 
-    Of a folder with several stores each is shown by itself.
+    Of a folder with several stores each is shown by itself; of a store whose parts are not merged
+    yet all parts together.
     """
     with faults_on_stderr():
         from percuss.ensembles import status_of_store
         from percuss.ensembles.stored import stores_in
+        from percuss.execution import folder_of_parts
 
+        if not store.exists() and folder_of_parts(store).exists():
+            for name, text in _rows_of_parts(store).items():
+                typer.echo(f"{name:<12}{text}")
+            return
         for i, path in enumerate(stores_in(store)):
             if i > 0:
                 typer.echo("")
@@ -275,6 +317,25 @@ def export(
         typer.echo(f"wrote {file}: {_size(data)}{part}")
         if file.suffix == ".nc":
             typer.echo(f"percuss.load_netcdf and xarray.open_dataset({str(file)!r}) read it")
+
+
+def _rows_of_parts(store: Path) -> dict[str, str]:
+    """Return how far the parts of a job array are, by the names of the lines."""
+    from percuss.ensembles import status_of_store
+    from percuss.ensembles.array_parts import parts_of_array
+    from percuss.execution import folder_of_parts
+
+    parts = parts_of_array(store)
+    states = [status_of_store(part) for part in parts]
+    count = int(parts[0].stem.rpartition("-")[2])
+    complete = sum(state["points_done"] == state["points"] for state in states)
+    done, total = (sum(state[name] for state in states) for name in ("points_done", "points"))
+    return {
+        "store": f"{folder_of_parts(store)}, which percuss merge {store} puts together",
+        "parts": f"{len(parts):,} of {count:,} are there, {complete:,} of them complete",
+        "done": f"{done / total:.1%}: {done:,} of {total:,} points of these",
+        "impacts": f"{sum(state['n_impacts'] for state in states):,}",
+    }
 
 
 def _size(data: Any) -> str:
@@ -352,6 +413,58 @@ def site(
         files = write_site(out, force=force)
         size = sum(file.stat().st_size for file in files)
         _say(f"{files[0]} ({size / 1e6:.1f} MB with all that belongs to it); open it in a browser")
+
+
+@app.command()
+def schema(
+    name: Annotated[
+        str, typer.Argument(help="study: of study files, for editors; run: of percuss run --json.")
+    ] = "study",
+) -> None:
+    """Print the JSON schema of study files, or of the lines of percuss run --json."""
+    with faults_on_stderr():
+        if name == "study":
+            import json
+
+            from percuss.studies.schema import study_schema
+
+            typer.echo(json.dumps(study_schema(), indent=2, ensure_ascii=False))
+        elif name == "run":
+            from importlib import resources
+
+            file = resources.files("percuss.cli") / "schemas" / "run.schema.json"
+            typer.echo(file.read_text(encoding="utf-8"), nl=False)
+        else:
+            raise ParameterError("name", name, 'neither "study" nor "run"')
+
+
+@app.command()
+def doctor(
+    *,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+) -> None:
+    """Show versions, cores, caches and optional packages, and how to install what is missing."""
+    from percuss.cli.doctor import facts
+
+    found = facts()
+    if as_json:
+        import json
+
+        typer.echo(json.dumps(found, ensure_ascii=False, indent=2))
+        return
+    for name, text in found.items():
+        typer.echo(f"{name:<12}{text}")
+
+
+@app.command()
+def cite(
+    *,
+    bibtex: Annotated[bool, typer.Option("--bibtex", help="As an entry of BibTeX.")] = False,
+) -> None:
+    """Show how to cite percuss."""
+    from percuss.cli.citation import bibtex_entry, citation
+
+    typer.echo(bibtex_entry() if bibtex else citation())
 
 
 def _say(text: str) -> None:

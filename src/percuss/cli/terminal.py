@@ -25,11 +25,16 @@ if TYPE_CHECKING:
     from percuss.studies.running import StudyResult
     from percuss.studies.study import Study
 
-__all__ = ["INTERRUPTED", "STARTING", "ProgressBar", "print_report", "print_verdicts"]
+__all__ = [
+    "INTERRUPTED", "STARTING", "TERMINATED", "ProgressBar", "Terminated", "print_report",
+    "print_verdicts",
+]  # fmt: skip
 
 STARTING = "starting (the first run compiles the engine)"
 RUNNING = "simulating"
 INTERRUPTED = "interrupted; writing what was done (Ctrl-C again drops it)"
+TERMINATED = "ended by SIGTERM; writing what was done (once more drops it)"
+WRITING = "SIGTERM has come while the results are written; once more drops them"
 COLOURS = {"holds": "green", "corrected": "yellow", "fails": "red", "undecided": "magenta"}
 WORDS: dict[VerdictKind, str] = {
     "holds": "holds",
@@ -43,11 +48,16 @@ FEW = 12
 WIDTH = len("special points") + 2
 
 
+class Terminated(KeyboardInterrupt):
+    """SIGTERM, as a queue or `kill` sends it, where Ctrl-C would raise KeyboardInterrupt."""
+
+
 class ProgressBar:
     """The progress of a study, as `simulate`, `sweep` and all other long calls report it.
 
     Inside the ``with`` block the first Ctrl-C ends the run where it is, and the second one ends
-    the program; once the results are being written, the first one does.
+    the program; once the results are being written, the first one does. So does SIGTERM, which
+    lets files that are being written be finished the first time.
 
     In a terminal the progress is a bar; where the error stream is a pipe or a file, lines, the
     first one after two seconds and then one every ten, whatever the run reports.
@@ -58,9 +68,29 @@ class ProgressBar:
         The work in progress, in words before the bar.
     of_chunks
         Whether it is done in chunks, whose engines handle Ctrl-C themselves.
+    name
+        What is at work, before each line and bar: one of several studies, or a part of one.
+    is_quiet
+        Whether nothing is shown but what signals do.
+
+    Attributes
+    ----------
+    is_stopped
+        Whether a signal has asked to stop.
+    signal
+        The signal that came first, 0 without any.
     """
 
-    def __init__(self, doing: str = RUNNING, *, of_chunks: bool = False) -> None:
+    def __init__(
+        self,
+        doing: str = RUNNING,
+        *,
+        of_chunks: bool = False,
+        name: str = "",
+        is_quiet: bool = False,
+    ) -> None:
+        self._name = f"{name}: " if name else ""
+        self._is_quiet = is_quiet
         self._doing = doing
         self._of_chunks = of_chunks
         # A thread of its own: the first run compiles the kernels and reports nothing yet.
@@ -72,28 +102,29 @@ class ProgressBar:
         self._console = Console(stderr=True, highlight=False, soft_wrap=True)
         self._has_begun = self._has_said = False
         self._task: Any = None
-        self._handler: Any = None
+        self._handlers: dict[int, Any] = {}
+        self._is_writing = False
         self.is_stopped = False
+        self.signal = 0
 
     def __call__(self, done: float, total: float) -> bool:
         """Take the progress, and return whether to go on."""
         self._has_begun = True
         self._done, self._total = done, total
         if self._bar is not None:
-            self._bar.update(self._task, description=self._doing, completed=done, total=total)
+            self._bar.update(self._task, description=self._what(), completed=done, total=total)
         return not self.is_stopped
 
     def writing(self, file: Path) -> None:
         """Show that the run is over and that a file is being written."""
-        # While files are written, the original Ctrl-C drops them.
-        signal.signal(signal.SIGINT, self._handler)
+        self._is_writing = True
         if self.is_stopped and not self._has_said:
             self._has_said = True
-            self._console.print(INTERRUPTED)
+            self._console.print(TERMINATED if self.signal == signal.SIGTERM else INTERRUPTED)
         self._has_begun = True
         self._doing, self._total = f"writing {file.name}", 0.0
         if self._bar is not None:
-            self._bar.reset(self._task, total=None, description=self._doing)
+            self._bar.reset(self._task, total=None, description=self._what())
 
     def _show(self) -> None:
         if self._is_over.wait(PATIENCE):
@@ -109,8 +140,11 @@ class ProgressBar:
     def _line(self) -> str:
         """Return the progress of the run as a line of a log."""
         share = f" {min(1.0, self._done / self._total):6.1%}," if self._total > 0.0 else ","
-        doing = self._doing if self._has_begun else STARTING
-        return f"{doing}{share} {time.monotonic() - self._began:.0f} s so far"
+        return f"{self._what()}{share} {time.monotonic() - self._began:.0f} s so far"
+
+    def _what(self) -> str:
+        """Return what is at work, and on what."""
+        return self._name + (self._doing if self._has_begun else STARTING)
 
     def _show_bar(self) -> None:
         bar = Progress(
@@ -121,35 +155,50 @@ class ProgressBar:
             console=self._console,
             transient=True,
         )
-        self._task = bar.add_task(self._doing if self._has_begun else STARTING, total=None)
+        self._task = bar.add_task(self._what(), total=None)
         bar.start()
         self._bar = bar
 
     def __enter__(self) -> Self:
-        self._handler = signal.getsignal(signal.SIGINT)
-        if not self._of_chunks:
-            signal.signal(signal.SIGINT, self._stop)
-        self._clock.start()
+        # Only the main thread hears signals.
+        if threading.current_thread() is threading.main_thread():
+            for number in (signal.SIGINT, signal.SIGTERM):
+                handler = signal.getsignal(number)
+                # Chunks leave a process deaf to Ctrl-C, as shells begin it in the background.
+                if not (self._of_chunks and handler is signal.SIG_IGN):
+                    self._handlers[number] = handler
+                    signal.signal(number, self._hear)
+        if not self._is_quiet:
+            self._clock.start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        signal.signal(signal.SIGINT, self._handler)
+        for number, handler in self._handlers.items():
+            signal.signal(number, handler)
         self._is_over.set()
-        self._clock.join()
+        if not self._is_quiet:
+            self._clock.join()
         if self._bar is not None:
             self._bar.stop()
 
-    def _stop(self, number: int, frame: FrameType | None) -> None:  # noqa: ARG002
-        self.is_stopped = True
-        signal.signal(signal.SIGINT, self._handler)
+    def _hear(self, number: int, frame: FrameType | None) -> None:  # noqa: ARG002
+        is_first, self.signal = self.signal == 0, self.signal or number
+        if self._is_writing and is_first and number == signal.SIGTERM:
+            self._console.print(WRITING)
+        elif self._is_writing or self._of_chunks or not is_first:
+            raise Terminated if number == signal.SIGTERM else KeyboardInterrupt
+        else:
+            self.is_stopped = True
 
 
 def print_report(study: Study, result: StudyResult) -> None:
     """Print the results of a study, the time it took and the files."""
+    files = {"files": "\n".join(map(str, result.files)) or "none"}
     rows = {
         **result.report,
         "computed": f"in {result.seconds:.3g} s",
-        "files": "\n".join(map(str, result.files)) or "none",
+        # Those of a part of a job array come when all are merged.
+        **({} if "part" in result.report else files),
     }
     # Text, not markup: a path may hold square brackets. No wrapping: it may be copied.
     console = Console(highlight=False, soft_wrap=True)

@@ -1,5 +1,6 @@
 """Many motions: measures over grids, diagrams, basins, exponents."""
 
+from percuss.ensembles.array_parts import merge_parts
 from percuss.ensembles.basin_fractions import basin_fractions
 from percuss.ensembles.basins import basins
 from percuss.ensembles.diagram import bifurcation_diagram
@@ -14,6 +15,7 @@ __all__ = [
     "bifurcation_diagram",
     "load_store",
     "lyapunov_exponents",
+    "merge_parts",
     "status_of_store",
     "sweep",
 ]

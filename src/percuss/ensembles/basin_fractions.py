@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from percuss.arrays import Floats, Integers
+from percuss.ensembles.array_parts import part_dataset
 from percuss.ensembles.attractors import (
     AnyStrobed,
     Attractor,
@@ -86,6 +87,7 @@ def basin_fractions(
     engine: Engine = "threads",
     n_workers: int | None = None,
     progress: Report = None,
+    part: Sequence[int] | None = None,
 ) -> Dataset:
     """Return the fractions of random starts in each basin, over one parameter or two.
 
@@ -120,7 +122,7 @@ def basin_fractions(
         Seed of the random numbers.
     periods, escape, measures
         As in `basins`.
-    store, engine, n_workers, progress
+    store, engine, n_workers, progress, part
         As in `sweep`.
 
     Returns
@@ -155,7 +157,7 @@ def basin_fractions(
     >>> data.name.values.tolist()
     [['(1, 1)', '(1, 1)', '(1, 1)'], ['', '(0, 1)', '(0, 1)']]
     """
-    execution = execution_of(store, engine, n_workers, progress)
+    execution = execution_of(store, engine, n_workers, progress, part)
     if isinstance(osc, Structure):
         force = loads_of(osc, force)
     elif on is not None:
@@ -189,6 +191,8 @@ def basin_fractions(
     count = osc.n if isinstance(osc, Structure) else 1
     job = Classification(drawn, rules, tuple(identity.items()), count)
     answer = run_job(job, execution)
+    if execution.part is not None:
+        return part_dataset([answer], execution.part)
     warn_without_starts(drawn, answer)
     followed = follow_attractors(grid, rules, answer.arrays, n_starts)
     return keep(_dataset(grid, answer, followed, names, rules.t0), execution)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from percuss.arrays import Floats, Integers
+from percuss.ensembles.array_parts import part_dataset
 from percuss.ensembles.attractors import (
     AnyStrobed,
     Attractor,
@@ -85,6 +86,7 @@ def basins(
     engine: Engine = "threads",
     n_workers: int | None = None,
     progress: Report = None,
+    part: Sequence[int] | None = None,
 ) -> Dataset:
     """Find the attractors of the starts of a grid, and their basins.
 
@@ -118,7 +120,7 @@ def basins(
         this times the frequency of the forcing.
     measures
         Names of measures of `sweep`, taken on each attractor.
-    store, engine, n_workers, progress
+    store, engine, n_workers, progress, part
         As in `sweep`.
 
     Returns
@@ -163,7 +165,7 @@ def basins(
     >>> [str(data.name.values[i]) for i in data.basin.values[:, 0]]
     ['(1, 1)', '(0, 1)', '(0, 1)', '(1, 1)']
     """
-    execution = execution_of(store, engine, n_workers, progress)
+    execution = execution_of(store, engine, n_workers, progress, part)
     if isinstance(osc, Structure):
         force = loads_of(osc, force)
     if force is None or force.period is None:
@@ -192,6 +194,8 @@ def basins(
     starts = grid if at_wall is None else AtWall(grid, at_wall)
     count = osc.n if isinstance(osc, Structure) else 1
     answer = run_job(Classification(starts, rules, tuple(identity.items()), count), execution)
+    if execution.part is not None:
+        return part_dataset([answer], execution.part)
     warn_without_starts(starts, answer)
     # A caller who has stopped the motions is not asked again.
     report = execution.progress if answer.complete else None

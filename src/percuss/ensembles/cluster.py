@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import contextlib
+import logging
 import queue
-import sys
 import time
 from collections.abc import Callable, Generator, Sequence
 from typing import Any
@@ -13,6 +13,8 @@ from percuss.ensembles.job import Block, Job
 from percuss.errors import MissingExtraError, ParameterError, PercussError
 
 __all__ = ["EngineError", "chunks_by_address", "chunks_by_client", "reach"]
+
+LOG = logging.getLogger(__name__)
 
 # Seconds to reach a cluster.
 CONNECT = 10.0
@@ -189,11 +191,10 @@ class _Submitted:
         now = time.monotonic()
         if self._said is None or now - self._said >= AGAIN:
             self._said = now
-            sys.stderr.write(
+            LOG.warning(
                 f"{what} at {self._client.scheduler.address}; waiting: the run goes on when "
-                "workers answer or join (dask worker ADDRESS), and Ctrl-C ends it\n"
+                "workers answer or join (dask worker ADDRESS), and Ctrl-C ends it"
             )
-            sys.stderr.flush()
 
     def _wanted(self) -> int:
         """Return how many chunks the scheduler should hold for the workers it has now."""

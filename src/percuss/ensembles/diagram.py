@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from percuss.arrays import Floats, Integers
+from percuss.ensembles.array_parts import PartOfJob, part_dataset
 from percuss.ensembles.batch import MOST_IMPACTS, Plan, reason_of
 from percuss.ensembles.datasets import (
     attributes_of,
@@ -90,6 +91,7 @@ def bifurcation_diagram(
     engine: Engine = "threads",
     n_workers: int | None = None,
     progress: Report = None,
+    part: Sequence[int] | None = None,
 ) -> Dataset:
     """Return points of the attractors over a parameter.
 
@@ -130,7 +132,7 @@ def bifurcation_diagram(
         the last.
     measures
         Names of measures of `sweep`, taken over the same time.
-    store, engine, n_workers, progress
+    store, engine, n_workers, progress, part
         As in `sweep`. A followed branch is one chunk.
 
     Returns
@@ -167,7 +169,7 @@ def bifurcation_diagram(
     >>> data.period.sel(branch="forward").values
     array([1, 2])
     """
-    execution = execution_of(store, engine, n_workers, progress)
+    execution = execution_of(store, engine, n_workers, progress, part)
     _check_lists(starts, follow)
     is_default = tuple(starts) == AT_REST
     if start is not None and not is_default:
@@ -197,6 +199,8 @@ def bifurcation_diagram(
             answers.append(Answer(arrays, {}, 0, complete=False))
         else:
             answers.append(run_job(job, execution.of_part(name)))
+    if execution.part is not None:
+        return part_dataset(answers, execution.part)
     names = [*follow, *(f"start {i}" for i in range(len(grids)))]
     # Followed branches begin at the first start.
     of_branches = [*(grids[0] for _ in follow), *grids]
@@ -225,7 +229,8 @@ def _make_ready(
     make_ready(next(iter(parts.values())), execution.engine, is_new=is_new)
     make_folder(store)
     for name, job in parts.items():
-        Store(store / name, job)
+        own = job if execution.part is None else PartOfJob(job, execution.part)
+        Store(store / name, own).close()
 
 
 def _warn(data: Dataset) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import logging
 import multiprocessing
 import os
 import pickle
@@ -30,6 +31,8 @@ __all__ = ["Engine", "EngineError", "check_engine", "done_chunks", "make_ready",
 Engine: TypeAlias = Any
 ChunkRange: TypeAlias = tuple[int, int]
 Tick: TypeAlias = Callable[[], bool]
+
+LOG = logging.getLogger(__name__)
 
 # Chunks submitted for each worker: one to work on and the next, so that no worker waits.
 AHEAD = 2
@@ -93,8 +96,10 @@ def done_chunks(
 
 def say_stopping() -> None:
     """Acknowledge Ctrl-C at once: the chunks at work may take a while."""
-    sys.stderr.write("\nstopping after the chunks at work; Ctrl-C again drops them\n")
-    sys.stderr.flush()
+    if sys.stderr.isatty():
+        # Behind the "^C" that the terminal shows.
+        sys.stderr.write("\n")
+    LOG.warning("stopping after the chunks at work; Ctrl-C again drops them")
 
 
 def _goes_on() -> bool:
@@ -276,11 +281,10 @@ class _Queue:
                 f"signal or for want of memory, while these points were at work: {points}; they "
                 "may have said why above"
             )
-        sys.stderr.write(
+        LOG.warning(
             f"a worker process has died while these points were at work: {points}; they are done "
-            "again\n"
+            "again"
         )
-        sys.stderr.flush()
         self._suspects.extend(at_work)
         self._alone = None
         self.take_back(lost[len(at_work) :])

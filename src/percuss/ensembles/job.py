@@ -98,12 +98,15 @@ class Answer:
         Number of impacts computed.
     complete
         False where it was stopped before its end.
+    n_done
+        Of a part of a job array the number of points that are done; its data stay in its store.
     """
 
     arrays: dict[str, NDArray[np.generic]]
     reasons: dict[int, str]
     n_impacts: int
     complete: bool
+    n_done: int = 0
 
 
 class Job(Protocol):

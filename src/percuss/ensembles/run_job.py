@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import contextlib
 import inspect
+import logging
 import os
-import sys
-from collections.abc import Generator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from percuss.ensembles.array_parts import PartOfJob
 from percuss.ensembles.engines import (
     Engine,
     EngineError,
@@ -32,7 +33,7 @@ from percuss.ensembles.job import (
 )
 from percuss.ensembles.store import RESULT, Store, has_store, keep_result
 from percuss.errors import OutputError, ParameterError
-from percuss.execution import Execution
+from percuss.execution import ArrayPart, Execution, folder_of_parts
 from percuss.progress import PATIENCE, Progress, Report, duration_text, rate_text
 
 if TYPE_CHECKING:
@@ -41,6 +42,8 @@ if TYPE_CHECKING:
 
 __all__ = ["ChunkProgress", "execution_of", "folder_of", "keep", "run_job"]
 
+LOG = logging.getLogger(__name__)
+
 # Work that takes longer than this [s] is announced once even without progress=True.
 LONG = 600.0
 # The size of an answer is announced before the work from so many bytes on.
@@ -48,7 +51,11 @@ LARGE = 1_000_000_000
 
 
 def execution_of(
-    store: str | Path | None, engine: Engine, n_workers: int | None, progress: Report
+    store: str | Path | None,
+    engine: Engine,
+    n_workers: int | None,
+    progress: Report,
+    part: object = None,
 ) -> Execution:
     """Return the execution that the keywords of a call describe, each of them checked.
 
@@ -62,7 +69,12 @@ def execution_of(
     if not (progress is None or isinstance(progress, bool) or callable(progress)):
         reason = "neither True nor a function (done, total) -> bool"
         raise ParameterError("progress", progress, reason)
-    return Execution(folder, engine, n_workers, progress)
+    of_array = None if part is None else ArrayPart.of(part)
+    if of_array is not None:
+        if folder is None:
+            raise ParameterError("part", part, "needs store=, where the parts are put together")
+        folder = folder_of_parts(folder) / of_array.name
+    return Execution(folder, engine, n_workers, progress, of_array)
 
 
 def keep(dataset: Dataset, execution: Execution) -> Dataset:
@@ -103,11 +115,21 @@ def run_job(job: Job, execution: Execution, *, is_read_from_disk: bool = False) 
     Returns
     -------
     Answer
-        The same bits for all engines, numbers of workers and interruptions.
+        The same bits for all engines, numbers of workers and interruptions. Of a part of a job
+        array no data, which stay in its store.
     """
-    keeper = _keeper(job, execution, is_read_from_disk=is_read_from_disk)
-    todo, spans = keeper.todo(), chunks_of(job)
-    progress = ChunkProgress(execution.progress, job, _points(job, todo))
+    if execution.part is not None:
+        job = PartOfJob(job, execution.part)
+    with contextlib.closing(_keeper(job, execution, is_read_from_disk=is_read_from_disk)) as keeper:
+        return _answer(job, keeper, execution)
+
+
+def _answer(job: Job, keeper: Store | _Memory, execution: Execution) -> Answer:
+    """Compute the missing chunks and return the whole answer."""
+    todo, spans = _todo(keeper, execution.part), chunks_of(job)
+    size = sum(last - first for first, last in _of_part(spans, execution.part))
+    LOG.info("%s", _begin_in_words(job, size, len(todo), execution))
+    progress = ChunkProgress(execution.progress, job, size, _points(job, todo), keeper.renew)
     if execution.progress is not False and todo:
         _say_size(job, execution.store)
     is_interrupted = False
@@ -116,10 +138,12 @@ def run_job(job: Job, execution: Execution, *, is_read_from_disk: bool = False) 
         for number, block in chunks:
             keeper.write(number, block)
             first, last = spans[number]
+            LOG.debug("points %d to %d are done, %d impacts", first, last - 1, block.n_impacts)
             if not progress.chunk_done(last - first, block.n_impacts):
                 break
     except EngineError as error:
-        done = f"{job.size - _points(job, keeper.todo()):,} of {job.size:,} points are done"
+        left = _points(job, _todo(keeper, execution.part))
+        done = f"{size - left:,} of {size:,} points are done"
         kept = f"kept in {execution.store}: the same call goes on from there"
         lost = "lost; with store= they would be kept, and the same call would go on from there"
         raise EngineError(f"{error}; {done} and {kept if execution.store else lost}") from error
@@ -133,8 +157,14 @@ def run_job(job: Job, execution: Execution, *, is_read_from_disk: bool = False) 
         progress.close()
     if is_interrupted:
         # A chunk that was being written may be done or not.
-        progress.say_interrupted(job.size - _points(job, keeper.todo()), execution.store)
-    answer = keeper.read()
+        left = _points(job, _todo(keeper, execution.part))
+        progress.say_interrupted(size - left, execution.store)
+    if execution.part is None:
+        answer = keeper.read()
+    else:
+        n_done, n_impacts = keeper.done()
+        answer = Answer({}, {}, n_impacts, complete=n_done == size, n_done=n_done)
+    LOG.info("%s, %d impacts", "complete" if answer.complete else "stopped", answer.n_impacts)
     if not (answer.complete or is_interrupted or progress.is_stopped or execution.store is None):
         reason = (
             "has lost chunks that were written: someone has removed them; the same call goes on"
@@ -143,11 +173,28 @@ def run_job(job: Job, execution: Execution, *, is_read_from_disk: bool = False) 
     return answer
 
 
+def _todo(keeper: Store | _Memory, part: ArrayPart | None) -> list[int]:
+    """Return the numbers of the chunks that are left to this process."""
+    return [i for i in keeper.todo() if part is None or i % part.count == part.number - 1]
+
+
+def _of_part(spans: list[tuple[int, int]], part: ArrayPart | None) -> list[tuple[int, int]]:
+    """Return the chunks of a part: every n-th, so that all have their share of the slow ones."""
+    return spans if part is None else spans[part.number - 1 :: part.count]
+
+
+def _begin_in_words(job: Job, size: int, n_todo: int, execution: Execution) -> str:
+    part = "" if execution.part is None else f"part {execution.part}: "
+    where = "" if execution.store is None else f", into {execution.store}"
+    chunks = f"{n_todo:,} chunks of {job.chunk:,} are left"
+    return f"{part}{size:,} points on {execution.engine}{where}; {chunks}"
+
+
 def _keeper(job: Job, execution: Execution, *, is_read_from_disk: bool) -> Store | _Memory:
     """Return the store or the memory for the answer, once both it and the engine are ready."""
     store = execution.store
     is_new = store is not None and not has_store(store)
-    on_disk = store if is_read_from_disk else None
+    on_disk = store if is_read_from_disk or execution.part is not None else None
     hint = "; with store= it is kept on disk" if is_read_from_disk and store is None else ""
     # A store that has been begun has its space already.
     if on_disk is None or is_new:
@@ -178,10 +225,18 @@ def _points(job: Job, chunks: Sequence[int]) -> int:
 class ChunkProgress(Progress):
     """The progress of a job in points, with the rate of impacts and the time left."""
 
-    def __init__(self, report: Report, job: Job, n_todo: int) -> None:
+    def __init__(
+        self, report: Report, job: Job, size: int, n_todo: int, renew: Callable[[], None]
+    ) -> None:
         units = getattr(job, "each", "points")
-        super().__init__(report, job.size, units, done=job.size - n_todo)
+        super().__init__(report, size, units, done=size - n_todo)
         self._is_silent, self._n_impacts = report is None, 0
+        self._renew = renew
+
+    def tick(self, text: str | Callable[[], str] = "") -> bool:
+        """Report by the clock, and renew the lock of the store."""
+        self._renew()
+        return super().tick(text)
 
     def chunk_done(self, n_points: int, n_impacts: int) -> bool:
         """Count a chunk; return whether to go on."""
@@ -192,7 +247,7 @@ class ChunkProgress(Progress):
         is_wanted = self.advance(n_points, f"{rate} impacts/s" if rate else "")
         if self._is_silent and since > PATIENCE and self.seconds_left() > LONG:
             self._is_silent = False
-            _say(
+            LOG.warning(
                 f"{duration_text(self.seconds_left())} left for {self.total:,} points at the rate "
                 "of the first chunks; progress=True shows how far it is, store= keeps what is done"
             )
@@ -201,12 +256,7 @@ class ChunkProgress(Progress):
     def say_interrupted(self, done: int, store: Path | None) -> None:
         """Report how many points are done after an interruption, and where they are."""
         kept = f"kept in {store}: the same call goes on from there" if store else "returned"
-        _say(f"interrupted; {done:,} of {self.total:,} {self._units} are done and {kept}")
-
-
-def _say(text: str) -> None:
-    sys.stderr.write(f"{text}\n")
-    sys.stderr.flush()
+        LOG.warning(f"interrupted; {done:,} of {self.total:,} {self._units} are done and {kept}")
 
 
 def _say_size(job: Job, store: Path | None) -> None:
@@ -214,7 +264,7 @@ def _say_size(job: Job, store: Path | None) -> None:
     size = BYTES_OF_A_NUMBER * numbers_of(job) * job.size
     if size >= LARGE:
         where = "of memory" if store is None else f"in {store}"
-        _say(
+        LOG.warning(
             f"{job.size:,} points in chunks of {job.chunk:,}, whose answer takes "
             f"{in_gigabytes(size)} {where}"
         )
@@ -245,6 +295,16 @@ class _Memory:
         self._reasons |= {first + i: text for i, text in block.reasons.items()}
         self._n_impacts += block.n_impacts
         del self._left[number]
+
+    def renew(self) -> None:
+        """Do nothing: no other process writes into this memory."""
+
+    def close(self) -> None:
+        """Do nothing."""
+
+    def done(self) -> tuple[int, int]:
+        left = sum(self._spans[i][1] - self._spans[i][0] for i in self._left)
+        return self._spans[-1][1] - left, self._n_impacts
 
     def read(self) -> Answer:
         reasons = dict(sorted(self._reasons.items()))

@@ -36,6 +36,7 @@ from percuss.arrays import Integers
 from percuss.ensembles.datasets import write_whole
 from percuss.ensembles.fingerprint import code_hash
 from percuss.ensembles.job import Answer, Block, Column, Job, chunks_of, too_large
+from percuss.ensembles.lock import StoreLock
 from percuss.errors import OutputError, PercussError
 
 if TYPE_CHECKING:
@@ -55,6 +56,8 @@ __all__ = [
     "own_attributes",
     "reasons_as_bytes",
     "store_faults",
+    "stored_chunks",
+    "stores_of_study",
     "write_chunk",
 ]  # fmt: skip
 
@@ -64,6 +67,12 @@ RESULT = "result.nc"
 # The description of the study, and the name under which it is written first.
 MARKER = "zarr.json"
 PART = re.compile(r"zarr\.json\.\d+\.part")
+# The folders of the parts of a study that has several.
+OF_DIAGRAM = ("followed", "afresh")
+# The types of columns, by their names in Zarr.
+_KINDS = {"float64": "f8", "int64": "i8"}
+# The suffix of the folder of the parts of a job array.
+PARTS = ".parts"
 # Numbers of a mark, and bytes of a checksum.
 MARK, CHECKSUM = 2, 4
 # Bytes for the reasons of a chunk: longer texts are cut.
@@ -245,25 +254,62 @@ class Store:
     Raises
     ------
     OutputError
-        If it holds something else, another study, the work of other code, or cannot be written.
+        If it holds something else, another study, the work of other code, cannot be written, or
+        another process is writing it.
     """
 
     def __init__(self, path: Path, job: Job) -> None:
         self.path = path
         self._chunks = Chunks(path, job.columns, job.size, min(job.chunk, job.size))
+        self._lock = StoreLock(path)
         # As JSON gives it back: tuples as lists.
         about = json.loads(json.dumps(_description(job)))
+        arrays = _arrays_of(job)
         with store_faults(path):
             if not has_store(path):
                 check_vacant(path)
                 make_folder(path)
                 _mark(path, about)
             _check_description(path, about)
-            _make_arrays(path, job)
-            for number in np.flatnonzero(self._chunks.marks()[:, 0]).tolist():
-                if self._chunks.read(number) is None:
-                    # Data are lost or cut off: without its mark the chunk is computed again.
+            if self._is_whole(arrays):
+                # Any number of processes may read it.
+                return
+            self._lock.acquire()
+            try:
+                for name, array in arrays.items():
+                    _make_array(path / name, array)
+                for number in self._damaged():
+                    # Without its mark the chunk is computed again.
                     self._chunks.file("done", number).unlink()
+            except BaseException:
+                self.close()
+                raise
+
+    def _is_whole(self, arrays: Mapping[str, dict[str, Any]]) -> bool:
+        """Return whether nothing is left to be written."""
+        is_done = bool((self._chunks.marks()[:, 0] > 0).all())
+        there = is_done and all(_has_array(self.path / name, arrays[name]) for name in arrays)
+        return there and not self._damaged()
+
+    def _damaged(self) -> list[int]:
+        """Return the numbers of the chunks that have a mark, and whose data are lost or cut off."""
+        marked = np.flatnonzero(self._chunks.marks()[:, 0]).tolist()
+        return [number for number in marked if self._chunks.read(number) is None]
+
+    def renew(self) -> None:
+        """Show other machines, now and then, that this process is at work."""
+        self._lock.renew()
+
+    def close(self) -> None:
+        """Let other processes write the store."""
+        self._lock.release()
+
+    def done(self) -> tuple[int, int]:
+        """Return the number of points that are done, and that of their impacts."""
+        with store_faults(self.path):
+            marks = self._chunks.marks()[:, 0]
+        spans = [self._chunks.span(number) for number in np.flatnonzero(marks).tolist()]
+        return sum(last - first for first, last in spans), int((marks[marks > 0] - 1).sum())
 
     def todo(self) -> list[int]:
         """Return the numbers of the chunks without a mark."""
@@ -274,6 +320,7 @@ class Store:
         """Write a chunk, and its mark after it."""
         with store_faults(self.path):
             self._chunks.write(number, block)
+        self._lock.renew()
 
     def read(self) -> Answer:
         """Return the answer as far as it is done."""
@@ -365,6 +412,35 @@ def own_attributes(path: Path) -> dict[str, Any]:
     return own
 
 
+def stored_chunks(path: Path, own: Mapping[str, Any]) -> Chunks:
+    """Return the chunks of a store, with the columns that its arrays describe."""
+    columns: dict[str, Column] = {}
+    for name, about in own["columns"].items():
+        file = path / name / "zarr.json"
+        if not file.exists():
+            # The process was killed before it made the array, or the file has been removed.
+            reason = "was begun, and holds nothing yet; the same command goes on"
+            if (path / "done" / "c").exists():
+                reason = f"has lost its {name}/zarr.json; the command that began it mends that"
+            raise OutputError(path, reason)
+        array = json.loads(file.read_bytes())
+        columns[name] = Column(
+            tuple(array["shape"][1:]),
+            _KINDS[array["data_type"]],
+            tuple(about["dims"]),
+            about["units"],
+            about.get("meaning", ""),
+        )
+    return Chunks(path, columns, own["size"], min(own["chunk"], own["size"]))
+
+
+def stores_of_study(path: Path) -> list[Path]:
+    """Return a folder that is a store, or else the stores of the parts of a study in it."""
+    if has_store(path):
+        return [path]
+    return [path / name for name in OF_DIAGRAM if has_store(path / name)]
+
+
 def check_vacant(path: Path, parts: Sequence[str] = ()) -> None:
     """Raise an `OutputError` unless a folder is free for a store.
 
@@ -393,6 +469,8 @@ def _is_vacant(path: Path, parts: Sequence[str] = ()) -> bool:
 def make_folder(path: Path) -> None:
     """Make the folder of a store; a missing parent is taken for a mistyped path."""
     with store_faults(path):
+        if path.parent.suffix == PARTS:
+            make_folder(path.parent)
         if not path.parent.exists():
             raise OutputError(path, f"there is no folder {path.parent}; make it first")
         path.mkdir(exist_ok=True)
@@ -410,6 +488,8 @@ def keep_result(path: Path, dataset: Dataset) -> None:
 
 
 def _description(job: Job) -> dict[str, Any]:
+    # Of a part of a job array which one it is, and the chunks of the whole.
+    part_of = getattr(job, "part_of", None)
     return {
         "format": FORMAT,
         "version": metadata.version("percuss"),
@@ -424,6 +504,7 @@ def _description(job: Job) -> dict[str, Any]:
             for name, column in job.columns.items()
         },
         "study": job.identity(),
+        **({} if part_of is None else {"part_of": part_of}),
     }
 
 
@@ -476,8 +557,8 @@ def _opened(path: Path, mode: Literal["r", "r+"] = "r") -> Any:
     return zarr.open_array(str(path), mode=mode, zarr_format=3)
 
 
-def _make_arrays(path: Path, job: Job) -> None:
-    """Describe the arrays of a store, or those whose description is lost; chunks stay."""
+def _arrays_of(job: Job) -> dict[str, dict[str, Any]]:
+    """Return the arrays of a store by their names, as Zarr makes them."""
     from zarr.codecs import Crc32cCodec, ZstdCodec
 
     n, sums = len(chunks_of(job)), [Crc32cCodec()]
@@ -500,11 +581,19 @@ def _make_arrays(path: Path, job: Job) -> None:
         "shape": (MARK * n,), "chunks": (MARK,), "dtype": "i8", "fill_value": 0,
         "compressors": sums,
     }  # fmt: skip
-    for name, about in arrays.items():
-        _make_array(path / name, about)
+    return arrays
+
+
+def _has_array(path: Path, about: Mapping[str, Any]) -> bool:
+    """Return whether a store has an array, chunks aside."""
+    try:
+        return bool(_opened(path).shape == about["shape"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return False
 
 
 def _make_array(path: Path, about: dict[str, Any]) -> None:
+    """Describe an array of a store, or one whose description is lost; its chunks stay."""
     import zarr
 
     try:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import time
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,15 +12,16 @@ from percuss.arrays import Floats, Integers
 from percuss.ensembles.basins import no_starts
 from percuss.ensembles.datasets import attributes_of, dataset_of
 from percuss.ensembles.diagram import failed_values
-from percuss.ensembles.job import Answer, Column, Dimension
+from percuss.ensembles.job import Answer, Dimension
 from percuss.ensembles.run_job import folder_of
 from percuss.ensembles.store import (
     RESULT,
     Chunks,
     described,
-    has_store,
     own_attributes,
     store_faults,
+    stored_chunks,
+    stores_of_study,
 )
 from percuss.errors import OutputError
 
@@ -35,12 +34,8 @@ __all__ = ["load_store", "rates_of", "status_of_store", "stores_in"]
 
 # An interval between two chunks is a pause if it exceeds a minute and so many median intervals.
 PAUSE, USUAL = 60.0, 20.0
-# The folders of the parts of a study that has several.
-PARTS = ("followed", "afresh")
 # The rate is that of the last so many chunks.
 RECENT = 200
-# The types of columns, by their names in Zarr.
-_KINDS = {"float64": "f8", "int64": "i8"}
 
 
 def status_of_store(path: str | Path) -> dict[str, Any]:
@@ -105,10 +100,10 @@ def stores_in(path: str | Path) -> list[Path]:
         If there is none.
     """
     folder = Path(path)
-    if _parts_of_one(folder):
+    if stores_of_study(folder):
         return [folder]
     inside = (inner for inner in sorted(folder.glob("*")) if not _is_foreign(inner))
-    stores = [inner for inner in inside if _parts_of_one(inner)]
+    stores = [inner for inner in inside if stores_of_study(inner)]
     if not stores:
         raise OutputError(path, "no store there")
     return stores
@@ -155,18 +150,11 @@ def load_store(path: str | Path) -> Dataset:
 
 def _parts(path: Path) -> list[Path]:
     """Return the stores of one study in a folder."""
-    parts = _parts_of_one(path)
+    parts = stores_of_study(path)
     if not parts:
         several = [store.name for store in stores_in(path)]
         raise OutputError(path, f"no store, but holds {', '.join(several)}; name one of them")
     return parts
-
-
-def _parts_of_one(path: Path) -> list[Path]:
-    """Return a folder that is a store, or else the stores of the parts of a study in it."""
-    if has_store(path):
-        return [path]
-    return [path / name for name in PARTS if has_store(path / name)]
 
 
 def _is_foreign(path: Path) -> bool:
@@ -178,31 +166,9 @@ def _is_foreign(path: Path) -> bool:
 
 
 def _is_complete(path: Path) -> bool:
-    chunks = _chunks(path, own_attributes(path))
+    chunks = stored_chunks(path, own_attributes(path))
     marks = chunks.marks()[:, 0].tolist()
     return all(mark > 0 and chunks.seems_whole(i) for i, mark in enumerate(marks))
-
-
-def _chunks(path: Path, own: Mapping[str, Any]) -> Chunks:
-    """Return the chunks of a store, with the columns that its arrays describe."""
-    columns: dict[str, Column] = {}
-    for name, about in own["columns"].items():
-        file = path / name / "zarr.json"
-        if not file.exists():
-            # The process was killed before it made the array, or the file has been removed.
-            reason = "was begun, and holds nothing yet; the same command goes on"
-            if (path / "done" / "c").exists():
-                reason = f"has lost its {name}/zarr.json; the command that began it mends that"
-            raise OutputError(path, reason)
-        array = json.loads(file.read_bytes())
-        columns[name] = Column(
-            tuple(array["shape"][1:]),
-            _KINDS[array["data_type"]],
-            tuple(about["dims"]),
-            about["units"],
-            about.get("meaning", ""),
-        )
-    return Chunks(path, columns, own["size"], min(own["chunk"], own["size"]))
 
 
 def _status_of_part(path: Path) -> dict[str, Any]:
@@ -213,19 +179,21 @@ def _status_of_part(path: Path) -> dict[str, Any]:
         done = np.flatnonzero(marks[:, 0])
         if len(done):
             # By the lengths of their files: reading every byte would take long.
-            chunks = _chunks(path, own)
+            chunks = stored_chunks(path, own)
             done = np.array([i for i in done.tolist() if chunks.seems_whole(i)], dtype=np.int64)
     each = own["motions_of_a_point"]
     sizes = np.full(len(marks), own["chunk"] * each)
     sizes[-1] = (own["size"] - own["chunk"] * (len(marks) - 1)) * each
+    part = own.get("part_of", {"number": 1, "count": 1})
+    own_sizes = sizes[part["number"] - 1 :: part["count"]]
     times = marks[done, 1] / 1e6
     points, impacts = rates_of(times, sizes[done], marks[done, 0] - 1)
     return {
         "study": own["study"],
         "version": own["version"],
-        "points": own["size"] * each,
+        "points": int(own_sizes.sum()),
         "points_done": int(sizes[done].sum()),
-        "chunks": len(marks),
+        "chunks": len(own_sizes),
         "done": len(done),
         "n_impacts": int((marks[done, 0] - 1).sum()),
         "points_per_second": points,
@@ -261,7 +229,7 @@ def _load_part(path: Path) -> Dataset:
     dimensions = [
         Dimension(name, tuple(values), units) for name, values, units in own["dimensions"]
     ]
-    chunks = _chunks(path, own)
+    chunks = stored_chunks(path, own)
     answer, columns = chunks.answer(), chunks.columns
     study = own["study"]
     is_sweep = study["kind"] == "sweep"

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss.ensembles.array_parts import part_dataset
 from percuss.ensembles.batch import MOST_IMPACTS
 from percuss.ensembles.datasets import (
     attributes_of,
@@ -89,6 +90,7 @@ def sweep(
     engine: Engine = "threads",
     n_workers: int | None = None,
     progress: Report = None,
+    part: Sequence[int] | None = None,
 ) -> Dataset:
     """Measure every motion of a grid of parameters and starts.
 
@@ -137,6 +139,10 @@ def sweep(
     progress
         True shows a line on the error stream after two seconds; a function
         ``(done, total) -> bool`` is called now and then, and ends the sweep by returning False.
+    part
+        Which part of a job array is computed, as (i, n) the i-th of n, from 1: into a store of its
+        own beside ``store``, where `merge_parts` puts all of them together. The dataset has no
+        data then, but the attributes `points`, those that are done, and `complete`.
 
     Returns
     -------
@@ -172,11 +178,13 @@ def sweep(
     >>> data.period.values
     array([1., 2., 0.])
     """
-    execution = execution_of(store, engine, n_workers, progress)
+    execution = execution_of(store, engine, n_workers, progress, part)
     grid = make_grid(osc, force, start, over, on=on)
     window = Window(transient, periods, _span(between, grid, measure))
     work = _work(measure, grid, window, max_impacts, section_of(section))
     answer = run_job(work, execution, is_read_from_disk=True)
+    if execution.part is not None:
+        return part_dataset([answer], execution.part)
     nowhere = [name for name in work.names if not _has_any(answer.arrays[name])]
     if answer.complete and answer.reasons and not nowhere:
         first = grid.words(next(iter(answer.reasons)))

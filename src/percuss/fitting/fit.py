@@ -52,8 +52,9 @@ def fit(
     data
         MeasuredSamples of `displacement`, `velocity`, `acceleration` or `stop_force` (`stop_force_1` for
         the second stop) at instants `t`: an xarray.Dataset or DataArray, a pandas.DataFrame, a
-        mapping of arrays, or the path of a CSV file with these names; instants need not be even, and
-        NaN are left out. Or `impact_times` alone, or beside them. A list of these: several records.
+        mapping of arrays, or the path of a CSV file with these names, or `time`, `x`, `v`, `a`, and
+        perhaps units, which are converted into those of the oscillator; instants need not be even,
+        and NaN are left out. Or `impact_times` alone, or beside them. A list of these: several records.
     osc, force
         The oscillator and its forcing, which give all other parameters; a list of forcings for
         several records.
@@ -139,7 +140,7 @@ def _records(
     records = []
     for one, its_force, its_start in zip(whole, forces, starts, strict=True):
         System.of(osc, its_force)
-        samples, impacts = read_samples(one, noise, len(osc.stops))
+        samples, impacts = read_samples(one, noise, len(osc.stops), osc.units)
         begin = None if its_start is None or _is_free(its_start) else start_of(its_start)
         record = MeasuredRecord(samples, impacts, its_force, begin)
         if begin is not None:

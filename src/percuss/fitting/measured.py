@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -14,9 +13,11 @@ import numpy as np
 
 from percuss.arrays import Floats, Integers
 from percuss.errors import ParameterError
+from percuss.fitting.data_file import columns_of_file
 from percuss.kernels.segments import ACCELERATION, DISPLACEMENT, OF_STOP, VELOCITY
 from percuss.model.forcing import Forcing
 from percuss.model.start import Start
+from percuss.model.units import Units
 
 __all__ = [
     "IMPACT_TIMES",
@@ -122,7 +123,9 @@ def quantity_name(quantity: int) -> str:
     return STOP_FORCE if quantity == OF_STOP else f"{STOP_FORCE}_{quantity - OF_STOP}"
 
 
-def read_samples(data: Any, noise: Any, n_stops: int) -> tuple[MeasuredSamples, MeasuredSamples]:
+def read_samples(
+    data: Any, noise: Any, n_stops: int, units: Units | None = None
+) -> tuple[MeasuredSamples, MeasuredSamples]:
     """Return the samples and the impact times of one record.
 
     Parameters
@@ -134,6 +137,8 @@ def read_samples(data: Any, noise: Any, n_stops: int) -> tuple[MeasuredSamples, 
         of the data hold.
     n_stops
         Stops of the oscillator.
+    units
+        Its units, into which columns of a file that have some are converted.
 
     Returns
     -------
@@ -145,7 +150,7 @@ def read_samples(data: Any, noise: Any, n_stops: int) -> tuple[MeasuredSamples, 
     ParameterError
         If there is nothing that can be read.
     """
-    columns, own_noise = _columns(data)
+    columns, own_noise = _columns(data, units)
     names = [name for name in columns if name not in ("t", "noise")]
     if not names:
         raise ParameterError("data", sorted(columns), f"no column of {_known()}")
@@ -191,10 +196,10 @@ def quantity_number(name: str, n_stops: int) -> int:
     return int(OF_STOP) + which
 
 
-def _columns(data: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+def _columns(data: Any, units: Units | None) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the columns of data by their names, and the noise that stands with each."""
     if isinstance(data, str | PathLike):
-        return _of_file(Path(data)), {}
+        return _of_file(Path(data), units), {}
     if isinstance(data, Mapping) and not hasattr(data, "data_vars"):
         return dict(data), {}
     if hasattr(data, "data_vars"):
@@ -222,28 +227,14 @@ def _attributes(variables: Mapping[str, Any]) -> dict[str, Any]:
     return {name: it.attrs["noise"] for name, it in variables.items() if "noise" in it.attrs}
 
 
-def _of_file(path: Path) -> dict[str, Any]:
-    """Return the columns of a file of comma-separated values, an empty cell as NaN."""
+def _of_file(path: Path, units: Units | None) -> dict[str, Any]:
+    """Return the columns of a file, missing values as NaN."""
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        return dict(columns_of_file(path, units))
     except OSError as error:
         raise ParameterError("data", str(path), (error.strerror or "not read").lower()) from None
-    lines = [line for line in text.splitlines() if line.strip() and not line.startswith("#")]
-    rows = [[cell.strip() for cell in row] for row in csv.reader(lines)]
-    if len(rows) < 2:
-        raise ParameterError("data", str(path), "no line of values under a line of names")
-    columns: dict[str, list[float]] = {name: [] for name in rows[0]}
-    for number, row in enumerate(rows[1:], 2):
-        if len(row) != len(rows[0]):
-            reason = f"row {number} has {len(row)} cells, the first one {len(rows[0])}"
-            raise ParameterError("data", str(path), reason)
-        for name, cell in zip(rows[0], row, strict=True):
-            try:
-                columns[name].append(float(cell) if cell else math.nan)
-            except ValueError:
-                reason = f'row {number}: {name} = "{cell}" is no number'
-                raise ParameterError("data", str(path), reason) from None
-    return dict(columns)
+    except ValueError as error:
+        raise ParameterError("data", str(path), str(error)) from None
 
 
 def _numbers(name: str, values: Any) -> Floats:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -73,6 +73,8 @@ class Fit:
         record.
     problem
         What was solved.
+    profiles
+        The profiles that were asked for, by path.
     """
 
     values: dict[str, float]
@@ -93,6 +95,7 @@ class Fit:
     impacts: Floats
     residuals: Dataset
     problem: FitProblem
+    profiles: dict[str, Dataset] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         """Return the parameters with their errors in a line."""
@@ -247,7 +250,10 @@ class Fit:
                 point, rows[i] = found, found.values
                 growth[i] = found.cost(self.problem, FIRM) - least
         columns = {key: ("value", rows[:, j]) for j, key in enumerate(self.values) if j != which}
-        return xr.Dataset({"growth": ("value", growth), **columns}, {"value": values})
+        self.profiles[name] = xr.Dataset(
+            {"growth": ("value", growth), **columns}, {"value": values}
+        )
+        return self.profiles[name]
 
 
 def _held(problem: FitProblem, near: FitPoint, which: int, value: float) -> FitPoint | None:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import glob
+import logging
 import os
-import sys
 import time
 from collections.abc import Iterable
 from contextlib import suppress
@@ -13,6 +13,9 @@ from types import TracebackType
 from typing import Self
 
 from percuss.errors import OutputError
+from percuss.processes import is_running
+
+LOG = logging.getLogger(__name__)
 
 EXISTS = "exists already; force=True replaces it"
 # The size of a larger file is announced before it is written [bytes].
@@ -70,24 +73,10 @@ def _remove_stale_parts(path: Path) -> None:
     """
     for part in path.parent.glob(f".{glob.escape(path.name)}.*.part"):
         number = part.name.removesuffix(".part").rpartition(".")[2]
-        if number.isdecimal() and not _is_running(int(number)):
+        if number.isdecimal() and not is_running(int(number)):
             with suppress(OSError):
                 if time.time() - part.stat().st_mtime >= STALE:
                     part.unlink()
-
-
-def _is_running(process: int) -> bool:
-    """Return whether a process of this number may be running."""
-    if os.name != "posix":
-        # On Windows the signal would end it.
-        return True
-    try:
-        os.kill(process, 0)
-    except (ProcessLookupError, OverflowError):
-        return False
-    except OSError:
-        return True
-    return True
 
 
 def _reason(error: OSError) -> str:
@@ -111,8 +100,7 @@ def say_size(part: Path, size: int) -> None:
     """Announce on the error stream the size of a large file [bytes], from its temporary name."""
     if size >= LARGE:
         name = part.name.removeprefix(".").removesuffix(f".{os.getpid()}.part")
-        sys.stderr.write(f"writing {name}: about {size / 1e6:,.0f} MB\n")
-        sys.stderr.flush()
+        LOG.warning(f"writing {name}: about {size / 1e6:,.0f} MB")
 
 
 class OutputFiles:

@@ -16,6 +16,7 @@ from percuss.ensembles.datasets import write_whole
 from percuss.errors import PercussError
 from percuss.io.exact_json import decoded, encoded
 from percuss.io.files import OutputFiles, say_size
+from percuss.io.fit_tables import fit_datasets
 from percuss.io.record import NETCDF_ATTRIBUTE, Record, make_record
 from percuss.io.results import SAMPLES, Columns, ResultKind, kind_of, table_of
 from percuss.io.table import check_suffix
@@ -48,8 +49,8 @@ def save_netcdf(
     Parameters
     ----------
     result
-        A run, an orbit, a list of orbits, a branch, a curve, a response, a design, a front, or a
-        dataset of an ensemble. The main table is at the root, where ``xarray.open_dataset(path)`` finds it: the
+        A run, an orbit, a list of orbits, a branch, a curve, a response, a design, a front, a fit, or
+        a dataset of an ensemble. The main table is at the root, where ``xarray.open_dataset(path)`` finds it: the
         motion of a run or an orbit, the table of what else it is. Groups hold the other tables,
         such as impacts, crossings, contacts and grazes of a run.
     path
@@ -83,6 +84,8 @@ def write_netcdf(result: Any, path: Path, record: Record, *, samples: int = SAMP
         groups = {"/": _writable(result)}
     elif kind.name == "design":
         groups = _of_design(result, kind, samples)
+    elif kind.name == "fit":
+        groups = {name: _writable(data) for name, data in fit_datasets(result, samples).items()}
     elif not kind.is_whole:
         groups = _of_structures(result, kind, samples)
     else:
@@ -187,7 +190,7 @@ def load_netcdf(path: Path | str) -> Any:
     -------
     DataTree, PeriodicOrbit, list, Branch, Curve, Response or Dataset
         A run as a tree, its motion at the root and its events in groups; the attributes hold the
-        record; so are an orbit, a branch or curves of a structure, a design and a front. Other results as they were
+        record; so are an orbit, a branch or curves of a structure, a design, a front and a fit. Other results as they were
         saved, every field to the bit. All in memory; the file is closed.
 
     Raises

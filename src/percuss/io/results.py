@@ -13,6 +13,13 @@ from percuss.arrays import Complexes
 from percuss.ensembles.grid import units_of
 from percuss.ensembles.measures import outcome_dimensions
 from percuss.errors import ParameterError
+from percuss.io.fit_tables import (
+    covariance_columns,
+    fit_impact_columns,
+    fitted_columns,
+    profile_columns,
+    residual_columns,
+)
 from percuss.io.study_text import branch_text, motion_text, orbit_text, response_text
 from percuss.model.units import Units, in_units, is_unit
 from percuss.orbits.bifurcations.structure_branch import StructureBranch
@@ -335,7 +342,7 @@ def kind_of(result: Any) -> ResultKind:
         return _kind_of_list(result)
     kind = _KINDS.get(type(result).__name__)
     if kind is None:
-        known = "a run, an orbit, a list of them, a branch, a curve, a response or a dataset"
+        known = "a run, an orbit, a list of them, a branch, a curve, a response, a fit or a dataset"
         raise ParameterError("result", result, f"not {known}")
     return kind
 
@@ -565,6 +572,21 @@ _KINDS: dict[str, ResultKind] = {
         _nothing,
         lambda _: {},
         {"front": front_columns},
+        is_whole=False,
+    ),
+    "Fit": ResultKind(
+        "fit",
+        "parameters fitted to records",
+        lambda fit: fit.reason or "converged",
+        _nothing,
+        lambda _: {},
+        {
+            "parameters": fitted_columns,
+            "covariance": covariance_columns,
+            "residuals": residual_columns,
+            "impacts": fit_impact_columns,
+            "profiles": profile_columns,
+        },
         is_whole=False,
     ),
     "Dataset": ResultKind(

@@ -106,7 +106,7 @@ def _value(value: object) -> str:
         return toml_string(value)
     if isinstance(value, int):
         return str(value)
-    if isinstance(value, float) and not math.isnan(value):
+    if isinstance(value, float):
         return repr(value)
     if isinstance(value, list | tuple):
         return f"[{', '.join(_value(item) for item in value)}]"

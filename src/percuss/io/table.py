@@ -39,14 +39,15 @@ def save_csv(
     Parameters
     ----------
     result
-        A run, an orbit, a list of orbits, a branch, a curve, a response, a design, a front or the
-        dataset of an ensemble.
+        A run, an orbit, a list of orbits, a branch, a curve, a response, a design, a front, a fit or
+        the dataset of an ensemble.
     path
         The file, with the suffix ``.csv``.
     table
         Which table: "impacts", "crossings" or "motion" (x and v at equally spaced times) of a run;
         "impacts", "orbit" or "motion" of an orbit;
-        "branch" or "special_points" of a branch; "searches" or "best" of a design. Default: the first, or the only one.
+        "branch" or "special_points" of a branch; "searches" or "best" of a design;
+        "parameters", "covariance", "residuals", "impacts" or "profiles" of a fit. Default: the first, or the only one.
     study, command
         As in `percuss.io.make_record`.
     force

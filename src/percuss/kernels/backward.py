@@ -3,7 +3,7 @@
 A motion runs back in short stretches of the closed form, `flight.move` at negative times, for
 which its power series have all digits. The first event of a stretch is found as in
 `event_location`: by Taylor's theorem with a bound of the fourth derivative, which needs no damping
-of the right sign.
+of the right sign. A stretch ends at a knot of a record, behind which the force is another one.
 At a wall the velocity before an impact is that after it, divided by the restitution: without
 restitution, and in a contact, the past is not determined (docs/theory/impact-surface.md).
 """
@@ -24,6 +24,7 @@ from percuss.kernels.law_columns import (
     LOWER,
     LOWER_KIND,
     N_HARMONICS,
+    N_KNOTS,
     NUMBER,
     OMEGA,
     QUICKEST,
@@ -33,6 +34,7 @@ from percuss.kernels.law_columns import (
     WALL,
     Law,
 )
+from percuss.kernels.pieces import begin_of_piece, record_before
 from percuss.kernels.restitution import speed_before
 
 # Columns of the state: instant, displacement from PLACE, velocity, PLACE, the events met, and
@@ -120,7 +122,27 @@ def retreat(past: Past, s: float) -> None:
     state[Y] += y
     state[V] = v
     state[T], state[T_LOW] = later(state[T], state[T_LOW], -s)
-    set_phases(law, state[T], state[T_LOW], phases)
+    set_phases_before(law, state[T], state[T_LOW], phases)
+
+
+@kernel
+def set_phases_before(law: Law, t: float, t_low: float, phases: Floats) -> None:
+    """Set the phases at an instant; at a knot of a record those of the piece before it."""
+    set_phases(law, t, t_low, phases)
+    if law[0, N_KNOTS] > 0.0:
+        last = phases.shape[0] - 1
+        phases[last, 0], phases[last, 1] = record_before(law, t, t_low)
+
+
+@kernel
+def retreat_within_piece(past: Past, width: float, knot: Pair) -> None:
+    """Take a state back by a width, or to a knot as far back."""
+    law, state = past.law, past.state
+    to_knot = (state[T] - knot[0]) + (state[T_LOW] - knot[1])
+    retreat(past, width)
+    if width == to_knot:
+        state[T], state[T_LOW] = knot
+        set_phases_before(law, state[T], state[T_LOW], past.phases)
 
 
 @kernel
@@ -230,8 +252,13 @@ def meet_before(
     part = longest_part(law, region, longest)
     width = part
     elapsed = 0.0
+    knot = (-math.inf, 0.0)
     while elapsed < longest and abs(state[V]) < fastest:
         width = min(width, longest - elapsed)
+        if law[0, N_KNOTS] > 0.0:
+            _, _, t, t_low = begin_of_piece(law, state[T], state[T_LOW])
+            knot = (t, t_low)
+            width = min(width, (state[T] - t) + (state[T_LOW] - t_low))
         second, third = acceleration_and_jerk(law, region, force, phases, state[Y], state[V])
         fourth = bound_of_fourth(law, region, second, third, width)
         # Back in time the odd derivatives change their signs.
@@ -257,7 +284,7 @@ def meet_before(
             retreat(past, s)
             state[Y] = low if first <= last else high
             return -1.0 if first <= last else 1.0
-        retreat(past, width)
+        retreat_within_piece(past, width, knot)
         elapsed += width
         width = min(2.0 * width, part)
     return 0.0
@@ -338,7 +365,7 @@ def trace_back(
     begin = state[T]
     begin_low = state[T_LOW]
     count = 0
-    set_phases(law, state[T], state[T_LOW], phases)
+    set_phases_before(law, state[T], state[T_LOW], phases)
     while state[EVENTS] < MOST_EVENTS:
         force = constant_force(law, region, state[PLACE])
         left = longest - ((begin - state[T]) + (begin_low - state[T_LOW]))

@@ -113,6 +113,37 @@ def next_knot(law: Law, t: float, t_low: float) -> Pair:
 
 
 @kernel
+def begin_of_piece(law: Law, t: float, t_low: float) -> tuple[int, float, float, float]:
+    """Return the last knot strictly before an instant, its turn, and its instant; -1 for none.
+
+    Before the first knot of all the instant is that far back.
+    """
+    k, turn = piece_at(law, t, t_low)
+    if k >= 0:
+        high, low = knot_time(law, k, turn)
+        if (t - high) + (t_low - low) > 0.0:
+            return k, turn, high, low
+        k -= 1
+    if k < 0 and law[0, REPEAT] > 0.0:
+        k = int(law[0, N_KNOTS]) - 1
+        turn -= 1.0
+    if k < 0:
+        return k, turn, -math.inf, 0.0
+    high, low = knot_time(law, k, turn)
+    return k, turn, high, low
+
+
+@kernel
+def record_before(law: Law, t: float, t_low: float) -> Pair:
+    """Return the force of the record and its slope at an instant, at a knot those before it."""
+    k, _, high, low = begin_of_piece(law, t, t_low)
+    if k < 0:
+        return law[0, OUTSIDE_FORCE], 0.0
+    slope = knot_entry(law, k, KNOT_SLOPE)
+    return knot_entry(law, k, KNOT_FORCE) + slope * ((t - high) + (t_low - low)), slope
+
+
+@kernel
 def time_to_knot(law: Law, t: float, t_low: float) -> float:
     """Return the time from an instant to the next knot; infinite without one."""
     if law[0, N_KNOTS] == 0.0:

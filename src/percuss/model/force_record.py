@@ -8,10 +8,11 @@ from dataclasses import dataclass, fields
 from fractions import Fraction
 from functools import cached_property
 from itertools import pairwise
-from typing import Any, Literal, get_args
+from typing import Any, Literal, TypeAlias, get_args
 
 from percuss.errors import ParameterError
 from percuss.model.exact import (
+    PI,
     Exact,
     Phase,
     PiTimes,
@@ -34,12 +35,17 @@ from percuss.model.faults import (
     scale_faults,
 )
 
-__all__ = ["ForceRecord", "Outside", "RecordKind", "refuse_record"]
+__all__ = ["ForceRecord", "Outside", "Ratio", "RecordKind", "refuse_record"]
 
 RecordKind = Literal["linear", "hold"]
 Outside = Literal["end", "zero"]
 # Faults of samples that are told at once; a wrong column has one in every line.
 MOST_TOLD = 10
+# Numerator and denominator: arithmetic without the reduction to lowest terms takes a tenth of the
+# time, and records are long.
+Ratio: TypeAlias = tuple[int, int]
+# What is computed once of samples, and holds for all records that have them.
+OF_SAMPLES = ("_samples_hash", "has_good_samples", "exact_samples")
 # Slopes beyond this, as other numbers of a model, leave the range of floats in the bounds.
 STEEPEST = 1e100
 
@@ -107,12 +113,16 @@ class ForceRecord:
         )
 
     def _key(self) -> tuple[object, ...]:
-        return tuple(getattr(self, field.name) for field in fields(self))
+        """Return what a record is beside its samples."""
+        return self.kind, self.repeat, self.outside, self.amplitude, self.omega
 
     def __eq__(self, other: object) -> bool:
         if self is other:
             return True
-        return isinstance(other, ForceRecord) and self._key() == other._key()
+        if not isinstance(other, ForceRecord) or self._key() != other._key():
+            return False
+        # Of one tuple the samples need not be compared.
+        return self.t == other.t and self.f == other.f
 
     def __hash__(self) -> int:
         # Each call that looks for the law of a system asks for it.
@@ -120,7 +130,27 @@ class ForceRecord:
 
     @cached_property
     def _hash(self) -> int:
-        return hash(self._key())
+        return hash((self._samples_hash, *self._key()))
+
+    @cached_property
+    def _samples_hash(self) -> int:
+        return hash((self.t, self.f))
+
+    @cached_property
+    def has_good_samples(self) -> bool:
+        """Whether the samples make a record."""
+        return not _sample_faults(self, "")
+
+    @cached_property
+    def exact_samples(self) -> tuple[tuple[Ratio, Ratio], ...]:
+        """Instants, or phases, and forces as numerators and denominators."""
+        return tuple(
+            (
+                t.as_integer_ratio() if type(t) is float else _rational(t).as_integer_ratio(),
+                f.as_integer_ratio() if type(f) is float else as_fraction(f).as_integer_ratio(),
+            )
+            for t, f in zip(self.t, self.f, strict=True)
+        )
 
     def __getstate__(self) -> dict[str, object]:
         """Return the fields: the hash of a text differs from process to process."""
@@ -156,7 +186,7 @@ class ForceRecord:
         return self.with_fields(amplitude=amplitude)
 
     def with_fields(self, **changed: Any) -> ForceRecord:
-        """Return the record with other fields; its samples are not checked again.
+        """Return the record with other fields; what is known of its samples is kept.
 
         Raises
         ------
@@ -169,7 +199,15 @@ class ForceRecord:
             object.__setattr__(new, field.name, value)
         if changed:
             raise TypeError(f"ForceRecord has no {', '.join(changed)}")
+        if new.t is self.t and new.f is self.f:
+            known = vars(self)
+            vars(new).update({name: known[name] for name in OF_SAMPLES if name in known})
         return new
+
+
+def _rational(t: Phase) -> Fraction:
+    times, plus = angle(t)
+    return times * PI + plus
 
 
 def _samples(values: object) -> tuple[Any, ...] | object:
@@ -203,7 +241,7 @@ def _(value: ForceRecord, prefix: str | None = None) -> list[Fault]:
     if value.omega is not None:
         omega = dotted(prefix, "omega")
         problems += positive_faults(omega, value.omega) or scale_faults(omega, value.omega)
-    return problems + _sample_faults(value, prefix)
+    return problems if value.has_good_samples else problems + _sample_faults(value, prefix)
 
 
 # A table or a plane of numbers has one column too many.

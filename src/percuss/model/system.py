@@ -21,10 +21,10 @@ from percuss.kernels import law_columns as at
 from percuss.kernels import law_formulas
 from percuss.kernels.law_columns import Law
 from percuss.kernels.step import fill_steps
-from percuss.model.exact import Exact, Phase, PiTimes, angle, as_fraction
+from percuss.model.exact import Exact, PiTimes, angle, as_fraction
 from percuss.model.expression import parameters_in
 from percuss.model.faults import Fault, raise_first
-from percuss.model.force_record import ForceRecord
+from percuss.model.force_record import ForceRecord, Ratio
 from percuss.model.forcing import Component, Forcing, Harmonic
 from percuss.model.oscillator import Oscillator, Side, SoftStop, Wall, mass_of
 from percuss.model.ratios import PI, Ratio, exact, ratio_of
@@ -268,22 +268,8 @@ def _exact_samples(record: ForceRecord) -> list[tuple[Ratio, Ratio]]:
     """Return instants and forces of a record, exactly."""
     pace = Fraction(1) if record.omega is None else as_fraction(record.omega)
     amplitude = as_fraction(record.amplitude)
-    samples = []
-    for t, f in zip(record.t, record.f, strict=True):
-        p, q = t.as_integer_ratio() if type(t) is float else _instant(t).as_integer_ratio()
-        m, d = f.as_integer_ratio() if type(f) is float else as_fraction(f).as_integer_ratio()
-        samples.append(
-            (
-                (p * pace.denominator, q * pace.numerator),
-                (m * amplitude.numerator, d * amplitude.denominator),
-            )
-        )
-    return samples
-
-
-def _instant(t: Phase) -> Fraction:
-    times, plus = angle(t)
-    return times * PI + plus
+    (a, b), (c, d) = pace.as_integer_ratio(), amplitude.as_integer_ratio()
+    return [((p * b, q * a), (m * c, n * d)) for (p, q), (m, n) in record.exact_samples]
 
 
 def _knots(record: ForceRecord, samples: list[tuple[Ratio, Ratio]]) -> Floats:

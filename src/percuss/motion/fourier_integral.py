@@ -5,8 +5,8 @@ x exp(-i w t) into
 
     (K - w^2 + 2 i a w) X = F - [(v + (2 a + i w) x) exp(-i w t)] between the flight's ends,
 
-with F that of the forces. Flights that follow one another in the same region share F, so that
-only the jumps of the velocity remain. Where the factor nearly vanishes its division would cost
+with F that of the forces; that of a record is a sum over the pieces between its knots. Flights that
+follow one another in the same region share F, so that only the jumps of the velocity remain. Where the factor nearly vanishes its division would cost
 digits: there the closed form of the motion is integrated by Gauss and Legendre's rule on panels
 of bounded phase, on which it is smooth. Neither knows a sampling rate, so there is no aliasing.
 """
@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -27,6 +28,7 @@ from percuss.kernels.law_columns import (
     FIRST_HARMONIC,
     LOWER,
     N_HARMONICS,
+    N_KNOTS,
     NUMBER,
     OMEGA,
     QUICKEST,
@@ -35,6 +37,7 @@ from percuss.kernels.law_columns import (
     UPPER,
     Law,
 )
+from percuss.kernels.pieces import record_at
 from percuss.model.system import region_rows
 from percuss.motion.trajectory import Trajectory
 from percuss.numerics import cos, dot, gauss_legendre, modulus, phasor, sin, times
@@ -51,6 +54,8 @@ PANEL_PHASE = 8.0
 # Frequencies and instants of one block of exponentials. Sums over more instants than this are sums
 # of sums: in one go equal terms round alike, which cost 3e-12 over 300,000 of them.
 ROWS, COLUMNS = 128, 512
+# Below this half phase the mean of a ramp is its series: the closed form loses digits.
+SHORT_HALF = 0.5
 # Nodes of the quadrature in one go.
 AT_ONCE = 1 << 17
 # Splits a float into halves whose products are exact.
@@ -110,7 +115,9 @@ def fourier_integral(run: Trajectory, omega: Floats, low: float, high: float) ->
     2.0
     """
     law = run.system.law
-    pieces = _pieces_of(run, low, high)
+    pieces = parts = _pieces_of(run, low, high)
+    if law[0, N_KNOTS] > 0.0:
+        parts = _pieces_of(run, low, high, cut_at_knots=True)
     forces = _constant_forces(law)
     total = _held(pieces, omega)
     for row in np.unique(pieces.region[~pieces.in_contact]):
@@ -120,15 +127,23 @@ def fourier_integral(run: Trajectory, omega: Floats, low: float, high: float) ->
         by_parts = np.flatnonzero(~is_near)
         driven = _driving(law, pieces, chosen, omega[by_parts], low, forces[int(row)])
         ends = _ends(pieces, chosen, omega[by_parts], law[row, DAMPING])
+        of_row = chosen
+        if parts is not pieces:
+            of_row = (parts.region == row) & ~parts.in_contact
+            driven = driven + _under_record(law, parts, of_row, omega[by_parts], low)
         total[by_parts] += (driven - ends) / factor[by_parts]
-        total[is_near] += _panels(run, law, int(row), pieces, chosen, omega[is_near], low)
+        total[is_near] += _panels(run, law, int(row), parts, of_row, omega[is_near], low)
     return total
 
 
-def _pieces_of(run: Trajectory, low: float, high: float) -> Pieces:
-    """Cut the window [low, high] of a run at its events."""
+def _pieces_of(run: Trajectory, low: float, high: float, *, cut_at_knots: bool = False) -> Pieces:
+    """Cut the window [low, high] of a run at its events, and at the knots of a record."""
     law = run.system.law
     events, marks = run.record
+    if not cut_at_knots and law[0, N_KNOTS] > 0.0:
+        kept = marks[:, columns.KIND] != columns.KNOT
+        kept[0] = True
+        events, marks = events[kept], marks[kept]
     times = events[:, columns.EVENT_T]
     first = max(int(np.searchsorted(times, low, side="right")) - 1, 0)
     last = max(int(np.searchsorted(times, high, side="left")), first + 1)
@@ -220,7 +235,7 @@ def _driving(
     start, end = _stretches(pieces, chosen)
     ones = np.ones(len(start[0]), dtype=np.complex128)
     parts = [(0.0, constant * ones)] if constant != 0.0 else []
-    for j in range(int(law[0, N_HARMONICS])):
+    for j in range(int(law[0, N_HARMONICS]) - int(law[0, N_KNOTS] > 0.0)):
         row = law[FIRST_HARMONIC + j]
         # At the window's start the harmonic is Re(phasor).
         turn = complex(_turned(np.array([row[OMEGA]]), np.array([low]), np.zeros(1))[0, 0])
@@ -268,6 +283,39 @@ def _exponentials(
             mean = np.divide(sin(half), half, out=np.ones_like(half), where=half != 0.0)
             total[block] += times(mean * turn, weights[some]).sum(axis=-1)
     return total
+
+
+def _under_record(law: Law, parts: Pieces, chosen: Flags, omega: Floats, low: float) -> Complexes:
+    """Return the Fourier integral of the force of a record over parts that no knot cuts."""
+    start, end = parts.start[chosen], parts.end[chosen]
+    start_low, end_low = parts.start_low[chosen], parts.end_low[chosen]
+    duration = (end - start) + (end_low - start_low)
+    middle = 0.5 * (start + end)
+    rest = 0.5 * ((start - middle) + (end - middle)) + 0.5 * (start_low + end_low)
+    instant = low + middle
+    back = instant - low
+    lost = (low - (instant - back)) + (middle - back) + rest
+    ramps = np.array(list(map(partial(record_at, law), instant, lost))).reshape(-1, 2)
+    forces, rises = ramps[:, 0] * duration, 0.5 * ramps[:, 1] * duration * duration
+    total = np.zeros(len(omega), dtype=np.complex128)
+    for block, some in _blocks(len(omega), len(duration)):
+        half = np.multiply.outer(omega[block], 0.5 * duration[some])
+        mean = np.divide(sin(half), half, out=np.ones_like(half), where=half != 0.0)
+        turn = _turned(omega[block], middle[some], rest[some])
+        weights = forces[some] * mean - 1j * (rises[some] * _first_bessel(half))
+        total[block] += times(turn, weights).sum(axis=-1)
+    return total
+
+
+def _first_bessel(y: Floats) -> Floats:
+    """Return (sin y - y cos y) / y^2, the spherical Bessel function of order 1."""
+    square = y * y
+    series = np.ones_like(y)
+    for n in (6, 5, 4, 3, 2, 1):
+        series = 1.0 - square * series / (2.0 * n * (2.0 * n + 3.0))
+    is_short = np.abs(y) < SHORT_HALF
+    safe = np.where(is_short, 1.0, square)
+    return np.where(is_short, y * series / 3.0, (sin(y) - y * cos(y)) / safe)
 
 
 def _ends(pieces: Pieces, chosen: Flags, omega: Floats, damping: float) -> Complexes:

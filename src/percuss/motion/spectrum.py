@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 from percuss.arrays import Complexes, Floats
 from percuss.errors import ParameterError
 from percuss.model.exact import as_float, real, reals, whole
-from percuss.model.force_record import refuse_record
 from percuss.motion.fourier_integral import fourier_integral
 from percuss.motion.trajectory import Trajectory
 from percuss.numerics import cos, modulus, phasor, times
@@ -255,6 +254,9 @@ def _highest(run: Trajectory) -> float:
     """Return the frequency up to which a spectrum is drawn."""
     harmonics = () if run.forcing is None else run.forcing.components()
     fastest = max((float(harmonic.omega) for harmonic in harmonics), default=0.0)
+    record = None if run.forcing is None else run.forcing.record
+    if record is not None and record.period is not None:
+        fastest = max(fastest, 2.0 * math.pi / as_float(record.period))
     spring = math.sqrt(abs(as_float(run.oscillator.of_unit_mass().stiffness)))
     return REACH * (max(fastest, spring) or 2.0 * math.pi / (run.t_end - run.t0))
 
@@ -276,7 +278,6 @@ def _exact(
     run: Trajectory, omega: Floats, low: float, high: float, window: WindowName, of: Quantity
 ) -> Complexes:
     """Return X: the Hann window is three exponentials, so it takes three integrals."""
-    refuse_record(run.forcing, "an exact spectrum", 'method="fft" takes it from samples')
     if window == "none":
         transform = _plain(run, omega, low, high, of)
     else:

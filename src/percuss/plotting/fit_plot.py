@@ -1,17 +1,21 @@
-"""Pictures of fits: the record with the fitted motion, the residuals, and what two parameters share."""
+"""Pictures of fits: record, motion, impacts and residuals, what two parameters share, and profiles."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+from xarray import Dataset
 
-from percuss.arrays import Floats
 from percuss.ensembles.grid import units_of as dimensions_of
 from percuss.errors import ParameterError
 from percuss.fitting.result import Fit
+from percuss.fitting.summaries import impacts_of, motion_of
 from percuss.model.paths import long_form
 from percuss.model.units import Units
 from percuss.plotting.labels import label_of, with_unit
@@ -29,11 +33,14 @@ from percuss.plotting.style import (
     units_of,
 )
 
-__all__ = ["plot_fit"]
+__all__ = ["plot_fit", "plot_profiles"]
 
 # Instants at which a motion is drawn, and of an ellipse.
 POINTS, ROUND = 2000, 181
+# Errors are small parts of values, whose labels are long.
+MOST_TICKS = 3
 # The sums of squares within which one and two parameters lie with 68 and 95 per cent.
+PROFILE_LEVELS = ((1.0, "68 %"), (3.84, "95 %"))
 ELLIPSES = ((2.2957, 0.35), (5.9915, 0.15))
 DIMENSIONS = {
     "displacement": "length",
@@ -47,12 +54,13 @@ def plot_fit(
     fit: Fit,
     figure: Figure | None = None,
     *,
+    record: int = 0,
     quantity: str | None = None,
     parameters: tuple[str, str] | None = None,
     window: tuple[float, float] | None = None,
     units: Units | None = None,
 ) -> Figure:
-    """Draw a fit: the first record and the fitted motion, the residuals, and a confidence ellipse.
+    """Draw a fit: a record and the fitted motion, its impacts, the residuals, and an ellipse.
 
     Parameters
     ----------
@@ -60,6 +68,8 @@ def plot_fit(
         What `percuss.fit` has returned.
     figure
         An empty figure; default: a new one.
+    record
+        The number of the record, from 0.
     quantity
         What is drawn of the record; default: the first quantity that was measured.
     parameters
@@ -72,18 +82,23 @@ def plot_fit(
     Returns
     -------
     Figure
-        Above samples, motion and impacts of the fitted model (as marks at the bottom); below the
-        residuals in standard deviations of the noise; beside these, for two parameters or more, the
-        regions that hold both with 68 and 95 per cent, and each error alone.
+        Above samples and motion of the fitted model; below the speeds of its impacts (of entries
+        into soft stops open marks), and the residuals in standard deviations of the noise; beside
+        these, for two parameters or more, the regions that hold both with 68 and 95 per cent, and
+        each error alone.
 
     Raises
     ------
     ParameterError
-        If it is no fit, or has no such quantity or parameter.
+        If it is no fit, or has no such record, quantity or parameter.
     """
     check_kind("fit", fit, Fit)
     units = units_of(units, fit.oscillator)
-    table = fit.residuals.isel(sample=np.flatnonzero(fit.residuals.record.values == 0))
+    rows = np.flatnonzero(fit.residuals.record.values == record)
+    if not len(rows):
+        n = 1 + int(fit.residuals.record.values.max())
+        raise ParameterError("record", record, f"none of the {n} records, counted from 0")
+    table = fit.residuals.isel(sample=rows)
     there = list(dict.fromkeys(table.quantity.values.tolist()))
     shown = there[0] if quantity is None else quantity
     if shown not in there:
@@ -91,26 +106,112 @@ def plot_fit(
     pair = _pair(fit, parameters)
     table = table.isel(sample=np.flatnonzero(table.quantity.values == shown))
     with style():
-        figure = new_figure(10.0 if pair else 7.0, 4.6) if figure is None else figure
+        figure = new_figure(10.0 if pair else 7.0, 5.4) if figure is None else figure
         ratios = [1.8, 1.0] if pair else [1.0]
-        grid = figure.add_gridspec(2, len(ratios), height_ratios=[2.0, 1.0], width_ratios=ratios)
+        hits = impacts_of(fit)
+        mine = hits["record"] == record
+        heights = [2.2, 1.0, 1.0] if mine.any() else [2.2, 1.0]
+        grid = figure.add_gridspec(
+            len(heights), len(ratios), height_ratios=heights, width_ratios=ratios
+        )
         above = figure.add_subplot(grid[0, 0])
-        below = figure.add_subplot(grid[1, 0], sharex=above)
+        stacked = [above]
+        _draw_record(fit, above, shown, record, table, window)
+        if mine.any():
+            middle = figure.add_subplot(grid[1, 0], sharex=above)
+            _draw_impacts(middle, {name: column[mine] for name, column in hits.items()})
+            middle.set_ylabel(with_unit("impact\nspeed", "length/time", units))
+            stacked.append(middle)
+        below = figure.add_subplot(grid[-1, 0], sharex=above)
+        stacked.append(below)
         t, noise = table.t.values, table.noise.values
-        _draw_record(fit, above, shown, t, table.value.values, window)
         above.set_ylabel(with_unit(shown.replace("_", " "), _dimensions(shown), units))
         below.axhspan(-1, 1, color=SKY_BLUE, alpha=0.3, linewidth=0)
         below.axhline(0, color=BLACK, linewidth=0.8)
         below.plot(t, table.residual.values / noise, ".", markersize=3, color=GREY)
-        below.set_ylabel("residual ($\\sigma$)")
+        below.set_ylabel("residual\n($\\sigma$)")
         below.set_xlabel(with_unit("time", "time", units))
         if window is not None:
             above.set_xlim(*window)
-        above.label_outer()
-        figure.align_ylabels([above, below])
+        for ax in stacked[:-1]:
+            ax.label_outer()
+        figure.align_ylabels(stacked)
         if pair:
             _draw_ellipse(fit, figure.add_subplot(grid[:, 1]), pair, units)
-        draw_legend(figure, [above])
+        draw_legend(figure, stacked[:-1])
+    return figure
+
+
+def plot_profiles(
+    fit: Fit,
+    figure: Figure | None = None,
+    *,
+    parameters: Sequence[str] | None = None,
+    n: int = 9,
+    units: Units | None = None,
+) -> Figure:
+    """Draw profile likelihoods: how the misfit grows with a parameter, all others fitted anew.
+
+    Parameters
+    ----------
+    fit
+        What `percuss.fit` has returned.
+    figure
+        An empty figure; default: a new one.
+    parameters
+        Their paths; default: those whose profiles were asked for with `Fit.profile`, or else all
+        that have an error.
+    n
+        Number of values of a profile that was not asked for yet.
+    units
+        Units on the axes; default: those of the oscillator, or dimensionless.
+
+    Returns
+    -------
+    Figure
+        Of each parameter the profile, the parabola of its standard error, and the levels that hold
+        it with 68 and 95 per cent.
+
+    Raises
+    ------
+    ParameterError
+        If it is no fit, has no such parameter, or none with an error.
+    """
+    check_kind("fit", fit, Fit)
+    units = units_of(units, fit.oscillator)
+    sure = [path for path, error in fit.errors.items() if 0.0 < error < math.inf]
+    wanted = list(fit.profiles or sure) if parameters is None else list(parameters)
+    if not wanted:
+        raise ParameterError("fit", fit, "no parameter with an error; there are no profiles")
+    names = [long_form(path, fit.oscillator, fit.forcing, fit.start) for path in wanted]
+    profiles = [fit.profiles.get(name) or fit.profile(name, n=n) for name in names]
+    with style():
+        width = 0.6 + 3.2 * len(names)
+        figure = new_figure(width, 3.4) if figure is None else figure
+        axes = figure.subplots(1, len(names), sharey=True, squeeze=False)[0]
+        for ax, name, profile in zip(axes, names, profiles, strict=True):
+            at, error = fit.values[name], fit.errors[name]
+            value = np.linspace(float(profile.value.min()), float(profile.value.max()), ROUND)
+            ax.plot(value, ((value - at) / error) ** 2, "--", color=GREY, label="by its error")
+            # Between its points as of a parabola: the signed root is a line.
+            side = np.sign(profile.value.values - at)
+            root = side * np.sqrt(np.maximum(profile.growth.values, 0.0))
+            growth = np.interp(value, profile.value, root) ** 2
+            ax.plot(value, growth, color=BLUE, label="profile")
+            ax.plot(profile.value, profile.growth, "o", color=BLUE, markersize=4)
+            for level, words in PROFILE_LEVELS:
+                ax.axhline(level, color=BLACK, linewidth=0.8, linestyle=":")
+                ax.annotate(
+                    words, (1.0, level), xycoords=("axes fraction", "data"), ha="right",
+                    xytext=(0, 2), textcoords="offset points", fontsize="small",
+                )  # fmt: skip
+            dimensions = dimensions_of(name, fit.oscillator, fit.forcing) if "." in name else ""
+            ax.set_xlabel(label_of(name, dimensions, units))
+            ax.set_ylim(bottom=-0.3)
+            ax.xaxis.set_major_locator(MaxNLocator(MOST_TICKS))
+            fix_ticks(ax)
+        axes[0].set_ylabel("growth of the misfit")
+        draw_legend(figure, axes[:1])
     return figure
 
 
@@ -133,25 +234,40 @@ def _pair(fit: Fit, parameters: tuple[str, str] | None) -> tuple[str, str] | Non
 
 
 def _draw_record(
-    fit: Fit, ax: Axes, quantity: str, t: Floats, values: Floats, window: tuple[float, float] | None
+    fit: Fit,
+    ax: Axes,
+    quantity: str,
+    record: int,
+    table: Dataset,
+    window: tuple[float, float] | None,
 ) -> None:
     """Draw samples and the motion; of impact times the flights between them."""
+    t, values, fitted = table.t.values, table.value.values, table.fitted.values
     begin, end = (float(t[0]), float(t[-1])) if window is None else window
     if quantity == "impact_times":
         flights = np.diff(values)
         ax.plot(values[1:], flights, ".", color=GREY, markersize=5, label="measured intervals")
-        fitted = fit.residuals.fitted.values[fit.residuals.record.values == 0]
         ax.plot(fitted[1:], np.diff(fitted), "-", color=BLUE, label="fit")
         return
     ax.plot(t, values, ".", color=GREY, markersize=3, label="samples")
-    first, last = float(fit.nodes[0, 0]), float(fit.problem.layouts[0].spans[-1, 1])
+    layout = fit.problem.layouts[record]
+    first, last = float(layout.spans[0, 0]), float(layout.spans[-1, 1])
     times = np.linspace(max(begin, first), min(end, last), POINTS)
-    ax.plot(times, fit.of(quantity, times), color=BLUE, linewidth=1.0, label="fit")
-    hits = fit.impacts[(fit.impacts >= begin) & (fit.impacts <= end)]
-    low = ax.get_ylim()[0]
-    marks = {"linestyle": "", "marker": "|", "markersize": 7, "color": VERMILION}
-    ax.plot(hits, np.full(len(hits), low), label="impacts of the model", clip_on=False, **marks)  # type: ignore[arg-type]
-    ax.set_ylim(bottom=low)
+    ax.plot(times, motion_of(fit, quantity, times, record), color=BLUE, linewidth=1.0, label="fit")
+
+
+def _draw_impacts(ax: Axes, hits: Mapping[str, Any]) -> None:
+    """Draw the speed of each impact of the model, of entries into soft stops as open marks."""
+    speeds, is_entry = np.abs(hits["v_before"]), hits["kind"] == "entry"
+    ax.vlines(hits["t"], 0.0, speeds, color=VERMILION, linewidth=0.8)
+    marks: dict[str, Any] = {"linestyle": "", "marker": "o", "markersize": 3.5, "color": VERMILION}
+    for some, fill, label in (
+        (~is_entry, "full", "impacts of the model"),
+        (is_entry, "none", "entries into soft stops"),
+    ):
+        if some.any():
+            ax.plot(hits["t"][some], speeds[some], fillstyle=fill, label=label, **marks)
+    ax.set_ylim(bottom=0.0)
 
 
 def _draw_ellipse(fit: Fit, ax: Axes, pair: tuple[str, str], units: Units) -> None:
@@ -181,4 +297,5 @@ def _draw_ellipse(fit: Fit, ax: Axes, pair: tuple[str, str], units: Units) -> No
     ax.set_xlabel(label_of(pair[0], dimensions_of(pair[0], fit.oscillator, fit.forcing), units))
     ax.set_ylabel(label_of(pair[1], dimensions_of(pair[1], fit.oscillator, fit.forcing), units))
     ax.set_title("68 % and 95 %", fontsize=9.5)
+    ax.xaxis.set_major_locator(MaxNLocator(MOST_TICKS))
     fix_ticks(ax)

@@ -10,7 +10,7 @@ from fractions import Fraction
 from pathlib import Path as FilePath
 from typing import Annotated, Any, Literal, TypeAlias
 
-from pydantic import PlainSerializer, PlainValidator
+from pydantic import PlainSerializer, PlainValidator, WithJsonSchema
 
 from percuss.ensembles.job import too_large
 from percuss.errors import ParameterError
@@ -23,6 +23,7 @@ from percuss.numerics import exp, log
 from percuss.studies.study import StudyDraft, counted
 from percuss.studies.tables import (
     NO_PHASE,
+    NUMBER_SCHEMA,
     Path,
     exact_phase,
     raw_table,
@@ -42,6 +43,7 @@ __all__ = [
     "axes_of",
     "axis_values",
     "direction_of",
+    "guesses_in",
     "over_of",
     "ranges_in",
     "ranges_over",
@@ -144,15 +146,52 @@ def _axes_table(axes: Mapping[str, AxisValues] | Mapping[str, ParameterRange]) -
     return {path: _axis_table(axis) for path, axis in axes.items()}
 
 
+VALUES_SCHEMA: dict[str, Any] = {"type": "array", "items": NUMBER_SCHEMA, "minItems": 1}
+SPAN_SCHEMA: dict[str, Any] = {
+    "type": "object",
+    "additionalProperties": False,
+    "required": ["from", "to", "count"],
+    "properties": {
+        "from": NUMBER_SCHEMA,
+        "to": NUMBER_SCHEMA,
+        "count": {"type": "integer", "minimum": 2, "maximum": MOST},
+        "spacing": {"enum": ["linear", "log"]},
+    },
+}
+AXIS_SCHEMA: dict[str, Any] = {"anyOf": [VALUES_SCHEMA, SPAN_SCHEMA]}
+# A path without quotes makes tables in tables.
+INNER_SCHEMA: dict[str, Any] = {
+    "type": "object",
+    "not": {"anyOf": [{"required": [key]} for key in ("from", "to", "count")]},
+}
+OVER_SCHEMA: dict[str, Any] = {
+    "type": "object",
+    "additionalProperties": {"anyOf": [VALUES_SCHEMA, SPAN_SCHEMA, INNER_SCHEMA]},
+}
+RANGES_SCHEMA: dict[str, Any] = {
+    "type": "object",
+    "additionalProperties": {
+        "anyOf": [{**VALUES_SCHEMA, "minItems": 2, "maxItems": 2}, INNER_SCHEMA]
+    },
+}
 # Fields of questions; the values of the file become axes once the model is known.
 OverAxes = Annotated[
-    dict[str, AxisValues], PlainValidator(table_only), PlainSerializer(_axes_table)
+    dict[str, AxisValues],
+    PlainValidator(table_only),
+    PlainSerializer(_axes_table),
+    WithJsonSchema(OVER_SCHEMA),
 ]
 OverRanges = Annotated[
-    dict[str, ParameterRange], PlainValidator(table_only), PlainSerializer(_axes_table)
+    dict[str, ParameterRange],
+    PlainValidator(table_only),
+    PlainSerializer(_axes_table),
+    WithJsonSchema(RANGES_SCHEMA),
 ]
 StartAxis = Annotated[
-    AxisValues | None, PlainValidator(lambda axis: axis), PlainSerializer(_axis_table)
+    AxisValues | None,
+    PlainValidator(lambda axis: axis),
+    PlainSerializer(_axis_table),
+    WithJsonSchema(AXIS_SCHEMA),
 ]
 
 
@@ -220,6 +259,56 @@ def ranges_in(
         names[name] = path
         ranges[path] = ends
     return ranges
+
+
+def guesses_in(
+    study: StudyDraft, place: Path, start: Start | None
+) -> dict[str, Phase | ParameterRange]:
+    """Return guesses and ranges of a table inside a table; add their faults.
+
+    Parameters
+    ----------
+    study, place, start
+        As in `ranges_in`.
+    """
+    found: dict[str, Phase | ParameterRange] = {}
+    table = raw_table(raw_table(study.document, str(place[0])), str(place[1]))
+    names: dict[str, str] = {}
+    for path, entry, given in _entries(place, table, len(place)):
+        if path.startswith("start.") and start is None:
+            reason = "of a start that is unknown as a whole; give it in [start]"
+            study.faults.add(entry, reason)
+            continue
+        ends: Phase | ParameterRange | None
+        if isinstance(given, list):
+            ends = pair = _range(study, path, entry, given, start)
+            if pair is not None and as_float(pair[0]) > as_float(pair[1]):
+                study.faults.add(entry, "the least is above the largest", shown(given))
+        else:
+            ends = _guess(study, path, entry, given, start)
+        if ends is None:
+            continue
+        name = long_form(path, study.model, study.force, start)
+        if name in names:
+            study.faults.add(entry, f"the same parameter as {names[name]}")
+        names[name] = path
+        found[path] = ends
+    return found
+
+
+def _guess(
+    study: StudyDraft, path: str, place: Path, given: Any, start: Start | None
+) -> Phase | None:
+    """Return a guess, None if it has faults; add these."""
+    value = exact_phase(given)
+    problem = "not a number" if isinstance(value, bool) else phase_problem(value)
+    if problem is not None:
+        reason = f"{words_of_file(problem)}; or a range, [least, largest]"
+        study.faults.add(place, reason, shown(given))
+        return None
+    own = start if path.startswith("start.") else None
+    is_right = _is_known(study, path, place, start) and _fit(study, path, [place], [value], own)
+    return value if is_right else None
 
 
 def _range(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, PlainSerializer, PlainValidator
+from pydantic import BeforeValidator, PlainSerializer, PlainValidator, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
 from percuss.ensembles.measures import MEASURES
@@ -21,7 +21,12 @@ def _as_list(value: object) -> object:
     return [value] if isinstance(value, str) else [] if value is MISSING else value
 
 
-MeasureNames = Annotated[tuple[Text, ...], BeforeValidator(_as_list)]
+NAME_SCHEMA: dict[str, Any] = {"type": "string"}
+MeasureNames = Annotated[
+    tuple[Text, ...],
+    BeforeValidator(_as_list),
+    WithJsonSchema({"anyOf": [NAME_SCHEMA, {"type": "array", "items": NAME_SCHEMA}]}),
+]
 
 
 def _section(value: object) -> PoincareSection:
@@ -37,6 +42,7 @@ SectionKey = Annotated[
     PoincareSection,
     PlainValidator(_section),
     PlainSerializer(lambda section: section_of(section).given),
+    WithJsonSchema({"type": ["string", "object"]}),
 ]
 
 

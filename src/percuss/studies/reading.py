@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path as FilePath
 from typing import Any, get_args
 
@@ -52,16 +52,18 @@ _OF_OSCILLATOR, _OF_STRUCTURE = ("oscillator", "forcing"), ("structure", "loads"
 _OF_ALL = ("save", "draw")
 _SAVE, _DRAW = ("netcdf", "csv"), ("png", "svg", "length_unit", "time_unit")
 
-__all__ = ["build_study", "known_keys", "load_study", "parse_study"]
+__all__ = ["build_study", "known_keys", "load_study", "parse_study", "shape_of"]
 
 
-def load_study(path: FilePath | str) -> Study:
+def load_study(path: FilePath | str, *, changes: Sequence[str] = ()) -> Study:
     """Return the study in a study file, or in a result that percuss wrote.
 
     Parameters
     ----------
     path
         A TOML file, or a NetCDF, CSV, PNG or SVG file of an earlier run.
+    changes
+        Values in place of those of the file, such as ``"oscillator.damping=0.1"``.
 
     Returns
     -------
@@ -76,9 +78,9 @@ def load_study(path: FilePath | str) -> Study:
     file = FilePath(path)
     try:
         if file.suffix.lower() in _RESULTS:
-            return parse_study(load_record(file).study, str(path))
+            return parse_study(load_record(file).study, str(path), changes=changes)
         text = file.read_bytes().decode("utf-8-sig")
-        return parse_study(text, str(path), folder=file.parent)
+        return parse_study(text, str(path), folder=file.parent, changes=changes)
     except UnicodeDecodeError as error:
         line = error.object[: error.start].count(b"\n") + 1
         reason = f"not UTF-8 text: byte {error.start} is 0x{error.object[error.start]:02x}"
@@ -93,7 +95,13 @@ def load_study(path: FilePath | str) -> Study:
         raise StudyError([error]) from error
 
 
-def parse_study(text: str, name: str = "study", *, folder: FilePath | None = None) -> Study:
+def parse_study(
+    text: str,
+    name: str = "study",
+    *,
+    folder: FilePath | None = None,
+    changes: Sequence[str] = (),
+) -> Study:
     r"""Return the study in a TOML text.
 
     Parameters
@@ -104,6 +112,8 @@ def parse_study(text: str, name: str = "study", *, folder: FilePath | None = Non
         Name of the file, for messages.
     folder
         The folder of the file, where those that it names lie; None: it has none beside it.
+    changes
+        As `load_study` takes them.
 
     Returns
     -------
@@ -131,6 +141,10 @@ def parse_study(text: str, name: str = "study", *, folder: FilePath | None = Non
     if document is None:
         raise StudyError(syntax)
     faults = StudyFaults(name, key_lines("\n".join(lines)), list(syntax))
+    if changes:
+        from percuss.studies.changes import changed_document
+
+        document = changed_document(document, changes, faults)
     study = build_study(document, faults, folder)
     # A key that seems to be missing may stand in a line that could not be read.
     certain = (f for f in faults.faults if not (syntax and f.reason.startswith("missing")))
@@ -187,7 +201,7 @@ def build_study(
     # With a faulty parameter nothing is known of the numbers that follow from it.
     if question is None or faults.is_wrong("parameters"):
         return None
-    question = question.checked(StudyDraft(document, model, force, draw, faults))
+    question = question.checked(StudyDraft(document, model, force, draw, faults, folder))
     if faults.faults:
         return None
     return Study(model, force, question, head.title, save, draw, certify)
@@ -249,13 +263,13 @@ def _table_keys(kind: type[Question], name: str, *, of_structure: bool) -> list[
     if name == kind.kind and own:
         return own
     (field,) = (field for field, table in TABLES.items() if table == name)
-    shape = _shape_of(field, fields[field], of_structure=of_structure)
+    shape = shape_of(field, fields[field], of_structure=of_structure)
     if hasattr(shape, "of_structures"):
         return _fields_of(shape, of_structure=of_structure)
     return [] if name == "over" else keys_of(shape)
 
 
-def _shape_of(field: str, info: Any, *, of_structure: bool) -> Any:
+def shape_of(field: str, info: Any, *, of_structure: bool) -> Any:
     """Return the type of a field that is a table of its own, also of one that may be None."""
     if field == "start":
         return StructureStartTable if of_structure else StartTable
@@ -275,7 +289,7 @@ def _read_question(kind: type[Question], document: RawTable, faults: StudyFaults
         if table not in document and not info.is_required():
             continue
         raw = raw_table(document, table)
-        shape = _shape_of(name, info, of_structure=of_structure)
+        shape = shape_of(name, info, of_structure=of_structure)
         known = (
             _fields_of(shape, of_structure=of_structure)
             if hasattr(shape, "of_structures")

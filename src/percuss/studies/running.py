@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import time
 import warnings
 from collections.abc import Callable, Mapping
@@ -11,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from percuss.errors import ParameterError
-from percuss.execution import Execution
+from percuss.errors import OutputError, ParameterError
+from percuss.execution import ArrayPart, Execution, folder_of_parts
 from percuss.io.figures import write_figure
 from percuss.io.files import OutputFiles, check_output, record_file
 from percuss.io.netcdf import write_netcdf
@@ -25,6 +26,8 @@ from percuss.plotting.style import offscreen_figure, style
 from percuss.progress import Progress, Report
 from percuss.studies.proving import STEM, ProofOfStudy, check_certify, draw_proof, proof_of
 from percuss.studies.study import Study
+
+LOG = logging.getLogger(__name__)
 
 # Rows of a spreadsheet, header included: longer tables are not written as CSV.
 MOST_ROWS = 2**20
@@ -107,6 +110,7 @@ def run_study(
     force: bool = False,
     store: Path | str | None = None,
     engine: str = "threads",
+    part: ArrayPart | None = None,
     progress: Report | bool | None = None,
     on_write: Callable[[Path], None] | None = None,
 ) -> StudyResult:
@@ -124,6 +128,9 @@ def run_study(
         Whether files of the same names may be replaced. Other files are never touched.
     store, engine
         As in `percuss.sweep`; for studies of many motions.
+    part
+        The part of a job array that is computed; its data stay in the store, and no file is
+        written.
     progress
         As in `percuss.simulate`. The part that is done when it is stopped is written; with a store
         no file is written, and the same call goes on.
@@ -151,7 +158,9 @@ def run_study(
     MissingExtraError
         If a proof is asked for, and python-flint is not installed.
     """
-    _check_execution(study, store, engine)
+    _check_execution(study, store, engine, part)
+    if part is not None and store is not None:
+        return _part(study, Execution(Path(store), engine, progress=progress, part=part))
     if study.certify is not None:
         check_certify(study)
     files = output_files(study, folder)
@@ -162,6 +171,7 @@ def run_study(
         check_format(files[-1])
     # The first run of a process compiles or loads the kernels, which is not counted.
     simulate(Oscillator(), t_end=1.0)
+    LOG.info("%s: computing", study.title or study.kind)
     began = time.perf_counter()
     place = None if store is None else Path(store)
     answer, proof, is_whole = _answered(study, place, engine, progress)
@@ -177,15 +187,43 @@ def run_study(
     with OutputFiles(*files, force=force) as parts:
         paths = {file: parts[file] for file in files}
         _write(answer, study, proof, tables, record, paths, on_write, progress)
+    LOG.info("computed in %.3g s; wrote %s", seconds, ", ".join(map(str, files)) or "no files")
     return StudyResult(answer, report, files, seconds, is_whole, proof and proof.result)
 
 
-def _check_execution(study: Study, store: Path | str | None, engine: str) -> None:
-    """Raise a ParameterError if a store or an engine is given to a study without use for it."""
-    for name, value in (("store", store), ("engine", engine if engine != "threads" else None)):
+def _check_execution(
+    study: Study, store: Path | str | None, engine: str, part: ArrayPart | None
+) -> None:
+    """Raise an error if a store, an engine or a part is given without use or without the others."""
+    given = {
+        "store": store,
+        "engine": engine if engine != "threads" else None,
+        "part": part,
+    }
+    for name, value in given.items():
         if value is not None and not study.question.is_ensemble:
             reason = f"for studies of many motions; this one is of kind {study.kind}"
             raise ParameterError(name, str(value), reason)
+    if part is not None and store is None:
+        raise ParameterError("part", str(part), "needs a store, where the parts are put together")
+    if part is None and store is not None and not Path(store).exists():
+        parts = folder_of_parts(Path(store))
+        if parts.exists():
+            reason = f"its parts lie in {parts}; percuss merge {store} puts them together first"
+            raise OutputError(store, reason)
+
+
+def _part(study: Study, execution: Execution) -> StudyResult:
+    """Compute a part of a study of many motions into its store."""
+    began = time.perf_counter()
+    done = study.question.answer(study, execution)
+    seconds = time.perf_counter() - began
+    report = {
+        "part": f"{execution.part}, {'complete' if done.attrs['complete'] else 'not complete'}",
+        "points": f"{done.attrs['points']:,}",
+        "impacts": f"{done.attrs['n_impacts']:,}",
+    }
+    return StudyResult(done, report, (), seconds, done.attrs["complete"] == 1)
 
 
 def _answered(

@@ -8,7 +8,7 @@ from pathlib import Path as FilePath
 from typing import Annotated, Any
 
 from pydantic import Field as KeyField
-from pydantic import PlainValidator
+from pydantic import PlainValidator, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
 from percuss.errors import ParameterError
@@ -66,7 +66,9 @@ def _matrix(value: object) -> object:
 
 
 NO_MATRIX = "neither rows of numbers, nor those of a diagonal, nor the name of a file"
-MatrixKey = Annotated[Any, PlainValidator(_matrix)]
+MatrixKey = Annotated[
+    Any, PlainValidator(_matrix), WithJsonSchema({"type": ["number", "string", "array"]})
+]
 
 
 class StructureWallShape(WallShape):

@@ -7,6 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib import import_module
+from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeAlias, cast
 
 from percuss.execution import Execution
@@ -60,6 +61,7 @@ _KINDS = (
     "basins",
     "lyapunov",
     "design",
+    "fit",
 )
 # Fields of questions that are tables of their own in a file, in its order; the other fields stand
 # in the table of the kind.
@@ -124,6 +126,8 @@ class StudyDraft(OneModel):
         The pictures.
     faults
         The faults found so far.
+    folder
+        The folder of its file, where those that it names lie; None without one.
     """
 
     document: RawTable
@@ -131,6 +135,7 @@ class StudyDraft(OneModel):
     force: Forcing | Loads | None
     draw: Draw
     faults: StudyFaults
+    folder: FilePath | None = None
 
     @property
     def model_tables(self) -> tuple[str, str]:

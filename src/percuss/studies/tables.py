@@ -9,7 +9,14 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, Any, Literal, TypeAlias, TypeVar, dataclass_transform
 
-from pydantic import ConfigDict, Field, PlainSerializer, PlainValidator, TypeAdapter
+from pydantic import (
+    ConfigDict,
+    Field,
+    PlainSerializer,
+    PlainValidator,
+    TypeAdapter,
+    WithJsonSchema,
+)
 from pydantic import ValidationError as ShapeError
 from pydantic.dataclasses import dataclass as pydantic_dataclass
 from pydantic_core import PydanticCustomError
@@ -34,7 +41,7 @@ from percuss.model.structure import StructureStart
 from percuss.model.units import Units
 
 __all__ = [
-    "DRAW_ALL", "MATRIX_FILES", "MISSING", "NO_DIRECTION", "NO_NUMBER", "NO_PHASE", "SAVE_ALL", "Certify", "Count",
+    "DRAW_ALL", "MATRIX_FILES", "MISSING", "NO_DIRECTION", "NO_NUMBER", "NO_PHASE", "NUMBERS_SCHEMA", "NUMBER_SCHEMA", "SAVE_ALL", "Certify", "Count",
     "Draw", "Flag", "Limits", "NumberKey", "NumbersKey", "OnKey", "OnKeys", "Path", "PhaseKey", "RawTable", "Save", "StartState", "StartTable", "StructureStartTable", "StudyFault",
     "StudyFaults", "StudyTable", "Text", "Whole", "as_written", "default", "exact_phase",
     "is_matrix_file", "keys_of", "line_of", "raw_table", "read", "sentence", "shown", "table", "table_only",
@@ -159,11 +166,14 @@ class StudyFaults:
 
 
 def line_of(lines: dict[Path, int], path: Sequence[str | int]) -> int | None:
-    """Return the line of a path, or of the innermost table or list around it."""
+    """Return the line of a path, or of the innermost table or list around it.
+
+    The line of what does not stand in the file is 0 there, and None here.
+    """
     for length in range(len(path), 0, -1):
         line = lines.get(tuple(path[:length]))
         if line is not None:
-            return line
+            return line or None
     return None
 
 
@@ -383,9 +393,25 @@ def table_only(value: object) -> object:
     return value
 
 
-NumberKey = Annotated[exact.Exact, PlainValidator(_number), PlainSerializer(number)]
+# How editors see these keys: texts are exact numbers, and expressions of parameters.
+NUMBER_SCHEMA: dict[str, Any] = {"type": ["number", "string"]}
+NUMBERS_SCHEMA: dict[str, Any] = {
+    "anyOf": [NUMBER_SCHEMA, {"type": "array", "items": NUMBER_SCHEMA}]
+}
+ON_SCHEMA: dict[str, Any] = {
+    "anyOf": [
+        {"type": "integer", "minimum": 0},
+        {"type": "string"},
+        {"type": "array", "items": NUMBER_SCHEMA},
+    ]
+}
+NumberKey = Annotated[
+    exact.Exact, PlainValidator(_number), PlainSerializer(number), WithJsonSchema(NUMBER_SCHEMA)
+]
 # May be a multiple of pi.
-PhaseKey = Annotated[exact.Phase, PlainValidator(_phase), PlainSerializer(number)]
+PhaseKey = Annotated[
+    exact.Phase, PlainValidator(_phase), PlainSerializer(number), WithJsonSchema(NUMBER_SCHEMA)
+]
 Whole = Annotated[int, Field(strict=True, ge=0)]
 Count = Annotated[int, Field(strict=True, ge=1)]
 Flag = Annotated[bool, Field(strict=True)]
@@ -439,9 +465,12 @@ NumbersKey = Annotated[
     tuple[exact.Exact, ...] | exact.Exact,
     PlainValidator(_numbers),
     PlainSerializer(written_numbers),
+    WithJsonSchema(NUMBERS_SCHEMA),
 ]
 # A coordinate, a direction or the name of a point.
-OnKey = Annotated[On | None, PlainValidator(_on), PlainSerializer(_written_on)]
+OnKey = Annotated[
+    On | None, PlainValidator(_on), PlainSerializer(_written_on), WithJsonSchema(ON_SCHEMA)
+]
 OnKeys = Annotated[
     tuple[OnKey, ...] | None,
     PlainSerializer(lambda given: None if given is None else [_written_on(on) for on in given]),
@@ -465,7 +494,9 @@ def _start(value: Any) -> Start | StructureStart:
 
 
 # Of a structure a StructureStart: the model of the study decides.
-StartState = Annotated[Any, PlainValidator(_start), PlainSerializer(start_table)]
+StartState = Annotated[
+    Any, PlainValidator(_start), PlainSerializer(start_table), WithJsonSchema({"type": "object"})
+]
 
 
 @table
@@ -568,7 +599,11 @@ class Certify:
         If they are out of this range.
     """
 
-    digits: Annotated[int, PlainValidator(_digits)] = 12
+    digits: Annotated[
+        int,
+        PlainValidator(_digits),
+        WithJsonSchema({"type": "integer", "minimum": 1, "maximum": MOST_DIGITS}),
+    ] = 12
 
 
 SAVE_ALL, DRAW_ALL = Save(), Draw()

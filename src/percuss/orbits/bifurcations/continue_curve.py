@@ -13,7 +13,6 @@ from percuss.arrays import Floats, Integers
 from percuss.errors import ParameterError
 from percuss.kernels.law_columns import PERIOD
 from percuss.model.exact import Phase
-from percuss.model.force_record import refuse_record
 from percuss.model.paths import long_form
 from percuss.orbits.bifurcations.branch_equations import (
     OrbitEquations,
@@ -159,7 +158,6 @@ def _checked(
     if len(over) != 2:
         raise ParameterError("over", over, "not two parameters and their ranges")
     orbit = point.orbit
-    refuse_record(orbit.forcing, "a curve of special points")
     names = [long_form(path, orbit.oscillator, orbit.forcing) for path in over]
     if names[0] == names[1]:
         raise ParameterError("over", tuple(over), f"twice the same parameter, {names[0]}")

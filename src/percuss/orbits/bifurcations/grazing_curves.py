@@ -8,6 +8,7 @@ for the instant of the graze: zero velocity, and zero clearance.
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -22,7 +23,7 @@ from percuss.kernels.flight import (
     place,
     set_phases,
 )
-from percuss.kernels.law_columns import N_HARMONICS, PERIOD, Law
+from percuss.kernels.law_columns import N_HARMONICS, N_KNOTS, PERIOD, Law
 from percuss.kernels.tangent import propagator
 from percuss.motion.reach import steady
 from percuss.numerics import determinant
@@ -31,6 +32,7 @@ from percuss.orbits.bifurcations.curve_equations import CurveEquations, return_e
 from percuss.orbits.bifurcations.grazing_contact import GrazingContact
 from percuss.orbits.orbit.itinerary import Itinerary, row_of_region
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+from percuss.orbits.orbit.steady import steady_state
 from percuss.orbits.orbit.turning_points import Passages
 
 __all__ = [
@@ -172,21 +174,16 @@ class SteadyGrazingCurve(CurveEquations):
         super().__init__(equations)
         self.contact, self.n_periods = contact, n_periods
         law = equations.law_at(equations.own_values)
-        phases = np.empty((int(law[0, N_HARMONICS]), 2))
-        set_phases(law, contact.t, 0.0, phases)
-        y, _ = steady(law, contact.region, phases).sum(axis=0)
-        self._length, self._time = abs(float(y)) or 1.0, float(law[0, PERIOD])
+        _, y, _, _ = _steady_at(law, contact.region, contact.t)
+        self._length, self._time = abs(y) or 1.0, float(law[0, PERIOD])
 
     def _at_graze(self, z: Floats) -> tuple[float, float, float, float]:
         """Return clearance, velocity and acceleration at the instant, and the forcing's period."""
         law, region = self.law_of(z), self.contact.region
         period = float(law[0, PERIOD])
-        instant = float(z[0]) * period
-        phases = np.empty((int(law[0, N_HARMONICS]), 2))
-        set_phases(law, instant, 0.0, phases)
-        y, v = (float(each) for each in steady(law, region, phases).sum(axis=0))
-        gap = _from_mean(law, region, place(law, region, self.contact.bound))
-        acceleration, _ = acceleration_and_jerk(law, region, 0.0, phases, y, v)
+        mean, y, v, acceleration = _steady_at(law, region, float(z[0]) * period)
+        bound = place(law, region, self.contact.bound)
+        gap = bound - mean if law[0, N_KNOTS] > 0.0 else _from_mean(law, region, bound)
         return self.contact.sign * (gap - y), v, acceleration, period
 
     def residual(self, z: Floats) -> Floats:
@@ -244,6 +241,23 @@ class SteadyGrazingCurve(CurveEquations):
         square = law[region, at.STIFFNESS] - law[region, at.DAMPING] ** 2
         duration = self.n_periods * float(law[0, PERIOD])
         return float(np.sqrt(max(square, 0.0))) * duration / np.pi
+
+
+def _steady_at(law: Law, region: int, t: float) -> tuple[float, float, float, float]:
+    """Return x0, x - x0, v and acceleration of steady motion at an instant.
+
+    x0 is a point of the region under a record, and the mean, given as NaN, under harmonics.
+    """
+    phases = np.empty((int(law[0, N_HARMONICS]), 2))
+    set_phases(law, t, 0.0, phases)
+    if law[0, N_KNOTS] > 0.0:
+        y, v = steady_state(law, region, t)
+        x0, force = float(law[region, at.ORIGIN]), float(law[region, at.ORIGIN_FORCE])
+    else:
+        y, v = (float(each) for each in steady(law, region, phases).sum(axis=0))
+        x0, force = math.nan, 0.0
+    acceleration, _ = acceleration_and_jerk(law, region, force, phases, y, v)
+    return x0, y, v, float(acceleration)
 
 
 def _acceleration(law: Law, contact: GrazingContact, instant: float) -> float:

@@ -13,7 +13,6 @@ import numpy as np
 from percuss.errors import ConvergenceError, FormalOrbitWarning, ParameterError
 from percuss.kernels.law_columns import DAMPING
 from percuss.model.exact import as_float, plain, whole
-from percuss.model.force_record import refuse_record
 from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads
 from percuss.model.oscillator import Oscillator, Wall
@@ -312,8 +311,6 @@ def _counts(n_impacts: float, n_periods: int) -> tuple[float, int]:
 
 def _check(system: System, n_impacts: float, sequence: Sequence[int] | None) -> None:
     osc, force = system
-    if math.isinf(n_impacts):
-        refuse_record(force, "an orbit with sticking", "ask for impacts, or for none")
     if force is not None and not force.is_constant and force.period is None:
         reason = "a periodic orbit needs a periodic forcing; give period= where it has one"
         raise ParameterError("forcing.period", None, reason)

@@ -6,9 +6,8 @@ import math
 from dataclasses import dataclass
 
 from percuss.arrays import Floats, Integers
-from percuss.kernels import record as columns
-from percuss.kernels.flight import place
 from percuss.kernels.law_columns import Law
+from percuss.orbits.orbit.knots import place_of_row
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.turning_points import flight_turns, flights_of
 
@@ -98,12 +97,10 @@ def extremes_of_record(
         End of the motion if there is one row only [time].
     """
     is_alone = len(events) == 1
-    displacements = [
-        x0
-        if mark[columns.KIND] == columns.START
-        else place(law, int(mark[columns.NEXT_REGION]), int(mark[columns.BOUND]))
-        for mark in (marks if is_alone else marks[:-1])
-    ]
+    rows = (
+        zip(events, marks, strict=True) if is_alone else zip(events[:-1], marks[:-1], strict=True)
+    )
+    displacements = [place_of_row(law, event, mark, x0) for event, mark in rows]
     # No flight follows the last of several rows.
     for _, region, x, start, duration in flights_of(
         law, events, marks, x0, t_end if is_alone else -math.inf

@@ -13,7 +13,7 @@ from percuss.kernels.flight import Flight, constant_force, move, place, set_phas
 from percuss.kernels.law_columns import N_HARMONICS, N_KNOTS, STIFFNESS, Law
 from percuss.kernels.pieces import next_knot, time_to_knot
 
-__all__ = ["pieces_of_flight", "with_knots", "without_knots"]
+__all__ = ["pieces_of_flight", "place_of_row", "with_knots", "without_knots"]
 
 # Instant, displacement and velocity at the start of a piece, and its duration.
 FlightPiece = tuple[tuple[float, float], float, float, float]
@@ -57,6 +57,16 @@ def pieces_of_flight(
     return [*pieces, (instant, y, v, left)]
 
 
+def place_of_row(law: Law, event: Floats, mark: Integers, x0: float) -> float:
+    """Return where the mass is at an event, or a knot, of a record that starts at x0."""
+    kind = mark[columns.KIND]
+    if kind == columns.START:
+        return x0
+    if kind == columns.KNOT:
+        return float(event[columns.V_BEFORE])
+    return float(place(law, int(mark[columns.NEXT_REGION]), int(mark[columns.BOUND])))
+
+
 def with_knots(
     law: Law, events: Floats, marks: Integers, x0: float, t_end: float
 ) -> tuple[Floats, Integers]:
@@ -82,9 +92,7 @@ def with_knots(
         if mark[columns.KIND] == columns.CONTACT:
             continue
         t, t_low, _, v = (float(value) for value in event)
-        region, x = int(mark[columns.NEXT_REGION]), x0
-        if mark[columns.KIND] != columns.START:
-            x = place(law, region, int(mark[columns.BOUND]))
+        region, x = int(mark[columns.NEXT_REGION]), place_of_row(law, event, mark, x0)
         duration = float((end[0] - t) + (end[1] - t_low))
         for instant, y, speed, _ in pieces_of_flight(law, region, x, (t, t_low, v), duration)[1:]:
             rows.append(np.array([*instant, x + y, speed]))
@@ -93,9 +101,16 @@ def with_knots(
 
 
 def without_knots(events: Floats, marks: Integers) -> tuple[Floats, Integers]:
-    """Return a record of a run without the rows of knots; the first row stands for a start."""
-    kept = marks[:, columns.KIND] != columns.KNOT
+    """Return a record of a run without the rows of knots; the first row stands for a start.
+
+    A knot that has released the mass is kept: at another release no force acts.
+    """
+    is_knot = marks[:, columns.KIND] == columns.KNOT
+    kept = ~is_knot
     if kept.all():
         return events, marks
+    released = marks[:-1, columns.KIND] == columns.RELEASE
+    at_once = (events[1:, :2] == events[:-1, :2]).all(axis=1)
+    kept[1:] |= is_knot[1:] & released & at_once
     kept[:1] = True
     return events[kept], marks[kept]

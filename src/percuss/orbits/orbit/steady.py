@@ -28,7 +28,7 @@ from percuss.orbits.orbit.turning_points import (
     turns_of,
 )
 
-__all__ = ["free_region", "regions", "steady_orbit"]
+__all__ = ["free_region", "regions", "steady_orbit", "steady_state"]
 
 
 # A monodromy matrix so near to the identity makes every free motion periodic too.
@@ -73,8 +73,9 @@ def steady_orbit(system: System, region: int) -> PeriodicOrbit:
     n = int(law[0, at.N_HARMONICS])
     period = float(law[0, at.PERIOD])
     if law[0, at.N_KNOTS] > 0.0:
-        state = _under_record(law, region, period)
-        return _orbit(system, region, (*state, period), *_started(state[1], region))
+        y, v = _under_record(law, region, period)
+        start = float(law[region, at.ORIGIN]) + y, v, period
+        return _orbit(system, region, start, *_started(v, region))
     phases = np.empty((n, 2))
     set_phases(law, 0.0, 0.0, phases)
     x0 = _mean(law, region)
@@ -97,14 +98,11 @@ def _started(v0: float, region: int) -> tuple[Floats, Integers]:
 
 
 def _under_record(law: Law, region: int, period: float) -> tuple[float, float]:
-    """Return (x, v) at t = 0 of the periodic motion of a region under a repeated record.
+    """Return (x - ORIGIN, v) at t = 0 of the periodic motion of a region under a repeated record.
 
     A period is an affine map of the state, whose fixed point it is.
     """
-    phases, arrival = np.empty((2, int(law[0, at.N_HARMONICS]), 2))
-    set_phases(law, 0.0, 0.0, phases)
-    state = (0.0, 0.0, 0.0, float(law[region, at.ORIGIN_FORCE]))
-    moved = move_over_knots(Flight(law, region, state, phases, arrival), period)
+    moved = _moved(law, region, (0.0, 0.0), period)
     rest = np.eye(2) - np.array(propagator(law, region, period)).reshape(2, 2)
     if not abs(determinant(rest)) > IDENTITY:
         reason = (
@@ -112,7 +110,30 @@ def _under_record(law: Law, region: int, period: float) -> tuple[float, float]:
         )
         raise ConvergenceError(reason, None, math.nan, "add damping, or ask for impacts")
     y, v = solve_linear(rest, np.array(moved))
-    return float(law[region, at.ORIGIN]) + float(y), float(v)
+    return float(y), float(v)
+
+
+def _moved(law: Law, region: int, state: tuple[float, float], t: float) -> tuple[float, float]:
+    """Return the change of x, and v, from t = 0 to t, of a state (x - ORIGIN, v) in a region."""
+    phases, arrival = np.empty((2, int(law[0, at.N_HARMONICS]), 2))
+    set_phases(law, 0.0, 0.0, phases)
+    force = float(law[region, at.ORIGIN_FORCE]) - float(law[region, at.STIFFNESS]) * state[0]
+    start = (0.0, 0.0, state[1], force)
+    return move_over_knots(Flight(law, region, start, phases, arrival), t)
+
+
+def steady_state(law: Law, region: int, t: float) -> tuple[float, float]:
+    """Return (x - ORIGIN, v) of the periodic motion of a region under a repeated record.
+
+    Raises
+    ------
+    ConvergenceError
+        If there is none.
+    """
+    period = float(law[0, at.PERIOD])
+    y, v = _under_record(law, region, period)
+    moved, speed = _moved(law, region, (y, v), t % period)
+    return y + moved, speed
 
 
 def _mean(law: Law, region: int) -> float | None:

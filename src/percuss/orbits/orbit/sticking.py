@@ -17,12 +17,14 @@ from percuss.kernels import record as columns
 from percuss.kernels.arithmetic import later
 from percuss.kernels.flight import place
 from percuss.kernels.law_columns import N_KNOTS, PERIOD, Law
+from percuss.kernels.pieces import knot_time
 from percuss.kernels.sample import cycles
 from percuss.model.exact import as_float
 from percuss.model.oscillator import Wall
 from percuss.model.restitution import restitution_at_rest
 from percuss.model.system import System
 from percuss.orbits.orbit.itinerary import entry
+from percuss.orbits.orbit.knots import without_knots
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.propagator import Propagator
 from percuss.orbits.orbit.solve import impacts_of_record
@@ -41,6 +43,8 @@ Release: TypeAlias = tuple[int, float]
 
 # Instants of the cycle at which contact with a wall is tried.
 INSTANTS = 64
+# Pieces of a record in which it is tried, too, at most.
+MOST_PIECES = 256
 # Impacts in a forcing period at most: hops on a wall with restitution near 1 are many.
 MOST_IMPACTS = 10_000
 # Distance in cycles of releases that are the same, and of the same release in similar systems.
@@ -73,9 +77,6 @@ def sticking_orbits(system: System, max_periods: int) -> list[PeriodicOrbit]:
     [<PeriodicOrbit: sticking in 1 forcing period, T = 6.28319, asymptotic, \
 abs(multipliers) 0, 0>]
     """
-    if system.law[0, N_KNOTS] > 0.0:
-        # Not looked for under a record, whose jumps may release a mass that the force presses.
-        return []
     runs = Propagator(system)
     orbits: list[PeriodicOrbit] = []
     known: list[Release] = []
@@ -132,9 +133,9 @@ def _releases(runs: Propagator) -> list[tuple[Release, float]]:
         # Elastic hops never end: no motion comes to stick there.
         if not isinstance(stop, Wall) or restitution_at_rest(stop.restitution) == 1.0:
             continue
-        for start in (np.arange(INSTANTS) * (period / INSTANTS)).tolist():
+        for start in _instants(runs.law, period):
             end = start + 1.02 * period
-            events, marks = runs.follow(as_float(stop.at), 0.0, start, t_end=end, n_impacts=1)
+            events, marks = _follow(runs, as_float(stop.at), start, end, 1)
             kinds = marks[:3, columns.KIND]
             if len(kinds) < 3 or kinds[1] != columns.CONTACT or kinds[2] != columns.RELEASE:
                 continue
@@ -142,6 +143,24 @@ def _releases(runs: Propagator) -> list[tuple[Release, float]]:
             if not any(_distance(release, other) <= SAME for other, _ in releases):
                 releases.append((release, start))
     return releases
+
+
+def _instants(law: Law, period: float) -> list[float]:
+    """Return instants of a period at which contact is tried; of a record one in each piece."""
+    instants = np.arange(INSTANTS) * (period / INSTANTS)
+    if law[0, N_KNOTS] > 0.0:
+        knots = [sum(knot_time(law, k, 0.0)) for k in range(int(law[0, N_KNOTS]))]
+        edges = np.unique(np.mod([*knots, 0.0, period], period))
+        edges = np.append(edges, period)
+        middles = 0.5 * (edges[1:] + edges[:-1])
+        step = -(-len(middles) // MOST_PIECES)
+        instants = np.sort(np.append(instants, middles[::step]))
+    return [float(t) for t in instants]
+
+
+def _follow(runs: Propagator, x: float, start: float, end: float, n_impacts: int) -> EventRecord:
+    """Return the motion from rest at x, without the knots of a record but those that release it."""
+    return without_knots(*runs.follow(x, 0.0, start, t_end=end, n_impacts=n_impacts))
 
 
 def _returns(
@@ -152,7 +171,7 @@ def _returns(
     at = as_float(osc.stops[wall].at)
     end = start + (max_periods + 1.1) * period
     limit = MOST_IMPACTS * max_periods
-    events, marks = runs.follow(at, 0.0, start, t_end=end, n_impacts=limit)
+    events, marks = _follow(runs, at, start, end, limit)
     bound = entry(osc, wall).bound
     first = events[2]
     released = np.flatnonzero(
@@ -265,6 +284,9 @@ def _not_in_hops(turns: TurningPoints, marks: Integers) -> Flags:
     """Return which turning points are not the single one of a hop on a wall."""
     bounds = marks[:, columns.BOUND].copy()
     bounds[0] = bounds[-1]
+    # Where a jump of a record releases the mass, the flight begins with the knot.
+    knots = np.flatnonzero(marks[:, columns.KIND] == columns.KNOT)
+    bounds[knots] = bounds[knots - 1]
     flights = np.minimum(turns.flight, len(marks) - 2)
     alone = np.bincount(turns.flight, minlength=len(marks))[turns.flight] == 1
     return np.asarray(~(alone & (bounds[flights] == bounds[flights + 1])))

@@ -11,12 +11,12 @@ import numpy as np
 from percuss.arrays import Flags, Floats, Integers
 from percuss.kernels import law_columns as at
 from percuss.kernels import record as columns
-from percuss.kernels.flight import Flight, constant_force, place, set_phases
+from percuss.kernels.flight import Flight, constant_force, set_phases
 from percuss.kernels.law_columns import N_HARMONICS, Law
 from percuss.kernels.shooting import turning_points
 from percuss.model.oscillator import Oscillator
 from percuss.model.system import lines
-from percuss.orbits.orbit.knots import pieces_of_flight
+from percuss.orbits.orbit.knots import pieces_of_flight, place_of_row
 
 __all__ = [
     "Passages",
@@ -114,9 +114,7 @@ def flights_of(
         duration = float((end[columns.EVENT_T] - t) + (end[columns.EVENT_T_LOW] - t_low))
         if mark[columns.KIND] == columns.CONTACT or duration <= 0.0:
             continue
-        region, x = int(mark[columns.NEXT_REGION]), x0
-        if mark[columns.KIND] != columns.START:
-            x = place(law, region, int(mark[columns.BOUND]))
+        region, x = int(mark[columns.NEXT_REGION]), place_of_row(law, event, mark, x0)
         yield i, region, x, (t, t_low, float(event[columns.V_AFTER])), duration
 
 

@@ -14,7 +14,6 @@ from percuss.arrays import Flags, Floats, Integers
 from percuss.errors import ParameterError
 from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import Phase, as_float, whole
-from percuss.model.force_record import refuse_record
 from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads, loads_of
 from percuss.model.oscillator import On, Oscillator
@@ -287,8 +286,6 @@ def _checked(
     if isinstance(osc, Structure):
         loads = loads_of(osc, force)
         osc.direction(on)
-        for forcing in loads.forcings:
-            refuse_record(forcing, "a response curve")
         path, period = long_form(given, osc, loads), "loads.period"
         base = StructureSystem.of(osc, loads)
         families = StructureFamilies(path=path, within=within, base=base, on=on)
@@ -296,7 +293,6 @@ def _checked(
         system = System.of(osc, force)
         if on is not None:
             raise ParameterError("on", on, "given for an oscillator, which has one displacement")
-        refuse_record(system.forcing, "a response curve")
         long_form(given, osc, system.forcing)
         path, period = given, "forcing.period"
         families = OscillatorFamilies(path=path, within=within, base=system)

@@ -12,7 +12,6 @@ import numpy as np
 from percuss.arrays import Flags, Floats, Integers
 from percuss.errors import ConvergenceError, ParameterError
 from percuss.model.exact import real
-from percuss.model.force_record import refuse_record
 from percuss.numerics import atan2, hypot, inverse, matmul, power, solve_linear
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.surface.maps import impact_map, stroboscopic_map
@@ -574,7 +573,6 @@ def manifolds(
     >>> round(float(v[-1] / x[-1]), 9), round((1 + 0.1**2) ** 0.5 - 0.1, 9)
     (0.904987562, 0.904987562)
     """
-    refuse_record(orbit.forcing, "a manifold", "it is followed back in time, under harmonics alone")
     check_saddle(orbit)
     cycle, length, spacing = real("cycle", cycle), real("length", length), real("spacing", spacing)
     _check(section, kinds, length, spacing)

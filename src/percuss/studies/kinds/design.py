@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, TypeAlias
 
-from pydantic import Field, PlainSerializer, PlainValidator
+from pydantic import Field, PlainSerializer, PlainValidator, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
 from percuss.ensembles.measures import outcome_dimensions
@@ -22,6 +22,7 @@ from percuss.studies.kinds.orbit import Sought
 from percuss.studies.measured import MeasureNames
 from percuss.studies.study import AT_REST, Question, StudyDraft, counted, titled_axes, with_unit
 from percuss.studies.tables import (
+    NUMBERS_SCHEMA,
     Limits,
     Path,
     StartState,
@@ -74,9 +75,17 @@ def _written_limits(limits: Any) -> object:
     } or None
 
 
-GoalKeys = Annotated[tuple[Exact, ...], PlainValidator(_goals), PlainSerializer(_written_goals)]
+GoalKeys = Annotated[
+    tuple[Exact, ...],
+    PlainValidator(_goals),
+    PlainSerializer(_written_goals),
+    WithJsonSchema(NUMBERS_SCHEMA),
+]
 LimitKeys = Annotated[
-    dict[str, LimitEnds], PlainValidator(table_only), PlainSerializer(_written_limits)
+    dict[str, LimitEnds],
+    PlainValidator(table_only),
+    PlainSerializer(_written_limits),
+    WithJsonSchema({"type": "object"}),
 ]
 
 

@@ -6,7 +6,7 @@ from collections import Counter
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
-from pydantic import Field, PlainSerializer, PlainValidator, TypeAdapter
+from pydantic import Field, PlainSerializer, PlainValidator, TypeAdapter, WithJsonSchema
 
 from percuss.ensembles.diagram import Direction, bifurcation_diagram
 from percuss.execution import Execution
@@ -66,6 +66,7 @@ StartRow = Annotated[
     Any,
     PlainValidator(_start),
     PlainSerializer(lambda start: [*start_table(start).values()]),
+    WithJsonSchema({"type": "array"}),
 ]
 
 

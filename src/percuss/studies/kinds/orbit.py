@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
-from pydantic import PlainSerializer, PlainValidator
+from pydantic import PlainSerializer, PlainValidator, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
 from percuss.execution import Execution
@@ -36,7 +36,10 @@ def _impacts(value: object) -> object:
 
 
 ImpactCount = Annotated[
-    float, PlainValidator(_impacts), PlainSerializer(lambda n: "inf" if math.isinf(n) else n)
+    float,
+    PlainValidator(_impacts),
+    PlainSerializer(lambda n: "inf" if math.isinf(n) else n),
+    WithJsonSchema({"anyOf": [{"type": "integer", "minimum": 0}, {"const": "inf"}]}),
 ]
 
 

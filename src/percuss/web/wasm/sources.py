@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import ast
+import copy
+import functools
 import hashlib
 import json
 from importlib import resources
@@ -19,13 +21,13 @@ LEFT_OUT = ("percuss.kernels.compile", "percuss.arrays")
 
 
 def sources_hash() -> str:
-    """Return the hash of all modules that the entries are compiled from.
+    """Return the hash of all functions and constants that the entries are compiled from.
 
-    Comments and docstrings count for nothing.
+    Comments, docstrings and what no entry uses count for nothing.
     """
     digest = hashlib.sha256()
-    for name, text in sorted(_texts().items()):
-        digest.update(f"{name}\n{_bare(text)}\n".encode())
+    for name, text in sorted(_reached().items()):
+        digest.update(f"{name}\n{text}\n".encode())
     return digest.hexdigest()[:20]
 
 
@@ -69,22 +71,53 @@ def _number(data: bytes, at: int) -> tuple[int, int]:
             return value, at
 
 
-def _texts() -> dict[str, str]:
-    """Return the texts of the modules that the entries reach, by their names."""
+def _reached() -> dict[str, str]:
+    """Return the texts of all definitions that the entries reach, by their full names."""
     texts: dict[str, str] = {}
-    waiting = [FIRST]
+    waiting = [(FIRST, name) for name in _definitions(FIRST)]
     while waiting:
-        name = waiting.pop()
-        if name in texts or name in LEFT_OUT or not name.startswith("percuss."):
+        module, name = waiting.pop()
+        node = _definitions(module).get(name)
+        if node is None or f"{module}.{name}" in texts:
             continue
-        file = _file_of(name)
-        if file is None:
+        if isinstance(node, ast.ImportFrom):
+            waiting += [(f"{node.module}", _original(node, name))]
             continue
-        texts[name] = file.read_text("utf-8")
-        for node in ast.walk(ast.parse(texts[name])):
-            if isinstance(node, ast.ImportFrom) and node.module:
-                waiting += [node.module, *(f"{node.module}.{it.name}" for it in node.names)]
+        texts[f"{module}.{name}"] = _bare(node)
+        for used in ast.walk(node):
+            if isinstance(used, ast.Name):
+                waiting.append((module, used.id))
+            elif isinstance(used, ast.Attribute) and isinstance(used.value, ast.Name):
+                # A function of a module that is imported by its name.
+                whole = _definitions(module).get(used.value.id)
+                if isinstance(whole, ast.ImportFrom):
+                    inner = f"{whole.module}.{_original(whole, used.value.id)}"
+                    waiting.append((inner, used.attr))
     return texts
+
+
+def _original(node: ast.ImportFrom, name: str) -> str:
+    """Return the name under which a module has what is imported as another name."""
+    return next(it.name for it in node.names if name in (it.asname, it.name))
+
+
+@functools.cache
+def _definitions(module: str) -> dict[str, ast.stmt]:
+    """Return the statements of a module of percuss by the names that they define."""
+    file = _file_of(module) if module.startswith("percuss.") and module not in LEFT_OUT else None
+    found: dict[str, ast.stmt] = {}
+    if file is None:
+        return found
+    for node in ast.parse(file.read_text("utf-8")).body:
+        if isinstance(node, ast.FunctionDef | ast.ClassDef):
+            found[node.name] = node
+        elif isinstance(node, ast.ImportFrom):
+            found |= {it.asname or it.name: node for it in node.names}
+        elif isinstance(node, ast.Assign | ast.AnnAssign):
+            targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+            names = [it for target in targets for it in ast.walk(target)]
+            found |= {it.id: node for it in names if isinstance(it, ast.Name)}
+    return found
 
 
 def _file_of(name: str) -> Traversable | None:
@@ -96,12 +129,12 @@ def _file_of(name: str) -> Traversable | None:
     return file if file.is_file() else None
 
 
-def _bare(text: str) -> str:
-    """Return a module without comments and docstrings."""
-    tree = ast.parse(text)
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Module | ast.FunctionDef | ast.ClassDef):
-            first = node.body[0] if node.body else None
+def _bare(node: ast.stmt) -> str:
+    """Return the text of a definition without comments and docstrings."""
+    bare = copy.deepcopy(node)
+    for part in ast.walk(bare):
+        if isinstance(part, ast.FunctionDef | ast.ClassDef):
+            first = part.body[0]
             if isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant):
-                node.body = node.body[1:] or [ast.Pass()]
-    return ast.unparse(tree)
+                part.body = part.body[1:] or [ast.Pass()]
+    return ast.unparse(bare)

@@ -1,0 +1,430 @@
+"""Measurements in files of separated values, as data loggers and spreadsheets write them."""
+
+from __future__ import annotations
+
+import csv
+import difflib
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+
+from percuss.arrays import Floats
+from percuss.model.faults import UNITS
+from percuss.model.units import Units
+
+__all__ = ["columns_of_file", "columns_of_text", "known_names", "quantity_named"]
+
+# What columns are called, besides the names themselves.
+ALIASES = {
+    "t": ("time", "timestamp"),
+    "displacement": ("x", "position", "disp"),
+    "velocity": ("v", "vel"),
+    "acceleration": ("a", "acc", "accel"),
+    "stop_force": ("contact_force",),
+    "impact_times": ("impact_time", "impacts"),
+    "noise": ("sigma",),
+}
+# Powers of mass, length and time, in which each is measured.
+_ACCELERATION, _FORCE = (0, 1, -2), (1, 1, -2)
+POWERS = {
+    "t": ((0, 0, 1),),
+    "displacement": ((0, 1, 0),),
+    "velocity": ((0, 1, -1),),
+    "acceleration": (_ACCELERATION,),
+    # Of an oscillator of unit mass it is an acceleration.
+    "stop_force": (_FORCE, _ACCELERATION),
+    "impact_times": ((0, 0, 1),),
+}
+_OF_KIND = {"mass": (1, 0, 0), "length": (0, 1, 0), "time": (0, 0, 1), "force": _FORCE}
+# What the table of units has no power of ten for [kg, m, s, N], and other names.
+FACTORS = {"in": 0.0254, "ft": 0.3048, "min": 60.0, "h": 3600.0, "lb": 0.45359237,
+           "lbf": 4.4482216152605}  # fmt: skip
+SAME = {"sec": "s", "second": "s", "seconds": "s", "msec": "ms", "milliseconds": "ms",
+        "meter": "m", "meters": "m", "metre": "m", "metres": "m"}  # fmt: skip
+# The acceleration that accelerometers count in [m/s^2].
+GRAVITY = 9.80665
+NO_UNIT = ("", "-", "1", "dimensionless")
+MISSING = ("", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--")
+NOTES = ("#", "%")
+SEPARATORS = (";", "\t", ",", None)
+NAMED = {";": "semicolons", "\t": "tabs", ",": "commas", None: "blanks"}
+# Lines above the names: what a logger says of itself.
+MOST_LINES_ABOVE = 60
+MOST_TOLD = 10
+_IN_BRACKETS = re.compile(r"(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]\s*")
+_DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(e[-+]?\d+)?", re.IGNORECASE)
+
+NumberedRow: TypeAlias = "tuple[int, list[str]]"
+# A factor to kg, m and s, and the powers of these.
+UnitOfColumn: TypeAlias = "tuple[float, tuple[int, int, int]]"
+
+
+@dataclass(frozen=True, slots=True)
+class FileColumn:
+    """A column that is read: its place, its name in the file, what it is, and its unit."""
+
+    place: int
+    title: str
+    quantity: str
+    unit: str
+
+
+def columns_of_file(
+    path: Path, units: Units | None = None, columns: Mapping[str, str] | None = None
+) -> dict[str, Floats]:
+    """Return the columns of a file; as `columns_of_text`.
+
+    Raises
+    ------
+    OSError
+        If it cannot be read.
+    ValueError
+        With all its faults.
+    """
+    raw = path.read_bytes()
+    is_wide = raw.startswith((b"\xff\xfe", b"\xfe\xff"))
+    if b"\0" in raw[:1000] and not is_wide:
+        raise ValueError("no text, but a binary file; save it as CSV")
+    try:
+        text = raw.decode("utf-16" if is_wide else "utf-8-sig")
+    except UnicodeDecodeError:
+        # Of older spreadsheets.
+        text = raw.decode("cp1252", errors="replace")
+    return columns_of_text(text, units, columns)
+
+
+def columns_of_text(
+    text: str, units: Units | None = None, columns: Mapping[str, str] | None = None
+) -> dict[str, Floats]:
+    r"""Return the columns of a table of separated values by the names of quantities.
+
+    Parameters
+    ----------
+    text
+        Names, below them numbers, between commas, semicolons, tabs or blanks; decimal commas where
+        commas do not separate. Lines that begin with # or % are notes, and so is what stands above
+        the names. A name may have its unit in brackets, or a line of units may follow. Empty cells
+        and NaN are missing values.
+    units
+        Those of the model, into which columns with a unit are converted.
+    columns
+        The names of columns by quantity; default: `t` or `time`, and the names of quantities.
+
+    Returns
+    -------
+    dict
+        Arrays of one length, missing values NaN.
+
+    Raises
+    ------
+    ValueError
+        With all faults, a sentence each with its line.
+
+    Examples
+    --------
+    >>> from percuss.model.units import Units
+    >>> found = columns_of_text("Time (ms);x [mm]\n0;1,5\n10;2\n", Units("m", "s"))
+    >>> {name: values.tolist() for name, values in found.items()}
+    {'t': [0.0, 0.01], 'displacement': [0.0015, 0.002]}
+    """
+    lines = [
+        (number, line)
+        for number, line in enumerate(text.splitlines(), 1)
+        if line.strip() and not line.lstrip().startswith(NOTES)
+    ]
+    titles, separator, rows = _table_of(lines, columns or {})
+    head, rows = _with_units_below(_columns_in(titles, columns or {}), rows)
+    faults = _faults_of_head(head, titles, columns or {})
+    factors = []
+    for column in head:
+        factor, fault = _factor(column, units)
+        factors.append(factor)
+        faults += [fault] if fault else []
+    values, wrong = _numbers(head, rows, separator, len(titles))
+    faults += wrong
+    if not faults and not rows:
+        faults = ["no line of values under a line of names"]
+    if faults:
+        more = [f"and {len(faults) - MOST_TOLD} more"] if len(faults) > MOST_TOLD else []
+        raise ValueError("; ".join([*faults[:MOST_TOLD], *more]))
+    return {
+        column.quantity: values[:, i] * factors[i] if factors[i] != 1.0 else values[:, i]
+        for i, column in enumerate(head)
+    }
+
+
+def known_names() -> str:
+    """Return the names of quantities as a list in words."""
+    return ", ".join(name for name in POWERS if name != "t")
+
+
+def quantity_named(name: str) -> str | None:
+    """Return the quantity that a column of this name holds; None if there is none.
+
+    Examples
+    --------
+    >>> quantity_named("Time"), quantity_named("stop force 1"), quantity_named("temperature")
+    ('t', 'stop_force_1', None)
+    """
+    plain = re.sub(r"\W+", "_", name.strip().lower()).strip("_")
+    for quantity, others in ALIASES.items():
+        if plain == quantity or plain in others:
+            return quantity
+    stem, _, number = plain.rpartition("_")
+    return plain if stem == "stop_force" and number.isdigit() else None
+
+
+def _cells(line: str, separator: str | None) -> list[str]:
+    if separator is None:
+        return re.sub(r"\s+(?=[\[(])", "", line).split()
+    try:
+        return [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
+    except (csv.Error, StopIteration):
+        return [cell.strip() for cell in line.split(separator)]
+
+
+def _titled(cell: str) -> tuple[str, str]:
+    """Return the name and the unit in the head of a column.
+
+    >>> _titled("x [mm]"), _titled("Time / s"), _titled("t_ms"), _titled("stop_force")
+    (('x', 'mm'), ('Time', 's'), ('t', 'ms'), ('stop_force', ''))
+    """
+    bracketed = _IN_BRACKETS.fullmatch(cell)
+    if bracketed:
+        return bracketed[1], bracketed[2]
+    for sign in "/,_":
+        name, _, unit = cell.rpartition(sign) if sign == "_" else cell.partition(sign)
+        quantity = quantity_named(name)
+        parsed = _unit(unit.strip(), quantity) if quantity else None
+        if quantity and parsed and parsed[1] in POWERS.get(quantity, ()):
+            return name.strip(), unit.strip()
+    return cell, ""
+
+
+def _columns_in(cells: Sequence[str], names: Mapping[str, str]) -> list[FileColumn]:
+    """Return the columns that are read, of a line of names."""
+    found = []
+    own = {name: quantity for quantity, name in names.items()}
+    for place, cell in enumerate(cells):
+        title, unit = _titled(cell)
+        quantity = own.get(cell) or own.get(title)
+        if quantity is None:
+            quantity = quantity_named(title)
+            # Another column was named for it.
+            quantity = None if quantity in names else quantity
+        if quantity is not None:
+            found.append(FileColumn(place, cell, quantity, unit))
+    return found
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell.replace(",", "."))
+    except ValueError:
+        return False
+    return True
+
+
+def _table_of(
+    lines: Sequence[tuple[int, str]], names: Mapping[str, str]
+) -> tuple[list[str], str | None, list[NumberedRow]]:
+    """Return the names of columns, what separates them, and the rows below the names."""
+    best: tuple[int, int, str | None] | None = None
+    for i, (_, line) in enumerate(lines[:MOST_LINES_ABOVE]):
+        for separator in SEPARATORS:
+            cells = _cells(line, separator)
+            count = len(_columns_in(cells, names))
+            # A word of a sentence above the table is no name of a column.
+            is_sentence = separator is None and len(cells) > 3 * count
+            if count and not is_sentence and (best is None or count > best[0]):
+                best = count, i, separator
+    if best is None:
+        raise ValueError(_no_columns(lines, names))
+    _, at, separator = best
+    titles = _cells(lines[at][1], separator)
+    rows = [(number, _cells(line, separator)) for number, line in lines[at + 1 :]]
+    return titles, separator, [(number, cells) for number, cells in rows if any(cells)]
+
+
+def _no_columns(lines: Sequence[tuple[int, str]], names: Mapping[str, str]) -> str:
+    """Return why there is no column that can be read."""
+    wanted = ", ".join(f'"{name}"' for name in names.values())
+    wanted = wanted or f"t and one of {known_names()}"
+    if not lines:
+        return "the file is empty"
+    line = lines[0][1]
+    separator = max(SEPARATORS[:3], key=lambda sign: line.count(sign or ""))
+    cells = _cells(line, separator if separator in line else None)
+    if all(map(_is_number, cells)):
+        return f"its first line holds numbers; write the names above them: {wanted}"
+    return f"no column {wanted}; its columns are {', '.join(cells)[:200]}"
+
+
+def _with_units_below(
+    head: list[FileColumn], rows: list[NumberedRow]
+) -> tuple[list[FileColumn], list[NumberedRow]]:
+    """Return columns with the units of a line below their names, and the rows without that line."""
+    if not rows:
+        return head, rows
+    cells = [cell.strip("[]() ") for cell in rows[0][1]]
+    own = [cells[c.place] if c.place < len(cells) else "" for c in head]
+    is_units = any(own) and all(
+        cell in NO_UNIT or _unit(cell, column.quantity) is not None
+        for cell, column in zip(own, head, strict=True)
+    )
+    if not is_units or any(map(_is_number, own)):
+        return head, rows
+    return [
+        FileColumn(c.place, c.title, c.quantity, c.unit or unit)
+        for c, unit in zip(head, own, strict=True)
+    ], rows[1:]
+
+
+def _faults_of_head(
+    head: Sequence[FileColumn], titles: Sequence[str], names: Mapping[str, str]
+) -> list[str]:
+    """Return what is wrong with the names of columns."""
+    faults = []
+    there = [column.quantity for column in head]
+    for quantity in dict.fromkeys(there):
+        twice = [column.title for column in head if column.quantity == quantity]
+        if len(twice) > 1:
+            listed = " and ".join(f'"{title}"' for title in twice)
+            faults.append(f"{listed} are both {quantity}; keep one of them, or name it in columns")
+    for quantity, name in names.items():
+        if quantity not in there:
+            close = difflib.get_close_matches(name, titles, n=1)
+            hint = f'; did you mean "{close[0]}"?' if close else ""
+            faults.append(f'no column "{name}"{hint}')
+    for title in titles:
+        # A slip of the pen would else leave a column out in silence.
+        plain = _titled(title)[0].lower()
+        close = difflib.get_close_matches(plain, POWERS, n=1, cutoff=0.85)
+        if close and title not in [column.title for column in head] and close[0] not in names:
+            faults.append(f'column "{title}": did you mean "{close[0]}"?')
+    if faults:
+        return faults
+    listed = f"; its columns are {', '.join(titles)[:200]}"
+    quantities = [name for name in there if name not in ("t", "noise")]
+    if not quantities:
+        return [f"no column of {known_names()}{listed}"]
+    if "t" not in there and quantities != ["impact_times"]:
+        return [f"no column of instants, t or time{listed}"]
+    return []
+
+
+def _unit(text: str, quantity: str | None) -> UnitOfColumn | None:
+    """Return the factor of a unit to kg, m and s, and the powers of these; None if it is none.
+
+    >>> _unit("mm/s", None), _unit("m/s²", None), _unit("kN", None)
+    ((0.001, (0, 1, -1)), (1.0, (0, 1, -2)), (1000.0, (1, 1, -2)))
+    """
+    if quantity == "acceleration" and text in ("g", "gn", "g0"):
+        return GRAVITY, _ACCELERATION
+    text = text.replace("²", "^2").replace("μ", "µ").replace("·", " ").replace("**", "^")
+    factor, powers = 1.0, [0, 0, 0]
+    for place, part in enumerate(text.replace("*", " ").split("/")):
+        for word in part.split():
+            found = re.fullmatch(r"([a-zA-Zµ]+)\^?(-?\d)?", word)
+            base = _base_unit(found[1]) if found else None
+            if found is None or base is None:
+                return None
+            power = int(found[2] or 1) * (-1 if place else 1)
+            factor *= base[0] ** power
+            powers = [own + power * more for own, more in zip(powers, base[1], strict=True)]
+    return (factor, (powers[0], powers[1], powers[2])) if any(powers) else None
+
+
+def _base_unit(name: str) -> UnitOfColumn | None:
+    name = SAME.get(name.lower(), name)
+    for kind, powers in _OF_KIND.items():
+        if name in UNITS[kind]:
+            exponent = UNITS[kind][name]
+            return (FACTORS[name] if exponent is None else float(f"1e{exponent}")), powers
+    return None
+
+
+def _factor(column: FileColumn, units: Units | None) -> tuple[float, str]:
+    """Return the factor that converts a column into the units of the model, or a fault."""
+    quantity = "stop_force" if column.quantity.startswith("stop_force") else column.quantity
+    if column.unit in NO_UNIT or quantity not in POWERS:
+        return 1.0, ""
+    has_units = units is not None and bool(units.length or units.time)
+    parsed = _unit(column.unit, quantity)
+    if parsed is None:
+        known = f'"{column.title}": no unit that percuss knows; remove it, or convert the column'
+        return 1.0, known if has_units else ""
+    factor, powers = parsed
+    if powers not in POWERS[quantity]:
+        return 1.0, f'"{column.title}": {column.unit} is no unit of {_thing(quantity)}'
+    if not has_units or units is None:
+        reason = f'"{column.title}": the model has no units to convert {column.unit} into; give '
+        hint = 'oscillator.units, such as {length = "m", time = "s"}'
+        return 1.0, "" if factor == 1.0 else reason + hint
+    for name, power in zip((units.mass, units.length, units.time), powers, strict=True):
+        base = _base_unit(name)
+        if power and base is None:
+            reason = f"the model's unit {name}" if name else "a model without all of its units"
+            return 1.0, f'"{column.title}": {column.unit} cannot be converted for {reason}'
+        factor /= (base[0] if base else 1.0) ** power
+    # Powers of ten as they are read, not as rounded quotients.
+    nearest = round(math.log10(factor))
+    return (float(f"1e{nearest}") if math.isclose(factor, 10.0**nearest) else factor), ""
+
+
+def _thing(quantity: str) -> str:
+    """Return what a quantity is measured as."""
+    return {"t": "time", "impact_times": "time", "displacement": "length", "stop_force": "force"}.get(
+        quantity, quantity
+    )  # fmt: skip
+
+
+def _numbers(
+    head: Sequence[FileColumn], rows: Sequence[NumberedRow], separator: str | None, width: int
+) -> tuple[Floats, list[str]]:
+    """Return the numbers of the columns that are read, and the faults by their lines."""
+    with_commas = separator != "," and any(
+        _DECIMAL_COMMA.fullmatch(cell) for _, cells in rows[:1000] for cell in cells
+    )
+    values = np.full((len(rows), len(head)), math.nan)
+    faults: list[str] = []
+    least = 1 + max((column.place for column in head), default=0)
+    for i, (line, cells) in enumerate(rows):
+        if len(cells) < least:
+            faults.append(_too_short(line, cells, width, separator))
+            continue
+        if separator == "," and len(cells) == 2 * width and i == 0:
+            faults.append(
+                f"line {line}: {len(cells)} cells under {width} names; with decimal commas separate"
+                " the columns with semicolons"
+            )
+            break
+        for j, column in enumerate(head):
+            cell = cells[column.place]
+            if cell.lower() in MISSING:
+                continue
+            try:
+                values[i, j] = float(cell.replace(",", ".") if with_commas else cell)
+            except ValueError:
+                values[i, j] = math.inf
+            if math.isinf(values[i, j]):
+                faults.append(f'line {line}: {column.title} = "{cell[:30]}" is no finite number')
+    at = [column.quantity for column in head]
+    if "t" in at and not faults:
+        t = values[:, at.index("t")]
+        others = [j for j, name in enumerate(at) if name not in ("t", "noise", "impact_times")]
+        lost = np.isnan(t) & np.isfinite(values[:, others]).any(axis=1)
+        faults += [
+            f"line {rows[i][0]}: a value without its instant" for i in np.flatnonzero(lost).tolist()
+        ]
+    return values, faults
+
+
+def _too_short(line: int, cells: Sequence[str], width: int, separator: str | None) -> str:
+    count = "1 cell" if len(cells) == 1 else f"{len(cells)} cells"
+    return f"line {line}: {count} between {NAMED[separator]}, where the names have {width}"

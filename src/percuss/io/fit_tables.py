@@ -1,0 +1,126 @@
+"""The tables of a fit: parameters, covariance, residuals, impacts, profiles, motion."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from percuss.ensembles.grid import units_of
+from percuss.model.units import in_units, is_unit
+
+if TYPE_CHECKING:
+    from xarray import Dataset
+
+    from percuss.fitting.result import Fit
+
+__all__ = [
+    "covariance_columns",
+    "fit_datasets",
+    "fit_impact_columns",
+    "fitted_columns",
+    "profile_columns",
+    "residual_columns",
+]
+
+FitColumns: TypeAlias = "dict[str, NDArray[Any]]"
+
+
+def fitted_columns(fit: Fit) -> FitColumns:
+    """Return the parameters as a table: value, error, unit and ends of the range of each."""
+    paths, units = list(fit.values), fit.oscillator.units
+    dimensions = [
+        units_of(path, fit.oscillator, fit.forcing) if "." in path else "" for path in paths
+    ]
+    names = [in_units(units, one) for one in dimensions]
+    return {
+        "parameter": np.array(paths, dtype=object),
+        "value": np.array(list(fit.values.values())),
+        "error": np.array(list(fit.errors.values())),
+        "unit": np.array([name if is_unit(name) else "" for name in names], dtype=object),
+        "least": np.array(fit.problem.low),
+        "largest": np.array(fit.problem.high),
+        "at_bound": np.array([path in fit.at_bounds for path in paths]),
+    }
+
+
+def covariance_columns(fit: Fit) -> FitColumns:
+    """Return the covariance as a table, a row and a column for each parameter."""
+    paths = np.array(list(fit.values), dtype=object)
+    return {"parameter": paths, **dict(zip(fit.values, fit.covariance.T, strict=True))}
+
+
+def residual_columns(fit: Fit) -> FitColumns:
+    """Return each value with what the model says, and the difference."""
+    names = ("record", "quantity", "t", "value", "fitted", "residual", "noise")
+    return {name: np.asarray(fit.residuals[name].values) for name in names}
+
+
+def fit_impact_columns(fit: Fit) -> FitColumns:
+    """Return the impacts and entries into soft stops of all records."""
+    from percuss.fitting.summaries import impacts_of
+
+    return impacts_of(fit)
+
+
+def profile_columns(fit: Fit) -> FitColumns:
+    """Return the profiles one below the other: all parameters, and how the misfit grows."""
+    parts: dict[str, list[Any]] = {"profile": [], **{path: [] for path in fit.values}, "growth": []}
+    for path, profile in fit.profiles.items():
+        parts["profile"] += [path] * profile.sizes["value"]
+        parts["growth"] += profile.growth.values.tolist()
+        for other in fit.values:
+            own = profile.value if other == path else profile[other]
+            parts[other] += own.values.tolist()
+    return {
+        name: np.array(column, dtype=object if name == "profile" else np.float64)
+        for name, column in parts.items()
+    }
+
+
+def fit_datasets(fit: Fit, samples: int) -> dict[str, Dataset]:
+    """Return a fit as datasets by the names of their groups, the parameters at the root.
+
+    Parameters
+    ----------
+    fit
+        The fit.
+    samples
+        Number of equally spaced times of its motion.
+    """
+    import xarray as xr
+
+    columns = fitted_columns(fit)
+    columns = {"path": columns.pop("parameter"), **columns}
+    main = xr.Dataset({name: ("parameter", column) for name, column in columns.items()})
+    main["covariance"] = (("parameter", "other"), fit.covariance)
+    main.attrs = {
+        "chi2": fit.chi2,
+        "whiteness": fit.whiteness,
+        "converged": int(fit.converged),
+        "reason": fit.reason,
+        "n_runs": fit.n_runs,
+        "at_bounds": ", ".join(fit.at_bounds),
+    }
+    t = np.linspace(fit.nodes[0, 0], float(fit.problem.layouts[0].spans[-1, 1]), samples)
+    x, v = fit(t)
+    tables = {
+        "residuals": residual_columns(fit),
+        "impacts": fit_impact_columns(fit),
+        "nodes": dict(zip("txv", fit.nodes.T, strict=True)),
+        "motion": {"t": t, "x": x, "v": v},
+    }
+    if fit.profiles:
+        tables["profiles"] = profile_columns(fit)
+    dims = {
+        "residuals": "sample_of_record",
+        "impacts": "impact",
+        "nodes": "node",
+        "motion": "sample",
+    }
+    groups = {
+        name: xr.Dataset({key: (dims.get(name, "row"), column) for key, column in table.items()})
+        for name, table in tables.items()
+    }
+    return {"/": main, **{f"/{name}": group for name, group in groups.items()}}
