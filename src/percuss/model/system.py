@@ -24,7 +24,7 @@ from percuss.kernels.step import fill_steps
 from percuss.model.exact import Exact, PiTimes, angle, as_fraction
 from percuss.model.expression import parameters_in
 from percuss.model.faults import Fault, raise_first
-from percuss.model.force_record import ForceRecord, Ratio
+from percuss.model.force_record import ForceRecord
 from percuss.model.forcing import Component, Forcing, Harmonic
 from percuss.model.oscillator import Oscillator, Side, SoftStop, Wall, mass_of
 from percuss.model.ratios import PI, Ratio, exact, ratio_of
