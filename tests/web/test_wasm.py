@@ -13,9 +13,11 @@ import numpy as np
 import pytest
 from tests.web.frames import read_frame
 
+from percuss.execution import Execution
 from percuss.web.explore import answer_explore, followed
 from percuss.web.presets import presets
 from percuss.web.request import PageRequest, study_of
+from percuss.web.view_study import study_of_view
 from percuss.web.wasm.sources import kept_hash, sources_hash
 
 HERE = Path(__file__).parent
@@ -135,3 +137,32 @@ def test_the_page_is_given_the_numbers_of_the_server() -> None:
                 np.testing.assert_allclose(values, wanted, rtol=1e-6, atol=1e-6 * abs(wanted).max())
             else:
                 np.testing.assert_array_equal(values.astype(np.float32), wanted, name)
+
+
+# Each section, parameters of all tables, values behind a wall, and ends that are other doubles.
+DIAGRAMS: list[dict[str, Any]] = [
+    {"path": "forcing.harmonics.0.omega", "low": 2.6, "high": 2.9},
+    {"path": "oscillator.stops.0.restitution", "low": 0, "high": 1, "section": "impacts"},
+    {
+        "path": "forcing.harmonics.0.phase",
+        "low": 0.3,
+        "high": 2.5,
+        "section": "cycle",
+        "cycle": 0.25,
+    },
+    {"path": "start.v0", "low": -0.3, "high": 1, "section": "place", "at": -0.1, "direction": "up"},
+]
+
+
+@needs_node
+def test_the_points_of_diagrams_have_the_bits_of_python() -> None:
+    sizes = {"values": 6, "points": 5}
+    asked = [{"study": all_studies()[0], **sizes, **options} for options in DIAGRAMS]
+    for request, found in zip(asked, in_node("diagram", asked), strict=True):
+        tables = request["study"]
+        options = {name: value for name, value in request.items() if name != "study"}
+        study = study_of_view(PageRequest(1, "diagram", tables, options))
+        data = study.question.answer(study, Execution())
+        assert found["failed"] == 0
+        for name, text in found["columns"].items():
+            assert bits(text) == data[name].values[0].tobytes(), (name, request["path"])

@@ -6,6 +6,7 @@ import { text } from "node:stream/consumers";
 const [folder, what] = process.argv.slice(2);
 const { loadKernels } = await import(`file://${folder}/js/kernels.js`);
 const { answerMotion, follow, lawOf } = await import(`file://${folder}/js/local_motion.js`);
+const { diagramPart } = await import(`file://${folder}/js/local_diagram.js`);
 const { readStudy } = await import(`file://${folder}/js/local_study.js`);
 const kernels = await loadKernels(await readFile(`${folder}/kernels.wasm`));
 
@@ -31,19 +32,11 @@ function answer(study) {
   return { header, arrays: Object.fromEntries(Object.entries(arrays).map(([name, values]) => [name, bits(Float64Array.from(values))])) };
 }
 
-/** Nanoseconds an event, the least of some runs. */
-function speed(study) {
-  let least = Infinity;
-  let events = 0;
-  for (let k = 0; k < 20; k += 1) {
-    kernels.clear();
-    const read = readStudy(study, kernels);
-    const began = performance.now();
-    events = follow(kernels, read).kinds.length;
-    least = Math.min(least, performance.now() - began);
-  }
-  return (1e6 * least) / events;
+/** The points of a diagram, by their names. */
+function diagram(request) {
+  const found = diagramPart(kernels, request, Array.from({ length: request.values }, (_, k) => k));
+  return found && { ...found, columns: Object.fromEntries(Object.entries(found.columns).map(([name, values]) => [name, bits(values)])) };
 }
 
 const studies = JSON.parse(await text(process.stdin));
-process.stdout.write(JSON.stringify(studies.map({ record, answer, speed }[what])));
+process.stdout.write(JSON.stringify(studies.map({ record, answer, diagram }[what])));
