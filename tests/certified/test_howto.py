@@ -22,7 +22,7 @@ def test_the_code_of_the_howto_runs(capsys: pytest.CaptureFixture[str]) -> None:
     for block in blocks:
         exec(compile(block, "certified-howto.md", "exec"), {})  # noqa: S102  our own text
 
-    assert len(blocks) == 13
+    assert len(blocks) == 14
     shown = capsys.readouterr().out
     assert "429.795037514336" in shown
     assert "True True True asymptotic" in shown
@@ -30,6 +30,7 @@ def test_the_code_of_the_howto_runs(capsys: pytest.CaptureFixture[str]) -> None:
     assert "certified: the last impact is at the start's zero" in shown
     assert "6 impacts in 6 periods" in shown
     assert "certified: 2 flights end on Y_5" in shown
+    assert "loops of 1 and 10 and 12 impacts, topological entropy >= 0.214584" in shown
     assert "True [31.41592653589793238462643383279502884197169" in shown
     assert "symmetry_breaking at forcing.harmonics.0.amplitude = [0.593424241364" in shown
 

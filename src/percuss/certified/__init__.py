@@ -14,6 +14,7 @@ except ImportError:  # pragma: no cover
 
 from percuss.certified.ball_arithmetic import Ball, Balls, ComplexBall
 from percuss.certified.certify import certify
+from percuss.certified.chaos import CertifiedChaos, prove_chaos
 from percuss.certified.march import Ending
 from percuss.certified.orbit_result import CertifiedOrbit
 from percuss.certified.results import CertifiedRun
@@ -29,6 +30,7 @@ from percuss.certified.statements import (
 __all__ = [
     "Ball",
     "Balls",
+    "CertifiedChaos",
     "CertifiedOrbit",
     "CertifiedPoint",
     "CertifiedRun",
@@ -39,5 +41,6 @@ __all__ = [
     "critical_velocity",
     "keeps_eigenset",
     "keeps_subset",
+    "prove_chaos",
     "repeats_after",
 ]

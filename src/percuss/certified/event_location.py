@@ -23,8 +23,9 @@ TRIALS, WIDER = 4, 4
 # A flight this short, as a part of the time in which anything changes, is summed by Taylor.
 SHORT = 0.05
 MOST_TERMS = 600
-# The bounds hold on so short a trial, as a part of the same time.
-NARROW = 1e-3
+# How long a trial may be, as a part of the same time: on longer ones the velocity hardly keeps its
+# sign. The bounds hold on any.
+NARROW = 0.1
 
 
 def interval_newton(value: arb, slope: Callable[[arb], arb], trial: arb) -> tuple[arb, arb]:
@@ -146,7 +147,7 @@ def pace_of(flight: EnclosedFlight) -> float:
 
 
 def is_narrow(flight: EnclosedFlight, trial: arb) -> bool:
-    """Return whether the bounds of a flight hold within a trial."""
+    """Return whether a trial is short beside all times of a flight."""
     return bool(trial * pace_of(flight) < NARROW)
 
 
@@ -176,8 +177,8 @@ def _landing(flight: EnclosedFlight, level: Level, s: arb, isolation: arb | None
 
     def slope(trial: arb) -> arb:
         if not is_narrow(flight, trial):
-            reason = "the balls are too wide: the instant of an event is known to within "
-            reason += f"{float(trial):.2g}, and the bounds need {NARROW / pace_of(flight):.2g}"
+            reason = "the box is too wide: the instant of an event is known to within "
+            reason += f"{float(trial):.2g}, beyond {NARROW / pace_of(flight):.2g}"
             raise Undecided("precision", reason)
         fourth = fourth_around(flight, s, trial, size)
         bend = span(a.abs_upper() + trial * (j.abs_upper() + trial * fourth))
@@ -204,9 +205,13 @@ def _widest_step(
 
 
 def fourth_around(flight: EnclosedFlight, s: arb, trial: arb, size: float) -> float:
-    """Return a bound of the fourth derivative within a trial, which is narrow, around s."""
-    # Backwards as well, where a dashpot makes the motion grow: by 1 % at most over so little.
-    return 1.05 * flight.bound(4, float(s), 1.001 * float(trial), size)
+    """Return a bound of the fourth derivative within a trial around s.
+
+    Backwards a dashpot makes the norm of `EnclosedFlight.bound` grow, by exp(2 abs(a) h) at most.
+    """
+    h = 1.001 * float(trial)
+    backwards = math.exp(2.001 * upper(constant_of(flight.region.damping)) * h)
+    return backwards * flight.bound(4, float(s), h, size)
 
 
 def roots_near(

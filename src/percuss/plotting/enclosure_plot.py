@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, cast
 
@@ -14,23 +15,35 @@ from matplotlib.ticker import MaxNLocator
 from percuss.arrays import Floats
 from percuss.errors import ParameterError
 from percuss.model.units import Units
+from percuss.numerics import hypot
 from percuss.orbits.bifurcations.branch import Branch
 from percuss.plotting.branch_plot import plot_branch
 from percuss.plotting.marks import CONTACT_STYLE, GRAZE_STYLE, draw_jumps, draw_stops, stop_places
+from percuss.plotting.section_plot import explain, label_impact_surface
 from percuss.plotting.style import (
     BLACK,
     BLUE,
     GREEN,
     GREY,
+    ORANGE,
+    SKY_BLUE,
     VERMILION,
     fix_ticks,
+    label_once,
     picture,
     units_of,
 )
 
 if TYPE_CHECKING:
     # Needs python-flint, which whoever has a certified result has.
-    from percuss.certified import Balls, CertifiedOrbit, CertifiedPoint, CertifiedRun, ComplexBall
+    from percuss.certified import (
+        Balls,
+        CertifiedChaos,
+        CertifiedOrbit,
+        CertifiedPoint,
+        CertifiedRun,
+        ComplexBall,
+    )
 
 
 # Points of the curve, some 30 microseconds each, and the most of them between two events.
@@ -44,12 +57,21 @@ POINTS = 160
 LOG10_2 = float(np.log10(2.0))
 # Greatest part of a multiplier in the picture, and the least radius as a part of its width.
 MOST, LEAST = 3.0, 0.025
+# The corners of a set in its coordinates, closed; colours of the loops of a proof of chaos.
+CORNERS = ((-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1))
+LOOPS = (GREEN, ORANGE, SKY_BLUE)
+# Sets nearer to the saddle than this part of the picture have no numbers.
+CROWDED = 0.04
 # Digits of a number in the picture.
 MOST_DIGITS = 15
 
 
 def plot_enclosure(
-    proven: CertifiedRun | CertifiedOrbit | CertifiedPoint | Sequence[CertifiedPoint],
+    proven: CertifiedRun
+    | CertifiedOrbit
+    | CertifiedPoint
+    | Sequence[CertifiedPoint]
+    | CertifiedChaos,
     ax: Axes | None = None,
     *,
     branch: Branch | None = None,
@@ -60,13 +82,14 @@ def plot_enclosure(
     The radii are those of the balls, far below what a float resolves. In a motion over time a
     straight rise is an error that grows exponentially, as in chaos. An orbit is drawn as a phase
     portrait, with its multipliers in the complex plane: blue if they certainly lie inside the unit
-    circle, red if outside, and black if their ball meets it.
+    circle, red if outside, and black if their ball meets it. The sets of a proof of chaos are drawn in
+    the impact surface, at their size and with their numbers; best on the axes of `plot_manifolds`.
 
     Parameters
     ----------
     proven
         What `percuss.certify` has returned for a run, an orbit, a special point, or a list of
-        those for the special points of one branch.
+        those for the special points of one branch; or what `percuss.certified.prove_chaos` has.
     ax
         Axes to draw on; default: those of a new figure. An orbit and special points leave a part
         of their area to further axes, to the right or below.
@@ -85,13 +108,15 @@ def plot_enclosure(
     Raises
     ------
     ParameterError
-        If it is not a certified result, or an orbit that is not proven; if the branch is missing or
+        If it is not a certified result, or an orbit or chaos that is not proven; if the branch is missing or
         over another parameter.
     MissingExtraError
         If python-flint is not installed.
     """
-    from percuss.certified import CertifiedOrbit, CertifiedPoint, CertifiedRun
+    from percuss.certified import CertifiedChaos, CertifiedOrbit, CertifiedPoint, CertifiedRun
 
+    if isinstance(proven, CertifiedChaos):
+        return _draw_chaos(proven, ax, units)
     if isinstance(proven, CertifiedOrbit):
         return draw_certified_orbit(proven, ax, units_of(units, proven.oscillator))
     if isinstance(proven, CertifiedPoint):
@@ -102,6 +127,39 @@ def plot_enclosure(
         reason = "not a certified run, orbit or special point; percuss.certify(run) makes one"
         raise ParameterError("proven", proven, reason)
     return _draw_run(proven, ax, units)
+
+
+def _draw_chaos(proven: CertifiedChaos, ax: Axes | None, units: Units | None) -> Axes:
+    """Draw the sets of a proof of chaos in the impact surface, at their size, with their numbers."""
+    if not proven:
+        raise ParameterError("proven", proven, f"chaos is not proven: {proven.reason}")
+    units, is_alone = units_of(units, proven.orbit.oscillator), ax is None
+    period = proven.orbit.period / proven.orbit.n_periods
+    middle = np.array(proven.sets[0].center) / [period, 1.0] % [1.0, np.inf]
+    loop_of = {i: number for number, loop in enumerate(proven.loops) for i in loop[1:]}
+    with picture(ax) as ax:
+        for i, hset in enumerate(proven.sets):
+            number = loop_of.get(i, 0)
+            colour = (BLACK, *LOOPS)[number] if number <= len(LOOPS) else GREY
+            center, u, s = (np.array(pair) / [period, 1.0] for pair in hset)
+            center[0] %= 1.0
+            corners = np.array([center + a * u + b * s for a, b in CORNERS])
+            name = f"loop of {len(proven.loops[number])} impacts" if number else "saddle's set"
+            ax.plot(*corners.T, color=colour, linewidth=1.0, zorder=3.0)
+            ax.plot(
+                *center, "o", color=colour, markersize=2.5, zorder=3.0, label=label_once(ax, name)
+            )
+            if i > 0 and hypot(*(center - middle)) < CROWDED:
+                continue
+            ax.annotate(
+                str(i), tuple(center), textcoords="offset points", xytext=(3, 3), fontsize=6, color=colour,
+                zorder=3.1,
+            )  # fmt: skip
+        label_impact_surface(ax, units)
+        bound = math.floor(1e4 * proven.entropy.mid()) / 1e4
+        ax.set_title(f"proven: topological entropy $\\geq$ {bound:g} an impact")
+        explain(ax, alone=is_alone)
+    return ax
 
 
 def _draw_run(proven: CertifiedRun, ax: Axes | None, units: Units | None) -> Axes:

@@ -71,8 +71,8 @@ def plot_singularity_set(
                     linewidth=1.4 if curve.iterate == 1 else 1.0,
                     label=label_once(ax, label),
                 )  # fmt: skip
-        _label_impact_surface(ax, units)
-        _explain(ax, alone=is_alone)
+        label_impact_surface(ax, units)
+        explain(ax, alone=is_alone)
     return ax
 
 
@@ -134,12 +134,12 @@ def plot_manifolds(
         label = label_once(ax, "saddle")
         ax.plot(*found.saddles.T, "o", color=BLACK, markersize=5.0, zorder=3.0, label=label)
         if found.section == "impact":
-            _label_impact_surface(ax, units)
+            label_impact_surface(ax, units)
         else:
             _draw_stops(ax, found)
             label_phase_plane(ax, units)
             ax.set_title(f"once a forcing period, at cycle {found.cycle:g}")
-        _explain(ax, alone=is_alone)
+        explain(ax, alone=is_alone)
     return ax
 
 
@@ -164,13 +164,15 @@ def _with_gaps(pieces: list[Floats], *, wraps: bool) -> Floats:
     return np.concatenate(rows)
 
 
-def _label_impact_surface(ax: Axes, units: Units) -> None:
+def label_impact_surface(ax: Axes, units: Units) -> None:
+    """Label the axes of an impact surface."""
     ax.set_xlim(0.0, 1.0)
     ax.set_xlabel("cycle of the impact ($t$/period, mod 1)")
     ax.set_ylabel(f"velocity after it ({units.velocity})")
 
 
-def _explain(ax: Axes, *, alone: bool) -> None:
+def explain(ax: Axes, *, alone: bool) -> None:
+    """Add the legend: below the picture where it is alone in its figure."""
     handles, labels = ax.get_legend_handles_labels()
     order = np.lexsort((labels, [_rank(label) for label in labels]))
     entries = [handles[i] for i in order], [labels[i] for i in order]
@@ -187,5 +189,5 @@ def _explain(ax: Axes, *, alone: bool) -> None:
 
 def _rank(label: str) -> int:
     """Return the place of a label in the legend."""
-    order = ("saddle", "unstable", "stable", "touch")
+    order = ("saddle", "unstable", "stable", "touch", "loop")
     return next((i for i, word in enumerate(order) if label.startswith(word)), len(order))
