@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, expect
 from tests.web.frames import read_frame
-from tests.web.hands import WAIT, box_of, link_of, set_box
+from tests.web.hands import WAIT, box_of, compute, fill, link_of, set_box, view_of
 from typer.testing import CliRunner
 
 from percuss.cli.app import app
@@ -107,10 +107,18 @@ def test_links_hold_all_that_is_set(site: Page, offline: BrowserContext) -> None
     other.close()
 
 
+def test_diagrams_are_computed_without_a_server(site: Page) -> None:
+    view = view_of(site, "Diagram")
+    fill(view, "values", "24")
+    fill(view, "points at each", "6")
+    compute(view)
+    expect(view.locator(".legend")).to_contain_text("144 points")
+
+
 def test_the_rest_says_what_it_needs(site: Page) -> None:
-    site.locator("[data-view=diagram]").click()
-    site.locator("section:not([hidden]) .job button.primary").first.click()
-    expect(site.locator("section:not([hidden]) .status").first).to_contain_text("percuss serve")
+    view = view_of(site, "Basins")
+    view.get_by_role("button", name="Compute", exact=True).click()
+    expect(view.locator(".status").first).to_contain_text("percuss serve")
     assert site.locator("[data-view=paper]").count() == 0
 
 

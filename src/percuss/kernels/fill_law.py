@@ -58,7 +58,7 @@ from percuss.kernels.law_formulas import (
     phasor,
 )
 from percuss.kernels.step import fill_steps
-from percuss.kernels.triples import Number, add, divide, multiply, number, rounded
+from percuss.kernels.triples import Triple, add, divide, multiply, number, rounded
 
 # Columns of row 0. Without a mass its number is 0, and all others are per unit mass; with one the
 # damping is c and forces are those on the mass.
@@ -75,13 +75,13 @@ GIVEN_COLUMNS = 15
 
 
 @kernel
-def given_number(given: Floats, row: int, column: int) -> Number:
+def given_number(given: Floats, row: int, column: int) -> Triple:
     """Return an exact number."""
     return given[row, column], given[row, column + 1], given[row, column + 2]
 
 
 @kernel
-def per_mass(given: Floats, value: Number, times: float) -> Number:
+def per_mass(given: Floats, value: Triple, times: float) -> Triple:
     """Return a number divided by so many masses where there is one."""
     if given[0, GIVEN_MASS] == 0.0:
         return value
@@ -89,7 +89,7 @@ def per_mass(given: Floats, value: Number, times: float) -> Number:
 
 
 @kernel
-def force_per_mass(given: Floats, value: Number) -> Number:
+def force_per_mass(given: Floats, value: Triple) -> Triple:
     """Return a force divided by the mass, where it is not so already."""
     return value if given[0, GIVEN_PER_MASS] != 0.0 else per_mass(given, value, 1.0)
 
@@ -183,7 +183,7 @@ def touches(given: Floats, bounds: Integers, stop: int, region: int) -> bool:
 
 
 @kernel
-def force_at(given: Floats, bounds: Integers, region: int, constant: Number, x: Number) -> float:
+def force_at(given: Floats, bounds: Integers, region: int, constant: Triple, x: Triple) -> float:
     """Return the constant force at x: a stop's share is exactly zero at its own edge."""
     stiffness = per_mass(given, given_number(given, 0, GIVEN_STIFFNESS), 1.0)
     force = less_spring(constant, stiffness, x, number(0.0))
@@ -196,7 +196,7 @@ def force_at(given: Floats, bounds: Integers, region: int, constant: Number, x: 
 
 @kernel
 def fill_region(
-    given: Floats, bounds: Integers, law: Law, region: int, constant: Number, quickest: float
+    given: Floats, bounds: Integers, law: Law, region: int, constant: Triple, quickest: float
 ) -> None:
     """Fill the row of a region and those of its responses."""
     n_stops = int(given[0, GIVEN_STOPS])
@@ -249,7 +249,7 @@ def fill_bound(given: Floats, bounds: Integers, row: Floats, bound: int, side: f
 
 @kernel
 def fill_forces(
-    given: Floats, bounds: Integers, row: Floats, region: int, constant: Number
+    given: Floats, bounds: Integers, row: Floats, region: int, constant: Triple
 ) -> None:
     """Fill the constant forces of a region at its bounds, and at its point nearest to 0.
 

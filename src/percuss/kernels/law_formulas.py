@@ -52,7 +52,7 @@ from percuss.kernels.law_columns import (
 )
 from percuss.kernels.triples import (
     PI,
-    Number,
+    Triple,
     add,
     divide,
     magnitude,
@@ -80,13 +80,13 @@ FAR_PART = 0.07
 
 
 @kernel
-def turns_per_time(value: Number, halves: float) -> tuple[float, float]:
+def turns_per_time(value: Triple, halves: float) -> tuple[float, float]:
     """Return a rate over so many times pi as the sum of two doubles."""
     return rounded_pair(divide(value, multiply(number(halves), PI)))
 
 
 @kernel
-def phasor(times: Number, plus: Number) -> tuple[float, float]:
+def phasor(times: Triple, plus: Triple) -> tuple[float, float]:
     """Return cosine and sine of ``times * pi + plus``, exact at multiples of pi/2 and pi/6."""
     turned = multiply(number(2.0), times)
     if sign(plus) != 0.0:
@@ -112,13 +112,13 @@ def phasor(times: Number, plus: Number) -> tuple[float, float]:
 
 
 @kernel
-def period_of(omega: Number) -> float:
+def period_of(omega: Triple) -> float:
     """Return the period of an angular frequency."""
     return rounded(divide(multiply(number(2.0), PI), omega))
 
 
 @kernel
-def fill_harmonic(row: Floats, omega: Number, cosine: float, sine: float) -> None:
+def fill_harmonic(row: Floats, omega: Triple, cosine: float, sine: float) -> None:
     """Fill the row of a harmonic."""
     row[COSINE] = cosine
     row[SINE] = sine
@@ -137,13 +137,13 @@ def bound_force(header: Floats, harmonic: Floats) -> None:
 
 
 @kernel
-def less_spring(force: Number, stiffness: Number, x: Number, at: Number) -> Number:
+def less_spring(force: Triple, stiffness: Triple, x: Triple, at: Triple) -> Triple:
     """Return a force less that of a spring at x whose end is at another point."""
     return subtract(force, multiply(stiffness, subtract(x, at)))
 
 
 @kernel
-def fill_motion(row: Floats, stiffness: Number, damping: Number) -> None:
+def fill_motion(row: Floats, stiffness: Triple, damping: Triple) -> None:
     """Fill the rates of the free motion x'' + 2 (damping) x' + (stiffness) x = 0."""
     k = rounded(stiffness)
     a = rounded(damping)
@@ -198,7 +198,7 @@ def fill_steps_of_search(row: Floats, omega: float) -> None:
 
 
 @kernel
-def fill_response(row: Floats, stiffness: Number, damping: Number, omega: Number) -> None:
+def fill_response(row: Floats, stiffness: Triple, damping: Triple, omega: Triple) -> None:
     """Fill the row of the response of a free motion to a harmonic."""
     square_of_omega = multiply(omega, omega)
     real = subtract(stiffness, square_of_omega)

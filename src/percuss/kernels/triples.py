@@ -18,7 +18,7 @@ import numpy as np
 from percuss.kernels.arithmetic import nearest, two_product, two_sum
 from percuss.kernels.compile import kernel
 
-Number: TypeAlias = tuple[float, float, float]
+Triple: TypeAlias = tuple[float, float, float]
 
 # pi, to 2**-160.
 PI = (3.141592653589793, 1.2246467991473532e-16, -2.9947698097183397e-33)
@@ -27,7 +27,7 @@ CANCELLED = 2.0**-140
 
 
 @kernel
-def normal(a: float, b: float, c: float) -> Number:
+def normal(a: float, b: float, c: float) -> Triple:
     """Return the sum of three doubles of falling size with parts that do not overlap."""
     high, middle = two_sum(a, b)
     middle, low = two_sum(middle, c)
@@ -37,31 +37,31 @@ def normal(a: float, b: float, c: float) -> Number:
 
 
 @kernel
-def number(x: float) -> Number:
+def number(x: float) -> Triple:
     """Return a double as it is."""
     return x, 0.0, 0.0
 
 
 @kernel
-def negative(a: Number) -> Number:
+def negative(a: Triple) -> Triple:
     """Return -a."""
     return -a[0], -a[1], -a[2]
 
 
 @kernel
-def sign(a: Number) -> float:
+def sign(a: Triple) -> float:
     """Return 1, 0 or -1."""
     return 0.0 if a[0] == 0.0 else math.copysign(1.0, a[0])
 
 
 @kernel
-def magnitude(a: Number) -> Number:
+def magnitude(a: Triple) -> Triple:
     """Return the absolute value."""
     return negative(a) if a[0] < 0.0 else a
 
 
 @kernel
-def plain_sum(a: Number, b: Number) -> Number:
+def plain_sum(a: Triple, b: Triple) -> Triple:
     """Return a + b, to 2**-158 of the larger one."""
     high, error = two_sum(a[0], b[0])
     middle, error_2 = two_sum(a[1], b[1])
@@ -70,7 +70,7 @@ def plain_sum(a: Number, b: Number) -> Number:
 
 
 @kernel
-def add(a: Number, b: Number) -> Number:
+def add(a: Triple, b: Triple) -> Triple:
     """Return a + b, 0 where they cancel."""
     total = plain_sum(a, b)
     if abs(total[0]) <= CANCELLED * max(abs(a[0]), abs(b[0])):
@@ -79,13 +79,13 @@ def add(a: Number, b: Number) -> Number:
 
 
 @kernel
-def subtract(a: Number, b: Number) -> Number:
+def subtract(a: Triple, b: Triple) -> Triple:
     """Return a - b, 0 where they cancel."""
     return add(a, negative(b))
 
 
 @kernel
-def multiply(a: Number, b: Number) -> Number:
+def multiply(a: Triple, b: Triple) -> Triple:
     """Return a b."""
     high, error = two_product(a[0], b[0])
     first, error_1 = two_product(a[0], b[1])
@@ -97,7 +97,7 @@ def multiply(a: Number, b: Number) -> Number:
 
 
 @kernel
-def divide(a: Number, b: Number) -> Number:
+def divide(a: Triple, b: Triple) -> Triple:
     """Return a / b."""
     quotient = (a[0] / b[0], 0.0, 0.0)
     for _ in range(3):
@@ -107,7 +107,7 @@ def divide(a: Number, b: Number) -> Number:
 
 
 @kernel
-def root(a: Number) -> Number:
+def root(a: Triple) -> Triple:
     """Return the square root of a number that is not negative."""
     if a[0] == 0.0:
         return a
@@ -119,7 +119,7 @@ def root(a: Number) -> Number:
 
 
 @kernel
-def rounded(a: Number) -> float:
+def rounded(a: Triple) -> float:
     """Return the nearest double, with one rounding."""
     middle, low = two_sum(a[1], a[2])
     if low != 0.0:
@@ -132,13 +132,13 @@ def rounded(a: Number) -> float:
 
 
 @kernel
-def rounded_pair(a: Number) -> tuple[float, float]:
+def rounded_pair(a: Triple) -> tuple[float, float]:
     """Return the number as the sum of two doubles, each rounded once."""
     high = rounded(a)
     return high, rounded(plain_sum(a, (-high, 0.0, 0.0)))
 
 
 @kernel
-def nearest_whole(a: Number) -> Number:
+def nearest_whole(a: Triple) -> Triple:
     """Return the nearest whole number, the even one of two, below 2**51."""
     return nearest(rounded(a)), 0.0, 0.0

@@ -120,7 +120,7 @@ def exact(formula: Callable[..., Any]) -> Callable[..., Any]:
     Parameters
     ----------
     formula
-        One of its functions. Where it takes or returns a ``Number`` the result has a `Ratio`.
+        One of its functions. Where it takes or returns a ``Triple`` the result has a `Ratio`.
 
     Returns
     -------

@@ -23,7 +23,7 @@ LEFT_OUT = ("percuss.kernels.compile", "percuss.arrays")
 def sources_hash() -> str:
     """Return the hash of all functions and constants that the entries are compiled from.
 
-    Comments, docstrings and what no entry uses count for nothing.
+    Comments, docstrings, annotations and what no entry uses count for nothing.
     """
     digest = hashlib.sha256()
     for name, text in sorted(_reached().items()):
@@ -83,8 +83,9 @@ def _reached() -> dict[str, str]:
         if isinstance(node, ast.ImportFrom):
             waiting += [(f"{node.module}", _original(node, name))]
             continue
-        texts[f"{module}.{name}"] = _bare(node)
-        for used in ast.walk(node):
+        bare = _bare(node)
+        texts[f"{module}.{name}"] = ast.unparse(bare)
+        for used in ast.walk(bare):
             if isinstance(used, ast.Name):
                 waiting.append((module, used.id))
             elif isinstance(used, ast.Attribute) and isinstance(used.value, ast.Name):
@@ -129,12 +130,16 @@ def _file_of(name: str) -> Traversable | None:
     return file if file.is_file() else None
 
 
-def _bare(node: ast.stmt) -> str:
-    """Return the text of a definition without comments and docstrings."""
+def _bare(node: ast.stmt) -> ast.stmt:
+    """Return the text of a definition without comments, docstrings and annotations."""
     bare = copy.deepcopy(node)
     for part in ast.walk(bare):
+        if isinstance(part, ast.arg):
+            part.annotation = None
+        if isinstance(part, ast.FunctionDef):
+            part.returns = None
         if isinstance(part, ast.FunctionDef | ast.ClassDef):
             first = part.body[0]
             if isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant):
                 part.body = part.body[1:] or [ast.Pass()]
-    return ast.unparse(bare)
+    return bare
