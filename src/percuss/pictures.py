@@ -36,7 +36,8 @@ class HasPicture:
         --------
         >>> import percuss as pc
         >>> run = pc.simulate(pc.impact_oscillator(0.8), pc.cosine(2.5), v0=1.0, t_end=20)
-        >>> run.picture, type(run.plot()).__name__
-        ('plot_motion', 'Figure')
+        >>> axes = run.plot(window=(0, 10))
+        >>> run.picture
+        'plot_motion'
         """
         return getattr(import_module("percuss.plotting"), self.picture)(self, **how)

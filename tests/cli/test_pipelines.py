@@ -306,9 +306,10 @@ def test_without_an_optional_package_a_sentence_says_what_to_install_before_any_
     arguments: list[str], lacking: str, sentence: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     real = find_spec
-    monkeypatch.setattr(
-        "percuss.errors.find_spec", lambda name: None if name == lacking else real(name)
-    )
+    for module in ("percuss.errors", "percuss.studies.running"):
+        monkeypatch.setattr(
+            f"{module}.find_spec", lambda name: None if name == lacking else real(name)
+        )
 
     assert percuss("run", *arguments) == (2, "", f"{sentence}\n")
     assert sorted(path.name for path in Path().iterdir()) == ["a.toml", "b.toml", "sweep.toml"]

@@ -34,6 +34,9 @@ EXACT, ORBITS, DATA = "exact", "orbits", "data"
 # The attribute of the root that names those of the file.
 OF_FILE = "attributes_of_the_file"
 
+# What NetCDF files need: the modules of the extra of that name.
+OF_NETCDF = ("h5netcdf", "h5py")
+
 
 def save_netcdf(
     result: Any,
@@ -80,7 +83,7 @@ def save_netcdf(
 
 def check_netcdf() -> None:
     """Raise a `MissingExtraError` unless the packages that NetCDF files need are installed."""
-    check_installed("a NetCDF file", "netcdf", "h5netcdf", "h5py")
+    check_installed("a NetCDF file", "netcdf", *OF_NETCDF)
 
 
 def write_netcdf(result: Any, path: Path, record: Record, *, samples: int = SAMPLES) -> None:
