@@ -15,6 +15,7 @@ from percuss.fitting.data_file import columns_of_text
 from percuss.fitting.measured import quantity_number
 from percuss.fitting.result import Fit, with_error
 from percuss.fitting.summaries import impacts_of, motion_of
+from percuss.model.exact import as_float
 from percuss.studies.kinds.fit import Fit as FitQuestion
 from percuss.studies.study import Study
 from percuss.web.answer_cache import ANSWERS
@@ -73,7 +74,7 @@ def _columns(request: PageRequest, study: Study) -> dict[str, Floats]:
         columns = columns_of_text(text, osc.units)
         for name in columns:
             if name not in ("t", "noise"):
-                quantity_number(name, len(osc.stops))
+                quantity_number(name, osc)
     except ParameterError as error:
         raise BadRequest(f"{error.value}: {error.reason}") from error
     except ValueError as error:
@@ -168,7 +169,7 @@ def _facts(fit: Fit, paths: list[str]) -> dict[str, object]:
         "chi2": fit.chi2,
         "whiteness": fit.whiteness,
         "noise": [fit.noise[name] for name in names],
-        "start": [float(value) for value in (start.x0, start.v0, start.t0)],
+        "start": [as_float(value) for value in (start.x0, start.v0, start.t0)],  # type: ignore[arg-type]
         "n": fit.residuals.sizes["sample"],
     }
 
