@@ -378,7 +378,7 @@ class StructureSystem:
         )  # fmt: skip
 
     def _check_size(self, key: int) -> None:
-        """Raise a ParameterError, without the set, where it makes all sets too large together."""
+        """Refuse the last set, where all together are larger than a memory should hold."""
         size = sum(array.nbytes for array in self._made[key].values())
         count = len(self._made)
         if count * size > MOST_BYTES:
