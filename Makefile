@@ -1,4 +1,5 @@
-# make paper | demo | test | frozen | nightly | docs | benchmark | wasm | lock | clean. Set-up happens by itself, in .venv.
+# make paper | demo | test | frozen | nightly | floors | dist | docs | benchmark | wasm | lock | clean.
+# Set-up happens by itself, in .venv.
 
 # The first Python that is new enough; PYTHON=... on the command line chooses another.
 CANDIDATES = python3 python3.14 python3.13 python3.12 python3.11
@@ -14,7 +15,7 @@ PIP = $$($(BIN)/python -c 'import pip' 2>/dev/null && echo $(BIN)/python || echo
 STUDIES = examples/n3_above.toml examples/n3_below.toml examples/half_harmonic.toml
 
 .PHONY: paper demo test frozen nightly docs benchmark wasm check check-and-apart doctests lock clean
-.PHONY: numbers numbers-of-motions numbers-of-grids
+.PHONY: floors dist numbers numbers-of-motions numbers-of-grids
 .DELETE_ON_ERROR:
 
 paper: .venv/run.stamp
@@ -87,6 +88,21 @@ numbers-of-grids:
 	$(BIN)/python -m pytest -q tests/ensembles/test_reference_cases.py \
 		$(ORBITS:%=tests/orbits/test_%.py) $(VERDICTS:%=tests/paper/test_%.py)
 
+# Needs uv. The tests with the oldest versions that pyproject.toml takes, in an environment of its
+# own; FLOOR_PYTHON=3.12 takes another interpreter.
+FLOOR_PYTHON = $(PYTHON)
+FLOORS = tests/model tests/motion tests/io tests/ensembles tests/orbits tests/plotting tests/studies
+floors:
+	uv venv --quiet --clear --python $(FLOOR_PYTHON) .venv-floors
+	uv pip install --quiet --python .venv-floors --resolution lowest-direct \
+		--group floors --editable ".[certified,design,netcdf,stores]"
+	.venv-floors/bin/python -m pytest -q -n logical --dist worksteal $(FLOORS)
+
+# The wheel and the source distribution, and what is in them.
+dist: .venv/dev.stamp
+	$(BIN)/python -m hatchling build
+	$(BIN)/python -m pytest -q tests/test_distribution.py
+
 docs: .venv/docs.stamp
 	$(BIN)/python -m sphinx -b html -W --keep-going -q docs docs/_build
 	@echo "open docs/_build/index.html"
@@ -131,8 +147,8 @@ LOCK = UV_CUSTOM_COMPILE_COMMAND="make lock" uv pip compile pyproject.toml --qui
 lock:
 	$(LOCK) --group build --group dev --extra all -o requirements/dev.txt
 	$(LOCK) --group build --group docs --extra all -c requirements/dev.txt -o requirements/docs.txt
-	$(LOCK) --group build --extra paper --extra web -c requirements/dev.txt -o requirements/run.txt
-	$(LOCK) --group build --extra benchmark --extra certified --extra web -c requirements/dev.txt -o requirements/benchmark.txt
+	$(LOCK) --group build --extra netcdf --extra paper --extra stores --extra web -c requirements/dev.txt -o requirements/run.txt
+	$(LOCK) --group build --extra benchmark --extra certified --extra netcdf --extra stores --extra web -c requirements/dev.txt -o requirements/benchmark.txt
 
 # What the demos have written; what else is in their folder stays.
 DEMOS = demo/paper demo/graze_and_chatter.png $(patsubst examples/%.toml,demo/%,$(STUDIES))

@@ -51,9 +51,13 @@ def test_a_lock_holds_all_that_its_installation_asks_for(name: str) -> None:
     groups = PROJECT["dependency-groups"]
     extras = PROJECT["project"]["optional-dependencies"]
     asked = PROJECT["project"]["dependencies"] + groups["build"]
-    every = [it for extra in ("certified", "cluster", "notebook", "web") for it in extras[extra]]
+    every = [
+        it
+        for extra in ("certified", "cluster", "netcdf", "notebook", "stores", "web")
+        for it in extras[extra]
+    ]
     asked += {
-        "run": extras["certified"] + extras["web"],
+        "run": extras["certified"] + extras["netcdf"] + extras["stores"] + extras["web"],
         "dev": groups["dev"] + every,
         "benchmark": extras["benchmark"],
         "docs": groups["docs"] + every,

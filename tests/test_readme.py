@@ -20,8 +20,8 @@ def test_the_code_of_the_readme_runs(
     for block in blocks:
         exec(compile(block, "README.md", "exec"), {})  # noqa: S102  our own text
 
-    assert len(blocks) == 4
-    assert capsys.readouterr().out.count("Trajectory") == 3
+    assert len(blocks) == 5
+    assert capsys.readouterr().out.count("Trajectory") == 4
     assert (tmp_path / "portrait.png").stat().st_size > 10_000
 
 

@@ -6,6 +6,7 @@ Every message is a sentence with the numbers in it: what was given, what is wron
 from __future__ import annotations
 
 from collections.abc import Iterable
+from importlib.util import find_spec
 
 __all__ = [
     "ConvergenceError",
@@ -16,6 +17,7 @@ __all__ = [
     "ParameterError",
     "PercussError",
     "StudyError",
+    "check_installed",
 ]
 
 
@@ -166,3 +168,31 @@ class MissingExtraError(PercussError, ImportError):
 
     def __str__(self) -> str:
         return f"{self.what}: install percuss[{self.extra}]"
+
+
+def check_installed(what: str, extra: str, *modules: str) -> None:
+    """Raise a `MissingExtraError` unless optional modules are installed.
+
+    Parameters
+    ----------
+    what
+        What needs them.
+    extra
+        The extra of percuss that installs them.
+    *modules
+        Their names.
+
+    Raises
+    ------
+    MissingExtraError
+        If one is missing, with the names of all that are.
+
+    Examples
+    --------
+    >>> check_installed("a store", "stores", "json", "no_such_module")
+    Traceback (most recent call last):
+    percuss.errors.MissingExtraError: a store needs no_such_module: install percuss[stores]
+    """
+    missing = [name for name in modules if find_spec(name) is None]
+    if missing:
+        raise MissingExtraError(f"{what} needs {' and '.join(missing)}", extra)

@@ -7,6 +7,7 @@ import logging
 import signal
 from collections.abc import Iterator
 from importlib import resources
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -288,3 +289,27 @@ def test_the_shell_completes_commands_and_options() -> None:
         env={"_PERCUSS_COMPLETE": "complete_bash", "COMP_WORDS": "percuss me", "COMP_CWORD": "1"},
     )  # fmt: skip
     assert result.output.split() == ["merge"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "lacking", "sentence"),
+    [
+        (["a.toml"], "h5py", "a NetCDF file needs h5py: install percuss[netcdf]"),
+        (
+            ["sweep.toml", "--store", "r.zarr", "--set", "save.netcdf=false"],
+            "zarr",
+            "a store needs zarr: install percuss[stores]",
+        ),
+    ],
+)
+def test_without_an_optional_package_a_sentence_says_what_to_install_before_any_work(
+    arguments: list[str], lacking: str, sentence: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    real = find_spec
+    for module in ("percuss.errors", "percuss.studies.running"):
+        monkeypatch.setattr(
+            f"{module}.find_spec", lambda name: None if name == lacking else real(name)
+        )
+
+    assert percuss("run", *arguments) == (2, "", f"{sentence}\n")
+    assert sorted(path.name for path in Path().iterdir()) == ["a.toml", "b.toml", "sweep.toml"]

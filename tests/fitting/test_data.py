@@ -220,9 +220,23 @@ def test_a_search_may_be_stopped() -> None:
     assert fit.reason == "the search was stopped"
 
 
+def test_a_search_that_was_stopped_goes_on(plain: pc.Fit) -> None:
+    data = record()
+    stopped = fitted(data, progress=lambda done, _: done < 3)
+    again = fitted(data, resume=pickle.loads(pickle.dumps(stopped)))
+    assert again.converged
+    assert again.values == pytest.approx(plain.values, rel=1e-7)
+    assert again.n_runs < plain.n_runs
+    with pytest.raises(pc.ParameterError, match="a fit of other data"):
+        fitted(record(1), resume=stopped)
+    with pytest.raises(pc.ParameterError, match="not of"):
+        fitted(data, free={GAP: 0.3}, resume=stopped)
+
+
 @pytest.mark.parametrize(
     ("data", "more", "words"),
     [
+        ({"t": T_SHORT, "stop_force": T_SHORT}, {}, "not told by the force of a rigid wall alone"),
         ({"t": [0, 1, 2], "displacement": [0, 1]}, {}, "2 values at 3 instants"),
         ({"t": [0, 1, 2], "displacement": [0, 1, 2]}, {}, "3 values for 4 unknowns"),
         ({"t": [0, 1], "displacement": [np.nan, np.nan]}, {}, "all values are NaN"),
@@ -268,8 +282,3 @@ def test_faults_of_files_name_their_lines(tmp_path: Path) -> None:
         assert words in str(told.value)
     with pytest.raises(pc.ParameterError, match="no such file"):
         fitted(tmp_path / "none.csv")
-
-
-def test_structures_have_no_fits_yet() -> None:
-    with pytest.raises(pc.ParameterError, match="a structure has none yet"):
-        pc.fit(record(), pc.chain([1, 1], [1, 1, 1]), free={GAP: 0.2})  # type: ignore[arg-type]

@@ -82,13 +82,37 @@ def test_a_chaotic_record_is_explained(periods: int, guess: tuple[float, float, 
     assert fit.chi2 == pytest.approx(1, abs=0.1 if periods > 5 else 0.25)
 
 
-def scores(n: int, quantity: str, omega: float, periods: int) -> Floats:
-    """Return (n, 3) differences from the truth, in standard errors, over records with other noise."""
+@pytest.mark.parametrize("seed", [69, 166])
+def test_a_stretch_that_is_missed_is_mended_though_the_whole_looks_like_noise(seed: int) -> None:
+    """One slow impact too many leaves chi2 at 1.14, within what is usual of so many samples."""
+    data, noise = measured("displacement", 2.5, 60, seed)
+    fit = fitted(data, 2.5, (0.196, 0.784, 0.049), noise=noise)
+    assert fit.converged
+    true = pc.simulate(rig(), pc.cosine(2.5), v0=0.5, periods=60)(data["t"])[0]
+    of_truth = float(np.mean(np.square((data["displacement"] - true) / noise)))
+    assert fit.chi2 < of_truth
+
+
+def scores(
+    n: int,
+    quantity: str,
+    omega: float,
+    periods: int,
+    guess: tuple[float, float, float] = (0.25, 0.7, 0.06),
+    lost: int = 0,
+) -> Floats:
+    """Return (n, 3) differences from the truth, in standard errors, over records with other noise.
+
+    So many may say that they have not converged.
+    """
     found = []
     for seed in range(n):
         data, noise = measured(quantity, omega, periods, seed)
-        fit = fitted(data, omega, (0.25, 0.7, 0.06), noise=noise)
-        assert fit.converged
+        fit = fitted(data, omega, guess, noise=noise)
+        if not fit.converged:
+            lost -= 1
+            assert lost >= 0, (seed, fit)
+            continue
         pairs = zip(fit.values.values(), TRUTH, fit.errors.values(), strict=True)
         found.append([(value - true) / error for value, true, error in pairs])
     return np.array(found)
@@ -102,11 +126,21 @@ def test_errors_are_of_the_size_that_they_are_said_to_be() -> None:
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize("quantity", ["displacement", "velocity", "acceleration"])
+@pytest.mark.parametrize(
+    ("quantity", "omega", "periods", "off", "lost"),
+    [
+        ("displacement", 2.0, 20, 1.25, 0),
+        ("velocity", 2.0, 20, 1.25, 0),
+        ("acceleration", 2.0, 20, 1.25, 0),
+        ("displacement", 2.5, 20, 1.1, 0),
+        ("displacement", 2.5, 60, 0.98, 3),
+    ],
+)
 def test_the_truth_lies_within_one_standard_error_in_two_thirds_of_all_records(
-    quantity: str,
+    quantity: str, omega: float, periods: int, off: float, lost: int
 ) -> None:
-    found = scores(200, quantity, 2.0, 20)
+    guess = (off * TRUTH[0], off * TRUTH[1] if off < 1.2 else 0.7, off * TRUTH[2])
+    found = scores(200, quantity, omega, periods, guess, lost)
     shares = (np.abs(found) < 1).mean(axis=0)
     assert shares.mean() == pytest.approx(0.683, abs=0.05)
     # Each has a standard deviation of 0.033.

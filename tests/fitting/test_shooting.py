@@ -35,7 +35,7 @@ MODELS = {"wall": WALL, "soft": SOFT, "resting": RESTING}
 
 def shots(model: str, quantity: str, values: Floats, nodes: Floats) -> Shots:
     data = {"t": T, quantity: np.zeros(len(T))}
-    samples, impacts = read_samples(data, 1.0, 1)
+    samples, impacts = read_samples(data, 1.0, MODELS[model])
     spans = np.array([[0, 3.01], [3.01, 6.02], [6.02, 9]])
     first = np.append(np.searchsorted(T, spans[:, 0]), len(T))
     layout = Layout(MeasuredRecord(samples, impacts, FORCE, None), spans, first, False)

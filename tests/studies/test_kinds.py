@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,9 @@ import pytest
 
 import percuss as pc
 from percuss.errors import OutputError, ParameterError
+from percuss.execution import Execution
 from percuss.io import load_netcdf, load_record
+from percuss.studies.link import link_of
 from percuss.studies.reading import load_study, parse_study
 from percuss.studies.running import StudyResult, output_files, run_study
 from percuss.studies.study import Study, kind_names
@@ -300,3 +303,55 @@ def test_a_branch_without_special_points_has_no_curves_and_all_files(tmp_path: P
     assert result.report == {"curves": "none: no such points on the branch"}
     assert {path.name for path in tmp_path.iterdir()} == {file.name for file in result.files}
     assert (tmp_path / "curves.csv").read_text().startswith("curve")
+
+
+OVER_STARTS = """[basins]
+periods = 80
+[start]
+x0 = 0
+v0 = 0
+t0 = "0.3"
+[over]
+"start.x0" = {from = -1, to = 1, count = 3}
+"start.v0" = {from = 0, to = 1, count = 2}
+"""
+
+
+def test_basins_over_numbers_of_the_start_are_those_of_their_short_forms() -> None:
+    study = parse_study(kind_of("basins") + MODEL + OVER_STARTS)
+    data = study.question.answer(study, Execution())
+    assert parse_study(study.text()) == study
+    spans = '[basins]\nt0 = "0.3"\nperiods = 80\nx0 = {from = -1, to = 1, count = 3}\n'
+    short = parse_study(kind_of("basins") + MODEL + spans + "v0 = {from = 0, to = 1, count = 2}\n")
+    assert link_of(study) == link_of(short)
+    expected = pc.basins(
+        study.oscillator, study.forcing, x0=[-1, 0, 1], v0=[0, 1], t0="0.3", periods=80
+    )
+    np.testing.assert_array_equal(data.basin, expected.basin)
+    assert data.basin.dims == ("start.x0", "start.v0")
+    for wrong, fault in (
+        (OVER_STARTS.replace("start.v0", "forcing.omega"), "no number of the start; a basin is"),
+        (OVER_STARTS.replace("periods", "x0 = [1]\nperiods"), "given together with [over]"),
+        ("[basins]\nx0 = [0]\nv0 = [1]\n[start]\nx0 = 0\nv0 = 0\n", "give t0 there"),
+    ):
+        with pytest.raises(Exception, match=re.escape(fault)):
+            parse_study(kind_of("basins") + MODEL + wrong)
+
+
+def kind_of(kind: str) -> str:
+    return f'[study]\nkind = "{kind}"\n'
+
+
+def test_a_record_that_no_link_holds_is_refused_with_its_numbers() -> None:
+    run = "[start]\nx0 = 0\nv0 = 0\n[run]\nt_end = 1\n"
+    for n, is_short in ((1000, True), (20_000, False)):
+        samples = ", ".join(str(0.1 * k) for k in range(n))
+        record = f"[forcing.record]\nt = [{samples}]\nf = [{samples}]\n"
+        study = parse_study(kind_of("motion") + MODEL.replace("[draw]", record + "[draw]") + run)
+        if is_short:
+            assert link_of(study)
+            continue
+        with pytest.raises(
+            ParameterError, match=r"20000 samples.* kB; links of the page hold 56 kB"
+        ):
+            link_of(study)

@@ -20,12 +20,14 @@ EXTRAS: dict[str, tuple[tuple[str, ...], str]] = {
     "certified": (("flint",), "proofs in ball arithmetic"),
     "cluster": (("distributed",), "many motions on a Dask cluster"),
     "design": (("scipy",), "designs by SciPy's optimisers"),
+    "netcdf": (("h5netcdf", "h5py"), "NetCDF files of results"),
     "notebook": (("anywidget",), "the workbench in a notebook"),
     "paper": (("flint", "sympy", "typst"), "percuss paper"),
+    "stores": (("zarr", "google_crc32c", "h5netcdf", "h5py"), "stores of long studies"),
     "web": (("starlette", "uvicorn", "websockets"), "percuss serve"),
 }
-NEEDED = ("numpy", "numba", "llvmlite", "xarray", "h5netcdf", "h5py", "zarr", "google-crc32c",
-          "pydantic", "typer", "rich", "matplotlib")  # fmt: skip
+NEEDED = ("numpy", "numba", "llvmlite", "xarray", "pydantic", "typer", "rich", "matplotlib",
+          "pillow")  # fmt: skip
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "firefox", "msedge", "safari")
 
 

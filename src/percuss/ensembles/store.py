@@ -37,7 +37,7 @@ from percuss.ensembles.datasets import write_whole
 from percuss.ensembles.fingerprint import code_hash
 from percuss.ensembles.job import Answer, Block, Column, Job, chunks_of, too_large
 from percuss.ensembles.lock import StoreLock
-from percuss.errors import OutputError, PercussError
+from percuss.errors import OutputError, PercussError, check_installed
 
 if TYPE_CHECKING:
     # A second of import, which no worker needs.
@@ -241,6 +241,11 @@ def reasons_as_bytes(reasons: dict[int, str]) -> NDArray[np.uint8]:
     return np.frombuffer(content.ljust(REASON_BYTES, b"\0"), dtype=np.uint8)
 
 
+def check_stores() -> None:
+    """Raise a `MissingExtraError` unless the packages that stores need are installed."""
+    check_installed("a store", "stores", "zarr", "google_crc32c", "h5netcdf", "h5py")
+
+
 class Store:
     """The store of a job: a new one, or one that the same job has begun.
 
@@ -259,6 +264,7 @@ class Store:
     """
 
     def __init__(self, path: Path, job: Job) -> None:
+        check_stores()
         self.path = path
         self._chunks = Chunks(path, job.columns, job.size, min(job.chunk, job.size))
         self._lock = StoreLock(path)
@@ -396,9 +402,12 @@ def own_attributes(path: Path) -> dict[str, Any]:
 
     Raises
     ------
+    MissingExtraError
+        If the packages that stores need are not installed.
     OutputError
         If it is no store of percuss, or of another format.
     """
+    check_stores()
     own = described(path)
     if own is None:
         reason = "Zarr data that are no store of percuss, and are left as they are"

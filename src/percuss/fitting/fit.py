@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import zip_longest
 from typing import Any, Literal
 
 import numpy as np
@@ -10,16 +11,23 @@ import numpy as np
 from percuss.arrays import Flags, Floats
 from percuss.errors import ParameterError
 from percuss.fitting.losses import Loss, LossName
-from percuss.fitting.measured import MeasuredRecord, read_samples
+from percuss.fitting.measured import (
+    IMPACT_TIMES,
+    MeasuredRecord,
+    read_samples,
+)
 from percuss.fitting.result import Fit, result_of
 from percuss.fitting.search import FitSearch
+from percuss.fitting.solver import FitProblem
+from percuss.kernels.segments import OF_STOP
 from percuss.model.exact import Exact, as_float, real
 from percuss.model.faults import raise_first
 from percuss.model.forcing import Forcing
+from percuss.model.loads import Loads, loads_of
 from percuss.model.oscillator import Oscillator, Wall
 from percuss.model.paths import long_form, replace_parameters
 from percuss.model.start import Start, start_of, wall_faults
-from percuss.model.structure import Structure
+from percuss.model.structure import Structure, StructureStart, structure_start
 from percuss.model.system import System
 from percuss.progress import Progress, Report
 
@@ -30,18 +38,19 @@ MOST_RUNS = 300
 
 def fit(
     data: Any,
-    osc: Oscillator,
-    force: Forcing | Sequence[Forcing | None] | None = None,
+    osc: Oscillator | Structure,
+    force: Forcing | Loads | Mapping[Any, Any] | Sequence[Any] | None = None,
     *,
     free: Mapping[str, Exact | tuple[Exact, Exact]],
-    start: Literal["free"] | Start | Sequence[Any] = "free",
+    start: Literal["free"] | Start | StructureStart | Sequence[Any] = "free",
     noise: Any = None,
     prior: Mapping[str, tuple[Exact, Exact]] | None = None,
     loss: LossName = "linear",
     loss_scale: float = 1.0,
+    resume: Fit | None = None,
     progress: Report = None,
 ) -> Fit:
-    """Fit parameters of an oscillator to what was measured of its motion.
+    """Fit parameters of an oscillator or a structure to what was measured of its motion.
 
     Multiple shooting: the record is cut at nodes whose states are unknowns beside the parameters, so
     that chaos does not lead a search astray. Gauss-Newton's steps have derivatives exact to
@@ -54,10 +63,12 @@ def fit(
         the second stop) at instants `t`: an xarray.Dataset or DataArray, a pandas.DataFrame, a
         mapping of arrays, or the path of a CSV file with these names, or `time`, `x`, `v`, `a`, and
         perhaps units, which are converted into those of the oscillator; instants need not be even,
-        and NaN are left out. Or `impact_times` alone, or beside them. A list of these: several records.
-    osc, force
-        The oscillator and its forcing, which give all other parameters; a list of forcings for
+        and NaN are left out. Or `impact_times` alone, or beside them. Of a structure
+        `acceleration_2` is that of a coordinate, `acceleration_tip` of a point. A list of these:
         several records.
+    osc, force
+        The oscillator and its forcing, or a structure and its loads, which give all other
+        parameters; a list of forcings for several records.
     free
         The parameters by their paths, those of a given start and names in expressions too: a range
         (least, largest), in which the guess is looked for, or a guess.
@@ -72,6 +83,9 @@ def fit(
     loss, loss_scale
         As `scipy.optimize.least_squares` has it: "linear", "soft_l1", "huber", "cauchy" or "arctan",
         and the residual in standard deviations beyond which it counts less.
+    resume
+        A fit of the same data and parameters to go on from, such as one that was stopped: the
+        search begins with its values and nodes.
     progress
         True shows a line on the error stream after two seconds; a function ``(done, total) ->
         bool`` is called after each step, and ends the search by returning False.
@@ -86,7 +100,7 @@ def fit(
     ------
     ParameterError
         If data, ranges or start are none, there are fewer values than unknowns, or samples lie
-        before the start; and for structures.
+        before the start; and for impact times alone of a structure.
 
     Examples
     --------
@@ -106,14 +120,16 @@ def fit(
     <Fit: oscillator.stops.0.at = 0.19995 ± 0.00011, oscillator.stops.0.restitution = 0.80007 ± 0.00012; \
 chi2 0.966>
     """
-    if isinstance(osc, Structure):
-        raise ParameterError("osc", osc, "fits are those of oscillators; a structure has none yet")
     records = _records(data, osc, force, start, noise)
     names, low, high, ranged = _box(osc, records, free)
     priors = _priors(osc, records, prior, names)
-    _check_count(records, names)
+    _check_count(osc, records, names)
+    _check_walls(osc, records, names)
     line = Progress(progress, MOST_RUNS, "runs", is_bound=True)
-    search = FitSearch(osc, records, names, low, high, ranged, priors, Loss(loss, loss_scale), line)
+    before = None if resume is None else _before(resume, records, names)
+    search = FitSearch(
+        osc, records, names, low, high, ranged, priors, Loss(loss, loss_scale), line, before
+    )
     try:
         return result_of(search, search.best())
     finally:
@@ -121,7 +137,7 @@ chi2 0.966>
 
 
 def _records(
-    data: Any, osc: Oscillator, force: Any, start: Any, noise: Any
+    data: Any, osc: Oscillator | Structure, force: Any, start: Any, noise: Any
 ) -> list[MeasuredRecord]:
     """Return the records, checked."""
     several = isinstance(data, Sequence) and not isinstance(data, str)
@@ -133,23 +149,53 @@ def _records(
     starts = [start] * n
     if several and isinstance(start, Sequence) and not isinstance(start, str):
         is_list = len(start) > 0 and isinstance(start[0], Start | Sequence)
+        if isinstance(osc, Structure):
+            # A start of two lists is one start; a list of starts has one for each record.
+            is_list = isinstance(start, list)
         starts = list(start) if is_list else starts
     for name, some in (("force", forces), ("start", starts)):
         if len(some) != n:
             raise ParameterError(name, len(some), f"of {n} records")
     records = []
-    for one, its_force, its_start in zip(whole, forces, starts, strict=True):
-        System.of(osc, its_force)
-        samples, impacts = read_samples(one, noise, len(osc.stops), osc.units)
-        begin = None if its_start is None or _is_free(its_start) else start_of(its_start)
+    for one, given_force, its_start in zip(whole, forces, starts, strict=True):
+        its_force = loads_of(osc, given_force) if isinstance(osc, Structure) else given_force
+        samples, impacts = read_samples(one, noise, osc)
+        is_free = its_start is None or _is_free(its_start)
+        begin: Start | StructureStart | None = None
+        if isinstance(osc, Structure):
+            begin = None if is_free else structure_start(osc, its_start)
+            if not len(samples):
+                reason = "alone say too little of a structure; give samples beside them"
+                raise ParameterError("data", IMPACT_TIMES, reason)
+        else:
+            System.of(osc, its_force)
+            begin = None if is_free else start_of(its_start)
         record = MeasuredRecord(samples, impacts, its_force, begin)
         if begin is not None:
-            raise_first(wall_faults(osc, "start.x0", begin.x0))
+            if isinstance(osc, Oscillator) and isinstance(begin, Start):
+                raise_first(wall_faults(osc, "start.x0", begin.x0))
             if record.begin < as_float(begin.t0):
                 reason = f"before the start at t0 = {begin.t0}"
                 raise ParameterError("data.t", record.begin, reason)
         records.append(record)
     return records
+
+
+def _check_walls(
+    osc: Oscillator | Structure, records: Sequence[MeasuredRecord], names: Mapping[str, float]
+) -> None:
+    """Refuse a restitution where the forces of rigid walls are all that was measured."""
+    rigid = [OF_STOP + i for i, stop in enumerate(osc.stops) if isinstance(stop, Wall)]
+    bouncing = [name for name in names if ".restitution" in name]
+    for record in records:
+        is_alone = len(record.samples) and np.isin(record.samples.kinds, rigid).all()
+        if len(record.impacts) or not is_alone or not bouncing:
+            return
+    reason = (
+        "not told by the force of a rigid wall alone, which is zero in flight, and whose impulses "
+        "lie between the samples; give a motion or impact_times beside it"
+    )
+    raise ParameterError("free", bouncing[0], reason)
 
 
 def _is_free(start: object) -> bool:
@@ -159,7 +205,7 @@ def _is_free(start: object) -> bool:
 
 
 def _box(
-    osc: Oscillator, records: Sequence[MeasuredRecord], free: Mapping[str, Any]
+    osc: Oscillator | Structure, records: Sequence[MeasuredRecord], free: Mapping[str, Any]
 ) -> tuple[dict[str, float], Floats, Floats, Flags]:
     """Return guesses by long paths, their bounds, and which are ranges."""
     if not free:
@@ -189,7 +235,11 @@ def _box(
 
 
 def _check_value(
-    osc: Oscillator, records: Sequence[MeasuredRecord], path: str, name: str, value: float
+    osc: Oscillator | Structure,
+    records: Sequence[MeasuredRecord],
+    path: str,
+    name: str,
+    value: float,
 ) -> None:
     """Refuse a guess, or an end of a range, that the model does not allow."""
     for record in records:
@@ -200,14 +250,20 @@ def _check_value(
             raise ParameterError(f"free.{path}", value, reason) from None
 
 
-def _natural_bounds(osc: Oscillator, record: MeasuredRecord, name: str) -> tuple[float, float]:
+def _natural_bounds(
+    osc: Oscillator | Structure, record: MeasuredRecord, name: str
+) -> tuple[float, float]:
     """Return the values that a parameter can have: a wall's not beyond the start, and the like."""
     if ".restitution" in name and ".speeds" not in name:
         return 0.0, 1.0
     for i, stop in enumerate(osc.stops):
-        own = f"oscillator.stops.{i}."
+        own = f"{'structure' if isinstance(osc, Structure) else 'oscillator'}.stops.{i}."
         if name == f"{own}at" and isinstance(stop, Wall) and record.start is not None:
-            x0 = as_float(record.start.x0)
+            if isinstance(record.start, StructureStart):
+                c = osc.stop_directions[i]  # type: ignore[union-attr]
+                x0 = float((c * record.start.x).sum())
+            else:
+                x0 = as_float(record.start.x0)
             return (x0, np.inf) if stop.side == "above" else (-np.inf, x0)
         if name in (f"{own}stiffness", f"{own}damping"):
             return 0.0, np.inf
@@ -215,7 +271,10 @@ def _natural_bounds(osc: Oscillator, record: MeasuredRecord, name: str) -> tuple
 
 
 def _priors(
-    osc: Oscillator, records: Sequence[MeasuredRecord], prior: Mapping[str, Any] | None, names: Any
+    osc: Oscillator | Structure,
+    records: Sequence[MeasuredRecord],
+    prior: Mapping[str, Any] | None,
+    names: Any,
 ) -> Floats:
     """Return the priors as rows of the parameter's number, its mean and its deviation."""
     rows = []
@@ -232,10 +291,29 @@ def _priors(
     return np.array(rows, dtype=np.float64).reshape(-1, 3)
 
 
-def _check_count(records: Sequence[MeasuredRecord], names: Any) -> None:
+def _before(
+    resume: Fit, records: Sequence[MeasuredRecord], names: dict[str, float]
+) -> tuple[FitProblem, Floats]:
+    """Return where a fit ended, with its values as guesses, if it is one of these data."""
+    if list(resume.values) != list(names):
+        reason = f"a fit of {', '.join(resume.values)}, not of {', '.join(names)}"
+        raise ParameterError("resume", repr(resume), reason)
+    old = [layout.record for layout in resume.problem.layouts]
+    for record, before in zip_longest(records, old):
+        if record is None or before is None or not record.is_same_motion(before):
+            raise ParameterError("resume", repr(resume), "a fit of other data")
+    names.update(resume.values)
+    return resume.problem, resume.nodes[:, 1:].copy()
+
+
+def _check_count(
+    osc: Oscillator | Structure, records: Sequence[MeasuredRecord], names: Any
+) -> None:
     """Refuse fewer values than unknowns."""
     count = sum(len(record) for record in records)
-    unknowns = len(names) + sum(2 for record in records if record.start is None)
+    of_start = 2 * osc.n if isinstance(osc, Structure) else 2
+    unknowns = len(names) + sum(of_start for record in records if record.start is None)
     if count < unknowns:
-        reason = f"{count} values for {unknowns} unknowns; free starts have two each"
+        each = "two" if of_start == 2 else f"{of_start}"
+        reason = f"{count} values for {unknowns} unknowns; free starts have {each} each"
         raise ParameterError("data", count, reason)

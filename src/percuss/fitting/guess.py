@@ -19,6 +19,7 @@ from percuss.fitting.shooting import Layout, shoot
 from percuss.kernels.law_columns import FIRST_HARMONIC, N_HARMONICS, OMEGA
 from percuss.kernels.segments import DISPLACEMENT
 from percuss.model.exact import as_float
+from percuss.model.loads import Loads
 from percuss.model.oscillator import Oscillator, Wall
 from percuss.model.paths import replace_parameters
 from percuss.model.system import System
@@ -109,6 +110,7 @@ def windows_of(osc: Oscillator, record: MeasuredRecord, values: Mapping[str, flo
         Overlapping ones; of impact times the flights between them.
     """
     osc, force, _ = replace_parameters(osc, record.force, record.start, values)
+    assert not isinstance(force, Loads)
     bare = dataclasses.replace(osc, stops=())
     law = System(bare, force).law
     rates = law[FIRST_HARMONIC : FIRST_HARMONIC + int(law[0, N_HARMONICS]), OMEGA].tolist()

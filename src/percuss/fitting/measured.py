@@ -15,14 +15,19 @@ from percuss.arrays import Floats, Integers
 from percuss.errors import ParameterError
 from percuss.fitting.data_file import columns_of_file
 from percuss.kernels.segments import ACCELERATION, DISPLACEMENT, OF_STOP, VELOCITY
+from percuss.kernels.structure.segments import OF_PLACE
 from percuss.model.forcing import Forcing
+from percuss.model.loads import Loads
+from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start
+from percuss.model.structure import Structure, StructureStart
 from percuss.model.units import Units
 
 __all__ = [
     "IMPACT_TIMES",
     "MeasuredRecord",
     "MeasuredSamples",
+    "directions_of",
     "quantity_name",
     "quantity_number",
     "read_samples",
@@ -49,7 +54,8 @@ class MeasuredSamples:
     values
         (n,) array; of an impact its instant.
     quantities
-        (n,) array, what each is of (`kernels.segments`), -1 the instant of an impact.
+        (n,) array, what each is of (`kernels.segments`), -1 the instant of an impact; of structures
+        and, times `OF_PLACE`, where.
     noise
         (n,) array, standard deviations, estimated where ``is_estimated``.
     is_estimated
@@ -68,6 +74,11 @@ class MeasuredSamples:
     def __len__(self) -> int:
         """Return how many they are."""
         return len(self.t)
+
+    @property
+    def kinds(self) -> Integers:
+        """What each is of, wherever."""
+        return np.where(self.quantities < 0, self.quantities, self.quantities % OF_PLACE)
 
     def taken(self, rows: Any) -> MeasuredSamples:
         """Return some of them."""
@@ -88,15 +99,15 @@ class MeasuredRecord:
     impacts
         The instants of impacts that were measured.
     force
-        Its forcing.
+        Its forcing, or its loads.
     start
         Its start; None where that is unknown.
     """
 
     samples: MeasuredSamples
     impacts: MeasuredSamples
-    force: Forcing | None
-    start: Start | None
+    force: Forcing | Loads | None
+    start: Start | StructureStart | None
 
     @property
     def begin(self) -> float:
@@ -112,19 +123,31 @@ class MeasuredRecord:
         """Return the number of values."""
         return len(self.samples) + len(self.impacts)
 
+    def is_same_motion(self, other: MeasuredRecord) -> bool:
+        """Return whether it is the same measured motion, whatever noise is ascribed to it."""
+        pairs = [(self.samples, other.samples), (self.impacts, other.impacts)]
+        return (self.force, self.start) == (other.force, other.start) and all(
+            np.array_equal(getattr(own, name), getattr(its, name))
+            for own, its in pairs
+            for name in ("t", "values", "quantities")
+        )
 
-def quantity_name(quantity: int) -> str:
-    """Return the name of a quantity."""
-    for name, number in QUANTITIES.items():
-        if number == quantity:
-            return name
+
+def quantity_name(quantity: int, osc: Oscillator | Structure) -> str:
+    """Return the name of a quantity, of a structure of several coordinates with its place."""
     if quantity == OF_IMPACT:
         return IMPACT_TIMES
-    return STOP_FORCE if quantity == OF_STOP else f"{STOP_FORCE}_{quantity - OF_STOP}"
+    kind, place = quantity % OF_PLACE, quantity // OF_PLACE
+    for name, number in QUANTITIES.items():
+        if number == kind:
+            if isinstance(osc, Oscillator) or (osc.n == 1 and place == 0):
+                return name
+            return f"{name}_{places_of(osc)[place]}"
+    return STOP_FORCE if kind == OF_STOP else f"{STOP_FORCE}_{kind - OF_STOP}"
 
 
 def read_samples(
-    data: Any, noise: Any, n_stops: int, units: Units | None = None
+    data: Any, noise: Any, osc: Oscillator | Structure
 ) -> tuple[MeasuredSamples, MeasuredSamples]:
     """Return the samples and the impact times of one record.
 
@@ -135,10 +158,9 @@ def read_samples(
     noise
         Standard deviations: a number, an array or a mapping of these by quantity; None where those
         of the data hold.
-    n_stops
-        Stops of the oscillator.
-    units
-        Its units, into which columns of a file that have some are converted.
+    osc
+        What was measured, with its stops and places, and its units, into which columns of a file
+        that have some are converted.
 
     Returns
     -------
@@ -150,13 +172,13 @@ def read_samples(
     ParameterError
         If there is nothing that can be read.
     """
-    columns, own_noise = _columns(data, units)
+    columns, own_noise = _columns(data, osc.units)
     names = [name for name in columns if name not in ("t", "noise")]
     if not names:
         raise ParameterError("data", sorted(columns), f"no column of {_known()}")
     parts: list[MeasuredSamples] = []
     for name in names:
-        quantity = quantity_number(name, n_stops)
+        quantity = quantity_number(name, osc)
         given = _noise_of(name, names, noise, own_noise.get(name, columns.get("noise")))
         values = _numbers(name, columns[name])
         if quantity == OF_IMPACT:
@@ -179,21 +201,50 @@ def _known() -> str:
     return ", ".join([*QUANTITIES, STOP_FORCE, IMPACT_TIMES])
 
 
-def quantity_number(name: str, n_stops: int) -> int:
-    """Return the number of a quantity of an oscillator with so many stops."""
-    if name in QUANTITIES:
-        return int(QUANTITIES[name])
+def quantity_number(name: str, osc: Oscillator | Structure) -> int:
+    """Return the number of a quantity of an oscillator, or of a structure at one of its places."""
     if name == IMPACT_TIMES:
         return OF_IMPACT
+    if name in QUANTITIES and (isinstance(osc, Oscillator) or osc.n == 1):
+        return int(QUANTITIES[name])
+    stem, _, number = name.partition("_")
+    if isinstance(osc, Structure) and stem in QUANTITIES:
+        return int(QUANTITIES[stem]) + int(OF_PLACE) * _place(name, number, osc)
     stem, _, number = name.rpartition("_")
     which = (
         0 if name == STOP_FORCE else int(number) if stem == STOP_FORCE and number.isdigit() else -1
     )
     if which < 0:
         raise ParameterError("data", name, f"none of the quantities {_known()}")
-    if which >= n_stops:
-        raise ParameterError("data", name, f"of stop {which}, where the oscillator has {n_stops}")
+    if which >= len(osc.stops):
+        what = "oscillator" if isinstance(osc, Oscillator) else "structure"
+        raise ParameterError(
+            "data", name, f"of stop {which}, where the {what} has {len(osc.stops)}"
+        )
     return int(OF_STOP) + which
+
+
+def _place(name: str, place: str, structure: Structure) -> int:
+    """Return the number of a place: the coordinates come first, then the named points."""
+    places = places_of(structure)
+    if place in places:
+        return places.index(place)
+    stem = name.partition("_")[0]
+    known = ", ".join(f"{stem}_{one}" for one in places)
+    reason = f"of which place? name it {known}" if not place else f"of no place; there are {known}"
+    raise ParameterError("data", name, reason)
+
+
+def places_of(structure: Structure) -> list[str]:
+    """Return the names of what may be measured: coordinates by their numbers, and points."""
+    return [*(str(i) for i in range(structure.n)), *(name for name, _ in structure.points)]
+
+
+def directions_of(structure: Structure) -> Floats:
+    """Return c of each place, (n_places, n)."""
+    own = [np.eye(structure.n)]
+    own += [structure.direction(name)[None, :] for name, _ in structure.points]
+    return np.concatenate(own)
 
 
 def _columns(data: Any, units: Units | None) -> tuple[dict[str, Any], dict[str, Any]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,17 +13,21 @@ from percuss.arrays import Flags, Floats
 from percuss.errors import ParameterError
 from percuss.fitting.measured import MeasuredSamples, quantity_name, quantity_number
 from percuss.fitting.search import FitCandidate, FitSearch
-from percuss.fitting.shooting import Layout, motion_between
+from percuss.fitting.shooting import Layout, motion_between, run_from, start_at
 from percuss.fitting.solver import FIRM, TAUT, FitPoint, FitProblem, descend, point_at
+from percuss.kernels.segments import DISPLACEMENT, VELOCITY
+from percuss.kernels.structure.segments import OF_PLACE
 from percuss.model.forcing import Forcing
+from percuss.model.loads import Loads
 from percuss.model.oscillator import Oscillator
 from percuss.model.paths import long_form, replace_parameters
 from percuss.model.start import Start
-from percuss.model.system import System
+from percuss.model.structure import Structure, StructureStart
 from percuss.motion.html_table import html_table
-from percuss.motion.simulate import simulate
+from percuss.motion.structures import StructureTrajectory
 from percuss.motion.trajectory import Trajectory
 from percuss.numerics.linear import directions
+from percuss.pictures import HasPicture
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -32,7 +36,7 @@ __all__ = ["Fit", "result_of"]
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Fit:
+class Fit(HasPicture):
     """Parameters fitted to a record; made by `percuss.fit`.
 
     Attributes
@@ -61,10 +65,10 @@ class Fit:
     at_bounds
         Paths of the parameters at an end of their ranges.
     oscillator, forcing, start
-        The fitted model; forcing and start of the first record.
+        The fitted model, of a structure with its loads; forcing and start of the first record.
     nodes
         (n_nodes, 3) array, instants, displacements and velocities from which the motion was followed
-        to the next; of all records, one after the other.
+        to the next; of all records, one after the other. (n_nodes, 1 + 2 n) for n coordinates.
     impacts
         (n_impacts,) array, the impacts and entries into soft stops of the fitted motion over the
         first record [time].
@@ -77,6 +81,8 @@ class Fit:
         The profiles that were asked for, by path.
     """
 
+    picture: ClassVar = "plot_fit"
+
     values: dict[str, float]
     errors: dict[str, float]
     covariance: Floats
@@ -88,9 +94,9 @@ class Fit:
     reason: str
     n_runs: int
     at_bounds: tuple[str, ...]
-    oscillator: Oscillator
-    forcing: Forcing | None
-    start: Start
+    oscillator: Oscillator | Structure
+    forcing: Forcing | Loads | None
+    start: Start | StructureStart
     nodes: Floats
     impacts: Floats
     residuals: Dataset
@@ -116,15 +122,14 @@ class Fit:
         return html_table(f"Fit: chi2 {self.chi2:.3g}, {self.n_runs} runs{end}", columns)
 
     @property
-    def run(self) -> Trajectory:
+    def run(self) -> Trajectory | StructureTrajectory:
         """The motion of the fitted model over the first record.
 
         In chaos it leaves the record after some time, as any run does, where the fit does not.
         """
         first = self.problem.layouts[0]
-        return simulate(
-            self.oscillator, self.forcing, start=self.start, t_end=float(first.spans[-1, 1])
-        )
+        end = float(first.spans[-1, 1])
+        return run_from(self.oscillator, self.forcing, self.start, end)
 
     def __call__(self, t: ArrayLike) -> tuple[Floats, Floats]:
         """Return x and v of the fitted motion over the first record at times t.
@@ -137,7 +142,8 @@ class Fit:
         Returns
         -------
         tuple of arrays
-            x and v, of t's shape; from the nodes, so that chaos does not lead it astray.
+            x and v, of t's shape, of a structure of t's shape + (n,); from the nodes, so that chaos
+            does not lead it astray.
 
         Raises
         ------
@@ -155,6 +161,11 @@ class Fit:
         >>> abs(x - 2 * np.cos([0, 1.5])).max() < 1e-9
         np.True_
         """
+        if isinstance(self.oscillator, Structure):
+            kinds = (DISPLACEMENT, VELOCITY)
+            n = self.oscillator.n
+            x, v = (self._at(t, [kind + OF_PLACE * i for i in range(n)]) for kind in kinds)
+            return x, v
         return self.of("displacement", t), self.of("velocity", t)
 
     def of(self, quantity: str, t: ArrayLike) -> Floats:
@@ -163,7 +174,8 @@ class Fit:
         Parameters
         ----------
         quantity
-            "displacement", "velocity", "acceleration", "stop_force" or "stop_force_1" and so on.
+            "displacement", "velocity", "acceleration", "stop_force" or "stop_force_1" and so on; of
+            a structure "displacement_0" of a coordinate, "displacement_tip" of a point.
         t
             Times between its first node and its last sample, of any shape [time].
 
@@ -177,11 +189,14 @@ class Fit:
         ParameterError
             If there is no such quantity, or a time lies outside the record.
         """
+        return self._at(t, [quantity_number(quantity, self.oscillator)])[..., 0]
+
+    def _at(self, t: ArrayLike, quantities: list[int]) -> Floats:
+        """Return quantities by their numbers at times t, of t's shape + (n_quantities,)."""
         first, times = self.problem.layouts[0], np.asarray(t, dtype=np.float64)
-        system = System(self.oscillator, self.forcing)
-        number = quantity_number(quantity, len(self.oscillator.stops))
         nodes, end = self.nodes[: len(first)], float(first.spans[-1, 1])
-        return motion_between(system, nodes, end, times.ravel(), [number]).reshape(times.shape)
+        found = motion_between(self.oscillator, self.forcing, nodes, end, times.ravel(), quantities)
+        return found.reshape(*times.shape, len(quantities))
 
     def profile(self, path: str, n: int = 9, width: float = 3.0) -> Dataset:
         """Return how the misfit grows with one parameter, all others fitted anew.
@@ -327,14 +342,14 @@ def result_of(search: FitSearch, found: FitCandidate) -> Fit:
     spans = np.concatenate([layout.spans for layout in layouts])
     nodes = np.concatenate([spans[:, :1], point.shots.nodes], axis=1)
     if start is None:
-        start = Start(*nodes[0, [1, 2, 0]].tolist())
+        start = start_at(osc, nodes[0])
     residuals, hits = point.equations.residuals, point.shots.hits
-    table, score = _table(layouts, residuals)
+    table, score = _table(osc, layouts, residuals)
     noise = {}
     for samples in (first.samples, first.impacts):
         for quantity in np.unique(samples.quantities).tolist():
             of = samples.quantities == quantity
-            noise[quantity_name(quantity)] = group_noise(samples.taken(of))
+            noise[quantity_name(quantity, osc)] = group_noise(samples.taken(of))
     return Fit(
         values=values,
         errors=dict(zip(problem.paths, errors.tolist(), strict=True)),
@@ -387,7 +402,9 @@ def _uncertainty(
     return covariance, errors, tuple(unknown)
 
 
-def _table(layouts: tuple[Layout, ...], residuals: Floats) -> tuple[Dataset, float]:
+def _table(
+    osc: Oscillator | Structure, layouts: tuple[Layout, ...], residuals: Floats
+) -> tuple[Dataset, float]:
     """Return the residuals as a table, and the score of their runs of one sign."""
     import xarray as xr
 
@@ -403,7 +420,7 @@ def _table(layouts: tuple[Layout, ...], residuals: Floats) -> tuple[Dataset, flo
             for quantity in np.unique(samples.quantities).tolist():
                 some = runs_score(own[samples.quantities == quantity])
                 runs, mean, variance = runs + some[0], mean + some[1], variance + some[2]
-            names = [quantity_name(quantity) for quantity in samples.quantities.tolist()]
+            names = [quantity_name(quantity, osc) for quantity in samples.quantities.tolist()]
             columns["t"].append(samples.t)
             columns["value"].append(samples.values)
             columns["noise"].append(samples.noise)

@@ -24,7 +24,9 @@ from percuss.fitting.solver import (
     descend,
     point_at,
 )
+from percuss.fitting.structure_guess import lay_out_structure
 from percuss.model.oscillator import Oscillator, Wall
+from percuss.model.structure import Structure
 from percuss.progress import Progress
 
 __all__ = ["FitCandidate", "FitSearch"]
@@ -74,7 +76,7 @@ class FitSearch:
     Parameters
     ----------
     osc
-        The oscillator.
+        The oscillator, or the structure.
     records
         What was measured.
     guesses
@@ -87,11 +89,13 @@ class FitSearch:
         See `FitProblem`.
     progress
         Counts the steps.
+    before
+        Problem and nodes of a search to go on from, with the values of the guesses; None: a new one.
     """
 
     def __init__(
         self,
-        osc: Oscillator,
+        osc: Oscillator | Structure,
         records: Sequence[MeasuredRecord],
         guesses: dict[str, float],
         low: Floats,
@@ -100,20 +104,25 @@ class FitSearch:
         priors: Floats,
         loss: Loss,
         progress: Progress,
+        before: tuple[FitProblem, Floats] | None = None,
     ) -> None:
         self.osc, self.records, self.paths = osc, list(records), tuple(guesses)
         self.guess = np.clip(np.array(list(guesses.values())), low, high)
         self.low, self.high, self.ranged = low, high, ranged
         self.priors, self.loss, self.progress = priors, loss, progress
-        self.n_runs = 0
+        self.n_runs, self.before = 0, before
+        self._windows: Windows | None = None
 
     def best(self) -> FitCandidate:
         """Return the best candidate of descents with several distances of nodes."""
-        values = self.guess
-        best: FitCandidate | None = None
+        best = self._gone_on()
+        if best is not None and (not best.reason or self.progress.is_stopped):
+            return self._with_noise(self._closed(best))
+        values = self.guess if best is None else best.descent.point.values
         for attempt, cycles in enumerate(CYCLES):
             problem, nodes = self._laid_out(values, cycles)
-            begin = self._begin(problem, nodes, values, is_first=attempt == 0)
+            is_first = attempt == 0 and best is None
+            begin = self._begin(problem, nodes, values, is_first=is_first)
             if begin is None:
                 continue
             candidate = self._mended(self._descended(problem, begin, LOOSE))
@@ -130,6 +139,19 @@ class FitSearch:
             )
         return self._with_noise(self._closed(best))
 
+    def _gone_on(self) -> FitCandidate | None:
+        """Return where a search ends that begins where another one was; None without one."""
+        if self.before is None:
+            return None
+        problem, nodes = self.before
+        problem = replace(
+            problem, low=self.low, high=self.high, priors=self.priors, loss=self.loss,
+            ask=self.progress.advance,
+        )  # fmt: skip
+        self.n_runs += 1
+        begin = point_at(problem, self.guess, nodes)
+        return None if begin is None else self._mended(self._descended(problem, begin, LOOSE))
+
     def _closed(self, found: FitCandidate) -> FitCandidate:
         """Return the best motion that is whole, where the best one that was found is torn."""
         if not len(found.descent.torn(found.problem)) or self.progress.is_stopped:
@@ -145,14 +167,20 @@ class FitSearch:
     def _laid_out(self, values: Floats, cycles: float) -> tuple[FitProblem, Floats]:
         """Return the problem with nodes at some distance, and their states."""
         named = dict(zip(self.paths, values.tolist(), strict=True))
-        layouts, states, errors = [], [], []
+        layouts: list[Layout] = []
+        states: list[Floats] = []
+        errors: list[Floats] = []
         for record in self.records:
-            windows = windows_of(self.osc, record, named)
-            layout, nodes = lay_out(self.osc, record, windows, cycles)
+            if isinstance(self.osc, Structure):
+                layout, nodes, error = lay_out_structure(self.osc, record, named, cycles)
+            else:
+                windows = windows_of(self.osc, record, named)
+                layout, nodes = lay_out(self.osc, record, windows, cycles)
+                error = _node_errors(record, windows)
+                self._windows = windows
             layouts.append(layout)
             states.append(nodes)
-            errors.append(_node_errors(record, windows))
-            self._windows = windows
+            errors.append(error)
         problem = FitProblem(
             self.osc, layouts, self.paths, self.low, self.high,
             np.median(np.array(errors), axis=0), self.priors, self.loss, self.progress.advance,
@@ -199,8 +227,10 @@ class FitSearch:
 
     def _walls(self) -> dict[int, tuple[float, float]]:
         """Return the free places of walls: how far the motion goes there, and on which side."""
-        good = self._windows.good()
         found: dict[int, tuple[float, float]] = {}
+        if self._windows is None:
+            return found
+        good = self._windows.good()
         if not len(good.t) or not len(self.records[0].samples):
             return found
         least, largest = extremes_of(good)
@@ -221,8 +251,8 @@ class FitSearch:
         """Return the candidate after torn stretches were followed anew from their own samples."""
         for _ in range(MENDINGS):
             torn = found.descent.torn(found.problem)
-            wrong = np.union1d(torn, found.descent.strained())
-            if not found.reason or not len(wrong) or self.progress.is_stopped:
+            wrong = np.union1d(torn, self._strained(found.descent))
+            if not len(wrong) or self.progress.is_stopped:
                 break
             # Where a motion misses most stretches a little it is not for single impacts.
             is_whole = found.descent.is_settled and not len(torn)
@@ -237,6 +267,17 @@ class FitSearch:
             found = other
         return found
 
+    def _strained(self, descent: FitDescent) -> Integers:
+        """Return the segments that noise does not explain, of the size that it was given or has."""
+        if self._is_noise_known:
+            return descent.strained()
+        right = descent.point.equations.right
+        return descent.strained(math.sqrt(float(np.median(right * right)) / MEDIAN_SQUARE) or 1.0)
+
+    @property
+    def _is_noise_known(self) -> bool:
+        return not any(record.samples.is_estimated.any() for record in self.records)
+
     def _begun_anew(self, found: FitCandidate, wrong: Integers) -> FitPoint | None:
         """Return the point with better states of the nodes at the ends of some segments.
 
@@ -244,6 +285,8 @@ class FitSearch:
         around that by its own samples are tried.
         """
         problem, point = found.problem, found.descent.point
+        if isinstance(self.osc, Structure):
+            return None
         named = dict(zip(self.paths, point.values.tolist(), strict=True))
         nodes, ends, row = point.shots.nodes.copy(), point.shots.ends.copy(), 0
         for layout in problem.layouts:
@@ -289,12 +332,21 @@ class FitSearch:
         misfit, n = float(np.mean(right * right)), len(right)
         if self.loss.name != "linear":
             misfit = float(np.median(right * right)) / MEDIAN_SQUARE
-        known = not any(record.samples.is_estimated.any() for record in self.records)
+        known = self._is_noise_known
         limit = 1.0 + UNLIKELY * math.sqrt(2.0 / n) if known else MUCH_LARGER * MUCH_LARGER
         if misfit > limit:
             return (
                 f"no motion near the guess explains the data: chi2 is {misfit:.3g} where "
                 f"{'1' if known else 'about 1'} was to be expected"
+            )
+        strained = self._strained(descent)
+        if known and self.loss.name == "linear" and len(strained):
+            spans = np.concatenate([layout.spans for layout in problem.layouts])
+            begin, end = spans[strained[0]].tolist()
+            more = f", and {len(strained) - 1} other stretches" if len(strained) > 1 else ""
+            return (
+                f"the samples between t = {begin:.6g} and {end:.6g} are missed by more than their "
+                f"noise{more}"
             )
         return "" if descent.is_settled else descent.reason
 
@@ -340,8 +392,14 @@ class FitSearch:
                 break
         return found
 
+    @property
+    def _of_start(self) -> int:
+        return 2 * self.osc.n if isinstance(self.osc, Structure) else 2
+
     def _n_unknowns(self) -> int:
-        return len(self.paths) + sum(2 for record in self.records if record.start is None)
+        return len(self.paths) + sum(
+            self._of_start for record in self.records if record.start is None
+        )
 
 
 def _at_point(problem: FitProblem, descent: FitDescent, point: FitPoint) -> FitDescent:

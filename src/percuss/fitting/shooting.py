@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from percuss.arrays import Floats, Integers
 from percuss.fitting.measured import MeasuredRecord, MeasuredSamples
+from percuss.fitting.structure_shooting import follow_records
 from percuss.kernels import sensitivity as carried
 from percuss.kernels.flight_columns import (
     MOST_TERMS,
@@ -26,19 +27,26 @@ from percuss.kernels.segments import (
     SegmentSpace,
     follow_segments,
 )
+from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import as_float
+from percuss.model.forcing import Forcing
+from percuss.model.loads import Loads
 from percuss.model.moved_law import MovedLaw, moved_law
 from percuss.model.oscillator import Oscillator
 from percuss.model.paths import replace_parameters
 from percuss.model.start import Start
+from percuss.model.structure import Structure, StructureStart
 from percuss.model.system import System, stop_rows
-from percuss.motion.trajectory import times_within
-from percuss.numerics.linear import is_finite
+from percuss.motion.simulate import simulate
+from percuss.motion.structures import StructureTrajectory
+from percuss.motion.trajectory import Trajectory, times_within
 
-__all__ = ["Layout", "Shots", "motion_between", "shoot"]
+__all__ = ["Layout", "Shots", "motion_between", "run_from", "shoot", "start_at"]
 
 # Events of one segment.
 MOST_EVENTS = 4_000
+# Numbers beyond this are those of motions that grow without end.
+LARGEST = 1e60
 # Impacts that are kept, for each segment.
 HITS_A_SEGMENT = 64
 
@@ -57,12 +65,15 @@ class Layout:
         (n + 1,) array, the first sample of each segment, and the number of all.
     is_fixed
         Whether the first node is the start of the record, and no unknown.
+    keys
+        Of a structure, the sets of acting stops that were met so far: the next run may need them.
     """
 
     record: MeasuredRecord
     spans: Floats
     first: Integers
     is_fixed: bool
+    keys: set[int] = field(default_factory=set)
 
     def __len__(self) -> int:
         """Return the number of segments."""
@@ -73,22 +84,24 @@ class Layout:
 class Shots:
     """What comes of all segments of all records, one after the other.
 
+    A node has d numbers, x and v of each coordinate: d = 2 of an oscillator.
+
     Attributes
     ----------
     nodes
-        (n, 2) array, x and v at the nodes; those behind a wall are moved onto it.
+        (n, d) array, x and v at the nodes; those behind a wall are moved onto it.
     values, rows
-        (n_samples, 2) and (n_samples, 2, n_parameters + 2) arrays, what is measured and its
+        (n_samples, 2) and (n_samples, 2, n_parameters + d) arrays, what is measured and its
         derivatives, by the state of the segment's own node last; and the same on the other side of
         an event near by.
     away
         (n_samples,) array, how far that event is; infinite where there is none.
     ends, end_rows
-        (n, 2) and (n, 2, n_parameters + 2) arrays, of x and v at the ends of the segments.
+        (n, d) and (n, d, n_parameters + d) arrays, of x and v at the ends of the segments.
     counts
         (n,) array, events of each segment; negative where it was not followed.
     hits
-        (n_hits, 4 + n_parameters) array, the impacts and entries into soft stops: the segment, the
+        (n_hits, 2 + n_parameters + d) array, the impacts and entries into soft stops: the segment, the
         instant, and its derivatives.
     """
 
@@ -103,26 +116,35 @@ class Shots:
 
     @property
     def is_complete(self) -> bool:
-        """Whether all segments were followed, to numbers."""
-        numbers = (self.values[:, 0], self.rows[:, 0], self.ends, self.end_rows, self.hits)
-        return bool((self.counts >= 0).all()) and is_finite(*numbers)
+        """Whether all segments were followed, to numbers whose products are numbers too."""
+        beside = np.isfinite(self.away)
+        numbers = (
+            self.values[:, 0], self.rows[:, 0], self.values[beside, 1], self.rows[beside, 1],
+            self.ends, self.end_rows, self.hits,
+        )  # fmt: skip
+        # A comparison with NaN is false.
+        sizes = [float(np.abs(some).max(initial=0.0)) for some in numbers]
+        return bool((self.counts >= 0).all()) and all(size < LARGEST for size in sizes)
 
 
 def shoot(
-    osc: Oscillator, layouts: Sequence[Layout], values: Mapping[str, float], nodes: Floats
+    osc: Oscillator | Structure,
+    layouts: Sequence[Layout],
+    values: Mapping[str, float],
+    nodes: Floats,
 ) -> Shots:
     """Follow all segments at a setting of the parameters.
 
     Parameters
     ----------
     osc
-        The oscillator.
+        The oscillator, or the structure.
     layouts
         The records with their nodes.
     values
         The parameters by their paths.
     nodes
-        (n, 2) array, the states of the nodes.
+        (n, d) array, the states of the nodes.
 
     Returns
     -------
@@ -139,14 +161,40 @@ def shoot(
     for layout in layouts:
         record = layout.record
         moved_osc, force, start = replace_parameters(osc, record.force, record.start, values)
+        own = nodes[row : row + len(layout)].copy()
+        row += len(layout)
+        if isinstance(moved_osc, Structure):
+            loaded = StructureSystem.of(moved_osc, force)
+            parts.append(_structure_shots(layout, loaded, start, list(values), own))
+            continue
+        assert not isinstance(force, Loads)
+        assert not isinstance(start, StructureStart)
         system = System(moved_osc, force)
         moved = moved_law(system, start, list(values)) if values else None
-        own = nodes[row : row + len(layout)].copy()
         parts.append(_record_shots(layout, system, start, moved, own))
-        row += len(layout)
     if len(parts) == 1:
         return parts[0]
     return _joined(parts)
+
+
+def _structure_shots(
+    layout: Layout,
+    system: StructureSystem,
+    start: Start | StructureStart | None,
+    paths: Sequence[str],
+    nodes: Floats,
+) -> Shots:
+    """Return what comes of the segments of a structure's record."""
+    assert not isinstance(start, Start)
+    for key in layout.keys:
+        system.add(key)
+    fixed = start if layout.is_fixed else None
+    samples = layout.record.samples
+    found = follow_records(system, fixed, paths, layout.spans.copy(), nodes, samples, layout.first)
+    layout.keys.update(system.sets.keys.tolist())
+    return Shots(
+        nodes, found.values, found.rows, found.away, found.ends, found.end_rows, found.counts, found.hits
+    )  # fmt: skip
 
 
 def _joined(parts: Sequence[Shots]) -> Shots:
@@ -231,17 +279,37 @@ def _space(law: Floats, n_columns: int) -> SegmentSpace:
     )
 
 
+def start_at(osc: Oscillator | Structure, node: Floats) -> Start | StructureStart:
+    """Return a node, (1 + d,) with its instant first, as a start."""
+    t0, *state = node.tolist()
+    half = len(state) // 2
+    if isinstance(osc, Structure):
+        return StructureStart(tuple(state[:half]), tuple(state[half:]), t0)
+    return Start(state[0], state[1], t0)
+
+
+def run_from(osc: Any, force: Any, start: Any, end: float) -> Trajectory | StructureTrajectory:
+    """Return the run of an oscillator or a structure from a start."""
+    run: Trajectory | StructureTrajectory = simulate(osc, force, start=start, t_end=end)
+    return run
+
+
 def motion_between(
-    system: System, nodes: Floats, end: float, t: Floats, quantities: Sequence[int]
+    osc: Oscillator | Structure,
+    force: Forcing | Loads | None,
+    nodes: Floats,
+    end: float,
+    t: Floats,
+    quantities: Sequence[int],
 ) -> Floats:
     """Return quantities of a motion at times, each from the node before it.
 
     Parameters
     ----------
-    system
+    osc, force
         What moves.
     nodes
-        (n, 3) array, instant, displacement and velocity of each.
+        (n, 1 + d) array, instant, displacements and velocities of each.
     end
         When the motion ends.
     t
@@ -270,9 +338,9 @@ def motion_between(
     first = np.searchsorted(repeated, nodes[:, 0], side="left")
     first[0] = 0
     spans = np.stack([nodes[:, 0], np.append(nodes[1:, 0], end)], axis=1)
-    record = MeasuredRecord(samples, samples.taken(slice(0, 0)), system.forcing, None)
+    record = MeasuredRecord(samples, samples.taken(slice(0, 0)), force, None)
     layout = Layout(record, spans, np.append(first, len(repeated)), False)
-    found = shoot(system.oscillator, (layout,), {}, nodes[:, 1:].copy()).values[:, 0]
+    found = shoot(osc, (layout,), {}, nodes[:, 1:].copy()).values[:, 0]
     moved = np.empty((len(times), n))
     moved[order] = found.reshape(-1, n)
     return moved

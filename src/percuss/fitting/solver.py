@@ -22,6 +22,7 @@ from percuss.fitting.shooting import Layout, Shots, shoot
 from percuss.kernels.condense import Chain, condense, expand
 from percuss.kernels.segments import DISPLACEMENT, OF_STOP
 from percuss.model.oscillator import Oscillator
+from percuss.model.structure import Structure
 from percuss.numerics import log
 from percuss.numerics.linear import least_squares, matmul, norm
 
@@ -36,8 +37,8 @@ TORN = 10.0
 # A link is torn for good if it misses by more than this part of the nodes' standard errors.
 HELD = 0.1
 # A segment's sum of squares this many of its standard errors above what is to be expected is not
-# noise.
-STRAINED = 6.0
+# noise; squares count up to that of so many standard deviations, for one outlier is no stretch.
+STRAINED, OUTLYING = 6.0, 5.0
 # A node's state that nothing says anything about is left as it is, with this weight.
 ANCHOR = 1e-6
 # Damping: at first, and its factors after failure and success.
@@ -66,13 +67,13 @@ class FitProblem:
     Attributes
     ----------
     osc
-        The oscillator.
+        The oscillator, or the structure.
     layouts
         The records and their nodes.
     paths, low, high
         The parameters and their bounds, infinite where there is none.
     node_errors
-        (2,) array, standard errors of x and v of a node by the samples around it.
+        (d,) array, standard errors of the d numbers of a node by the samples around it.
     priors
         (n, 3) array: the parameter, its mean, its standard deviation.
     loss
@@ -83,7 +84,7 @@ class FitProblem:
         Defects beyond this many of their weights count less, as in Cauchy's loss.
     """
 
-    osc: Oscillator
+    osc: Oscillator | Structure
     layouts: Sequence[Layout]
     paths: tuple[str, ...]
     low: Floats
@@ -113,7 +114,7 @@ class FitProblem:
     @cached_property
     def is_kinematic(self) -> bool:
         """Whether something else than forces was measured, and no loss was asked for."""
-        measured = [layout.record.samples.quantities < OF_STOP for layout in self.layouts]
+        measured = [layout.record.samples.kinds < OF_STOP for layout in self.layouts]
         return self.loss.name == "linear" and any(bool(some.any()) for some in measured)
 
     @property
@@ -128,7 +129,7 @@ class FitEquations:
     """The residuals at a point, in standard deviations, and their derivatives.
 
     ``segment`` (n,) is the segment of each, ``right`` (n,) measured less computed, ``rows``
-    (n, n_parameters + 2) the derivatives of the latter; ``defects`` (n_segments, 2) by what each
+    (n, n_parameters + d) the derivatives of the latter; ``defects`` (n_segments, d) by what each
     segment misses the next node. They are in the order of segments; ``order`` has where each was.
     """
 
@@ -221,7 +222,7 @@ def _sided(some: MeasuredSamples, shots: Shots, own: slice) -> tuple[Floats, Flo
     rows = shots.rows[own] / some.noise[:, None, None]
     right, row = both[:, 0].copy(), rows[:, 0].copy()
     beside = np.flatnonzero(np.isfinite(shots.away[own]))
-    jumps = some.quantities[beside] != DISPLACEMENT
+    jumps = some.kinds[beside] != DISPLACEMENT
     better = np.abs(both[beside, 1]) < np.abs(both[beside, 0])
     other = beside[jumps & better]
     right[other], row[other] = both[other, 1], rows[other, 1]
@@ -284,12 +285,16 @@ class FitDescent:
     reason: str = ""
     weight: float = field(default=LOOSE)
 
-    def strained(self) -> Integers:
-        """Return the segments whose samples are missed by far more than by noise."""
+    def strained(self, size: float = 1.0) -> Integers:
+        """Return the segments whose samples are missed by far more than by noise.
+
+        ``size`` is that of the noise, in what it was taken as.
+        """
         right, segment = self.point.equations.right, self.point.equations.segment
         n = len(self.point.equations.defects)
         counts = np.bincount(segment, minlength=n)
-        sums = np.bincount(segment, weights=right * right, minlength=n)
+        squares = np.minimum(np.square(right / size), OUTLYING * OUTLYING)
+        sums = np.bincount(segment, weights=squares, minlength=n)
         return np.flatnonzero(sums > counts + STRAINED * np.sqrt(2.0 * counts + 1.0))
 
     def torn(self, problem: FitProblem) -> Integers:
@@ -393,10 +398,12 @@ class FitStep:
             point.shots.end_rows, equations.defects, problem.linked,
             links[:, None] / problem.node_errors, ANCHOR / problem.node_errors,
         )  # fmt: skip
-        factors = np.zeros((n, 2, 5 + n_p))
-        carried = np.zeros((2 + n_p, 3 + n_p))
-        condense(chain, factors, carried, np.zeros((6 + n_p + int(counts.max()), 5 + n_p)))
-        rows = [carried[:, 2:]]
+        d = equations.defects.shape[1]
+        width = 2 * d + n_p + 1
+        factors = np.zeros((n, d, width))
+        carried = np.zeros((d + n_p, d + n_p + 1))
+        condense(chain, factors, carried, np.zeros((3 * d + n_p + int(counts.max()), width)))
+        rows = [carried[:, d:]]
         for row, mean, sigma in problem.priors.tolist():
             prior = np.zeros((1, n_p + 1))
             prior[0, int(row)], prior[0, -1] = 1.0 / sigma, (mean - point.values[int(row)]) / sigma
@@ -428,7 +435,7 @@ class FitStep:
 
     def states(self, step: Floats) -> Floats:
         """Return the steps of the nodes."""
-        states = np.zeros((len(self.factors), 2))
+        states = np.zeros(self.factors.shape[:2])
         expand(self.factors, step, states)
         return states
 

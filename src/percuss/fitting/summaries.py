@@ -11,11 +11,8 @@ from numpy.typing import NDArray
 from percuss.arrays import Floats
 from percuss.fitting.measured import quantity_number
 from percuss.fitting.result import Fit
-from percuss.fitting.shooting import motion_between
+from percuss.fitting.shooting import motion_between, run_from, start_at
 from percuss.model.paths import replace_parameters
-from percuss.model.start import Start
-from percuss.model.system import System
-from percuss.motion.simulate import simulate
 
 __all__ = ["impacts_of", "interval_of", "motion_of"]
 
@@ -53,10 +50,10 @@ def impacts_of(fit: Fit) -> dict[str, NDArray[Any]]:
         osc, force, _ = replace_parameters(fit.problem.osc, record.force, record.start, fit.values)
         nodes = fit.nodes[first : first + len(layout)]
         first += len(layout)
-        for (t, x, v), end in zip(nodes.tolist(), layout.spans[:, 1].tolist(), strict=True):
-            if t >= end:
+        for node, end in zip(nodes, layout.spans[:, 1].tolist(), strict=True):
+            if node[0] >= end:
                 continue
-            run = simulate(osc, force, start=Start(x, v, t), t_end=end)
+            run = run_from(osc, force, start_at(osc, node), end)
             hits, entries = run.impacts, run.crossings
             rows += [
                 (number, *row, "impact", before, after)
@@ -101,9 +98,9 @@ def motion_of(fit: Fit, quantity: str, t: Floats, record: int = 0) -> Floats:
     osc, force, _ = replace_parameters(
         fit.problem.osc, layout.record.force, layout.record.start, fit.values
     )
-    number = quantity_number(quantity, len(osc.stops))
+    number = quantity_number(quantity, osc)
     nodes, end = fit.nodes[first : first + len(layout)], float(layout.spans[-1, 1])
-    return motion_between(System(osc, force), nodes, end, t, [number])[:, 0]
+    return motion_between(osc, force, nodes, end, t, [number])[:, 0]
 
 
 def interval_of(profile: Any, level: float = 1.0) -> tuple[float, float]:

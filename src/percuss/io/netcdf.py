@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 
 from percuss.ensembles.datasets import write_whole
-from percuss.errors import PercussError
+from percuss.errors import PercussError, check_installed
 from percuss.io.exact_json import decoded, encoded
 from percuss.io.files import OutputFiles, say_size
 from percuss.io.fit_tables import fit_datasets
@@ -33,6 +33,9 @@ TABLES = ("impacts", "crossings", "contacts", "grazes")
 EXACT, ORBITS, DATA = "exact", "orbits", "data"
 # The attribute of the root that names those of the file.
 OF_FILE = "attributes_of_the_file"
+
+# What NetCDF files need: the modules of the extra of that name.
+OF_NETCDF = ("h5netcdf", "h5py")
 
 
 def save_netcdf(
@@ -68,11 +71,19 @@ def save_netcdf(
         If the suffix is another one, the file exists and `force` is false, or cannot be written.
     ParameterError
         If it is no result of percuss.
+    MissingExtraError
+        If h5netcdf or h5py is not installed.
     """
     check_suffix(path, ".nc")
+    check_netcdf()
     record = make_record(result, study=study, command=command)
     with OutputFiles(path, force=force) as files:
         write_netcdf(result, files[path], record, samples=samples)
+
+
+def check_netcdf() -> None:
+    """Raise a `MissingExtraError` unless the packages that NetCDF files need are installed."""
+    check_installed("a NetCDF file", "netcdf", *OF_NETCDF)
 
 
 def write_netcdf(result: Any, path: Path, record: Record, *, samples: int = SAMPLES) -> None:
@@ -202,6 +213,7 @@ def load_netcdf(path: Path | str) -> Any:
     """
     if not Path(path).exists():
         raise FileNotFoundError(f"{path}: no such file")
+    check_netcdf()
     try:
         with xr.open_datatree(path, engine="h5netcdf") as opened:
             tree = opened.load()

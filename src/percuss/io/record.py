@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
+from percuss.errors import check_installed
 from percuss.io.files import record_file
 from percuss.io.results import kind_of
 from percuss.io.study_text import toml_string
@@ -179,6 +180,7 @@ def load_record(path: Path | str) -> Record:
 
 
 def _from_netcdf(path: Path) -> str:
+    check_installed("a NetCDF file", "netcdf", "h5netcdf", "h5py")
     import h5netcdf  # slow, and most files are of other formats
 
     with h5netcdf.File(path, "r") as file:

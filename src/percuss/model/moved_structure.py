@@ -21,7 +21,7 @@ from percuss.model.structure import StructureStart
 from percuss.model.system import System
 from percuss.numerics import inverse, matmul, solve_linear
 
-__all__ = ["MovedStructure", "moved_sets", "moved_structure"]
+__all__ = ["MovedStructure", "more_columns", "moved_sets", "moved_structure"]
 
 MATRICES = ("mass", "damping", "stiffness")
 FREE = Oscillator(stiffness=0, damping=0)
@@ -208,6 +208,17 @@ def moved_sets(system: StructureSystem, moved: MovedStructure, sets: Sets) -> Mo
         for k in range(b):
             _fill_set(found, system, moved, sets, (k, p))
     return found
+
+
+def more_columns(moved: MovedSets, count: int) -> MovedSets:
+    """Return the changes with so many further columns, last, that change nothing."""
+    still = {"units", "record_pushes"}
+    fields: dict[str, Floats] = {}
+    for name, array in moved._asdict().items():
+        axis = 0 if name == "walls" else array.ndim - 1
+        more = [(0, count if i == axis and name not in still else 0) for i in range(array.ndim)]
+        fields[name] = np.ascontiguousarray(np.pad(array, more))
+    return MovedSets(**fields)
 
 
 def _unit_laws(system: StructureSystem, sets: Sets) -> Floats:

@@ -231,15 +231,19 @@ def _start(start: object, x0: Exact, v0: Exact, t0: Phase) -> Start:
 
 def _refuse_both(start: object, x0: object, v0: object, t0: object) -> None:
     """Refuse a start that is given in both forms."""
+    if start is None:
+        return
     for name, value in (("x0", x0), ("v0", v0), ("t0", t0)):
-        if start is not None and not (isinstance(value, float) and value == 0.0):
+        if not (isinstance(value, float) and value == 0.0):
             raise ParameterError(name, value, "given together with start; give one")
 
 
 def _check_times(law: Law, t0: float, t_end: float) -> None:
     """Refuse times so late that a phase there has no digits left."""
-    n = int(law[0, N_HARMONICS])
-    free = [2.0 * half for half in law[region_rows(law), HALF_TURNS].tolist()]
+    n, rows = int(law[0, N_HARMONICS]), region_rows(law)
+    # As a slice the rows are no copy.
+    halves = law[rows.start : rows.stop : rows.step, HALF_TURNS]
+    free = [2.0 * half for half in halves.tolist()]
     fastest = max(free + law[FIRST_HARMONIC : FIRST_HARMONIC + n, TURNS].tolist())
     for name, time in (("t0", t0), ("t_end", t_end)):
         if abs(time) < math.inf and abs(time) * fastest > MOST_PERIODS:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import html
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -31,6 +32,7 @@ from percuss.motion.sensitivity import Sensitivity, sensitivity_of
 from percuss.motion.tables import (
     Contacts,
     Crossings,
+    EventTable,
     Grazes,
     Impacts,
     Limit,
@@ -38,6 +40,7 @@ from percuss.motion.tables import (
     no_crossings,
     no_grazes,
 )
+from percuss.pictures import HasPicture
 
 if TYPE_CHECKING:
     # A second of import, and only `sample`, `stroboscopic` and `forces` need it.
@@ -111,7 +114,7 @@ def happened(run: Happened) -> str:
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
-class Trajectory:
+class Trajectory(HasPicture):
     """One motion; made by `simulate`. Called with times, it gives the motion there.
 
     Attributes
@@ -131,6 +134,8 @@ class Trajectory:
     impacts, crossings, contacts, grazes
         The events, as columns.
     """
+
+    picture: ClassVar = "plot_motion"
 
     oscillator: Oscillator
     forcing: Forcing | None
@@ -198,6 +203,12 @@ class Trajectory:
     def __repr__(self) -> str:
         """Return what happened in a line."""
         return f"<Trajectory: {happened(self)}>"
+
+    def _repr_html_(self) -> str:
+        """Return what happened, and the impacts or else the entries into soft stops."""
+        has_impacts = len(self.impacts) > 0 or len(self.crossings) == 0
+        table: EventTable = self.impacts if has_impacts else self.crossings
+        return f"<p>{html.escape(repr(self)[1:-1])}</p>{table._repr_html_()}"
 
     @property
     def beyond_record(self) -> str:

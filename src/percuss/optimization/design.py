@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, cast, get_args
+from typing import Any, ClassVar, Literal, cast, get_args
 
 import numpy as np
 
@@ -33,6 +33,7 @@ from percuss.optimization.search import (
 )
 from percuss.optimization.trials import OnOrbit, OnRun
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+from percuss.pictures import HasPicture
 from percuss.progress import Progress, Report
 
 __all__ = ["Attempt", "Design", "design"]
@@ -56,7 +57,7 @@ class Attempt:
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
-class Design:
+class Design(HasPicture):
     """The best setting that was found; made by `design`.
 
     Attributes
@@ -88,6 +89,8 @@ class Design:
     n_motions
         How many motions were computed.
     """
+
+    picture: ClassVar = "plot_design"
 
     outcome: OutcomeName
     goal: Goal

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from percuss.model.oscillator import Oscillator
 from percuss.optimization.design import Design, design
 from percuss.optimization.outcomes import OutcomeName, outcome_of
 from percuss.optimization.search import MOST_MOTIONS
+from percuss.pictures import HasPicture
 from percuss.progress import Progress, Report
 
 __all__ = ["ParetoFront", "pareto_front"]
@@ -25,7 +26,7 @@ SAME = 1e-6
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
-class ParetoFront:
+class ParetoFront(HasPicture):
     """The designs between two outcomes; made by `pareto_front`.
 
     Attributes
@@ -37,6 +38,8 @@ class ParetoFront:
     values
         (n, 2) array, the two outcomes of each.
     """
+
+    picture: ClassVar = "plot_pareto"
 
     outcomes: tuple[OutcomeName, OutcomeName]
     goals: tuple[str, str]

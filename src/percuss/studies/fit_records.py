@@ -132,7 +132,7 @@ def _record(
     row: Mapping[str, Any], path: Path, start: Start | None, study: StudyDraft
 ) -> FitRecord | None:
     """Return a record, None where it has faults; add these."""
-    faults, n_stops = study.faults, len(study.oscillator.stops)
+    faults = study.faults
     own = {key: value for key, value in row.items() if key not in KEYS}
     for name in own:
         if name != "t" and not name.startswith("stop_force_") and name not in QUANTITIES:
@@ -145,7 +145,7 @@ def _record(
         return None
     record = FitRecord(data | deviations, noise, begin, settings)
     if study.has_right_model:
-        _check_samples(record, begin or start, "file" in row, n_stops, path, study)
+        _check_samples(record, begin or start, "file" in row, path, study)
     return record
 
 
@@ -188,21 +188,21 @@ def _names(row: Mapping[str, Any], path: Path, study: StudyDraft) -> dict[str, s
     if not isinstance(given, Mapping):
         study.faults.add((*path, "columns"), 'not a table, such as {t = "Time"}', shown(given))
         return None
-    n_stops, right = len(study.oscillator.stops), True
+    right = True
     for name, title in given.items():
         place = (*path, "columns", name)
         reason = "" if isinstance(title, str) else "not a text, the name of a column"
         if name not in ("t", "noise"):
-            reason = reason or _quantity_fault(name, n_stops)
+            reason = reason or _quantity_fault(name, study)
         if reason:
             study.faults.add(place, reason, shown(title))
             right = False
     return dict(given) if right else None
 
 
-def _quantity_fault(name: str, n_stops: int) -> str:
+def _quantity_fault(name: str, study: StudyDraft) -> str:
     try:
-        quantity_number(name, n_stops)
+        quantity_number(name, study.oscillator)
     except ParameterError as error:
         return error.reason
     return ""
@@ -299,7 +299,6 @@ def _check_samples(
     record: FitRecord,
     start: Start | None,
     is_file: bool,
-    n_stops: int,
     path: Path,
     study: StudyDraft,
 ) -> None:
@@ -307,7 +306,7 @@ def _check_samples(
     try:
         # Sizes of any kind are read here; what is too large for a motion the fit says.
         with np.errstate(all="ignore"):
-            samples = read_samples(record.columns, record.deviation, n_stops)
+            samples = read_samples(record.columns, record.deviation, study.oscillator)
     except ParameterError as error:
         owner, _, name = error.name.partition(".")
         key = (*path, "noise") if owner == "noise" else (*path, "file") if is_file else path

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -26,6 +27,8 @@ __all__ = ["link_of"]
 # How long the motion beside a diagram, a chart or basins is followed, which have no end of their
 # own.
 FOLLOWED = {"periods": 60}
+# Of the samples of a record; the server takes 65,536 bytes with the rest of a study.
+MOST_BYTES = 56_000
 # Floats below it that are whole numbers are written without a point in JavaScript.
 WHOLE = 2.0**53
 
@@ -67,13 +70,32 @@ def link_of(study: Study) -> str:
         known = "a motion, a diagram, a response or basins"
         raise ParameterError("study.kind", study.kind, f"not on the page, which shows {known}")
     view, tables, settings = shown(study.question, study)
-    motion = {"forcing": {}, **model_tables(study.oscillator, study.forcing), **tables}
+    motion: dict[str, Any] = {
+        "forcing": {},
+        **model_tables(study.oscillator, study.forcing),
+        **tables,
+    }
+    _check_size(motion["forcing"].get("record"))
     state: dict[str, Any] = {"view": view, "study": motion, "ranges": {}, "zooms": {}}
     if settings:
         # The page computes the picture at once, and keeps the motion that it belongs to.
         state[view] = {**settings, "isComputed": True, "study": motion}
     text = json.dumps(_as_in_javascript(state), ensure_ascii=False, separators=(",", ":"))
     return base64.urlsafe_b64encode(text.encode()).decode().rstrip("=")
+
+
+def _check_size(record: Mapping[str, Any] | None) -> None:
+    """Refuse a record of which a link, and a question of the page, do not hold all samples."""
+    if record is None:
+        return
+    n, samples = len(record["t"]), [record["t"], record["f"]]
+    size = len(json.dumps(_as_in_javascript(samples), separators=(",", ":")))
+    if size > MOST_BYTES:
+        reason = (
+            f"{math.ceil(size / 1000)} kB; links of the page hold {MOST_BYTES // 1000} kB, some "
+            f"{n * MOST_BYTES // size} of these samples: take fewer, or `percuss run` with all"
+        )
+        raise ParameterError("forcing.record", f"{n} samples", reason)
 
 
 def _as_in_javascript(value: object) -> object:
@@ -150,20 +172,21 @@ def _at_rest(study: Study) -> Start:
 
 
 def _basins(basins: Basins, _: Study) -> Shown:
-    if basins.x0 is None or basins.v0 is None:
+    places, speeds = basins.of_states
+    if places is None or speeds is None:
         raise ParameterError(
             "basins", "cycle, v", "not on the page, which shows basins over x0, v0"
         )
     ends: TomlTable = {}
     first: list[float] = []
-    for name, axis in (("x", basins.x0), ("v", basins.v0)):
+    for name, axis in (("x", places), ("v", speeds)):
         low, high, count = _ends(axis)
         # The page has the edges of the cells, a study their centres.
         half = 0.5 * (high - low) / (count - 1)
         ends |= {f"{name}_low": low - half, f"{name}_high": high + half}
         first.append(low)
-    settings = {**ends, "starts": _ends(basins.x0)[2], "manifolds": True}
-    return "basins", _from(Start(first[0], first[1], basins.t0)), settings
+    settings = {**ends, "starts": _ends(places)[2], "manifolds": True}
+    return "basins", _from(Start(first[0], first[1], basins.begin)), settings
 
 
 def _ends(axis: Any) -> tuple[float, float, int]:

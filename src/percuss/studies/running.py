@@ -7,6 +7,7 @@ import time
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from percuss.errors import OutputError, ParameterError
 from percuss.execution import ArrayPart, Execution, folder_of_parts
 from percuss.io.figures import write_figure
 from percuss.io.files import OutputFiles, check_output, record_file
-from percuss.io.netcdf import write_netcdf
+from percuss.io.netcdf import OF_NETCDF, check_netcdf, write_netcdf
 from percuss.io.record import Record, make_record
 from percuss.io.results import Columns, table_of, units_of_columns
 from percuss.io.table import write_columns
@@ -156,13 +157,15 @@ def run_study(
         If a store or an engine is given for a study that is not one of many motions, or a proof is
         asked for that there is not.
     MissingExtraError
-        If a proof is asked for, and python-flint is not installed.
+        If a proof, a NetCDF file or a store is asked for, and what it needs is not installed.
     """
     _check_execution(study, store, engine, part)
     if part is not None and store is not None:
         return _part(study, Execution(Path(store), engine, progress=progress, part=part))
     if study.certify is not None:
         check_certify(study)
+    if study.save.netcdf and not all(map(find_spec, OF_NETCDF)):
+        check_netcdf()
     files = output_files(study, folder)
     check_output(files, force=force)
     if study.draw.animation is not None:

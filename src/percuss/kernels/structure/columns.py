@@ -271,28 +271,30 @@ def column_changes(
     flight: ModalFlight,
     moved: MovedSets,
     b: int,
-    t: float,
-    s: float,
+    times: tuple[float, float, float],
     columns: Floats,
     changes: Floats,
     work: SeriesWorkspace,
 ) -> None:
-    """Write into ``changes`` (n, 2, p) those of ``columns`` over a time s from a flight's start.
+    """Write into ``changes`` (n, 2, p) those of ``columns`` over a time of a flight.
 
-    `begin_series` has been called for the flight, which begins at t.
+    ``times`` are the instant of the flight's start, how long after it the columns are, and the
+    time, of either sign. `begin_series` has been called for the flight, and the modes of ``work``
+    are those of the columns; they are taken along.
     """
+    t, begin, s = times
     n, n_parameters = changes.shape[0], changes.shape[2]
     width = 2 * n * n_parameters
     for j in range(n):
         for part in range(2):
             for p in range(n_parameters):
                 changes[j, part, p] = 0.0
-    if not s > 0.0:
+    if s == 0.0:
         return
-    count, terms = steps_of(s * flight.basis.of_set[QUICKEST])
+    count, terms = steps_of(abs(s) * flight.basis.of_set[QUICKEST])
     h = s / count
     for number in range(count):
-        since = number * h
+        since = begin + number * h
         for j in range(n):
             for part in range(2):
                 work.modes[0, j, part] = work.present[j, part]

@@ -257,7 +257,7 @@ def fly(
     t = run.events[row, EVENT_T]
     t_low = run.events[row, EVENT_T_LOW]
     begin_series(flight, varied.moved, t, t_low, work.series)
-    column_changes(flight, varied.moved, b, t, s, work.columns, work.changes, work.series)
+    column_changes(flight, varied.moved, b, (t, 0.0, s), work.columns, work.changes, work.series)
     for j in range(work.columns.shape[0]):
         for part in range(2):
             for p in range(work.columns.shape[2]):

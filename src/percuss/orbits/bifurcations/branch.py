@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from percuss.numerics import norm
 from percuss.orbits.bifurcations.special_points import SpecialPoint
 from percuss.orbits.continuation.problem import P, Point
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+from percuss.pictures import HasPicture
 
 if TYPE_CHECKING:
     # A second of import.
@@ -60,10 +61,12 @@ class OrbitRows(Generic[O]):
         return f"<{name}: {len(self)} orbits, {ends}; special points: {special}; {self.end_reason}>"
 
 
-class BranchRows(OrbitRows[O]):
+class BranchRows(OrbitRows[O], HasPicture):
     """The common part of branches: orbits along one parameter."""
 
     __slots__ = ()
+
+    picture: ClassVar = "plot_branch"
 
     path: str
 
@@ -82,10 +85,12 @@ class BranchRows(OrbitRows[O]):
         return html_table(repr(self)[1:-1], columns)
 
 
-class CurveRows(OrbitRows[O]):
+class CurveRows(OrbitRows[O], HasPicture):
     """The common part of curves: special points in two parameters."""
 
     __slots__ = ()
+
+    picture: ClassVar = "plot_curves"
 
     kind: Any
     paths: tuple[str, str]

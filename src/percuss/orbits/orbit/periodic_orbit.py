@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -26,6 +26,7 @@ from percuss.orbits.orbit.moved_orbit import ClosedMotion, OrbitSensitivity, sen
 from percuss.orbits.orbit.stability import Stability
 from percuss.orbits.orbit.symmetry import is_mirrored_state, is_symmetric_system
 from percuss.orbits.orbit.turning_points import Passages, TurningPoints, turns_of
+from percuss.pictures import HasPicture
 
 if TYPE_CHECKING:
     # A second of import.
@@ -35,7 +36,7 @@ __all__ = ["PeriodicOrbit"]
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
-class PeriodicOrbit:
+class PeriodicOrbit(HasPicture):
     """A periodic motion with its stability; made by `find_orbit` and `find_orbits`.
 
     Attributes
@@ -75,6 +76,8 @@ class PeriodicOrbit:
     residual
         Largest error of the equations of the orbit [length, length/time, time].
     """
+
+    picture: ClassVar = "plot_orbit"
 
     oscillator: Oscillator
     forcing: Forcing | None

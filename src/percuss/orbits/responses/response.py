@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,7 @@ from percuss.orbits.responses.families import Families, Range, SeenAttractor
 from percuss.orbits.responses.oscillator_families import OscillatorFamilies
 from percuss.orbits.responses.response_search import search_families
 from percuss.orbits.responses.structure_families import StructureFamilies
+from percuss.pictures import HasPicture
 from percuss.progress import Report
 
 if TYPE_CHECKING:
@@ -73,7 +74,7 @@ class FamilyRange:
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
-class Response:
+class Response(HasPicture):
     """All families of periodic orbits found along one parameter, made by `response_curve`.
 
     Attributes
@@ -104,6 +105,8 @@ class Response:
     on
         Of a structure the coordinate, direction or point whose y = c . x the displacements are.
     """
+
+    picture: ClassVar = "plot_response"
 
     path: str
     low: float

@@ -13,7 +13,7 @@ from pydantic import Field, PlainSerializer
 from percuss.ensembles import basins
 from percuss.errors import PercussError
 from percuss.execution import Execution
-from percuss.model.exact import as_float
+from percuss.model.exact import Phase, as_float
 from percuss.model.faults import phase_faults, positive_faults
 from percuss.model.oscillator import Wall
 from percuss.studies.axes import (
@@ -30,12 +30,22 @@ from percuss.studies.study import (
     AT_REST,
     Question,
     StudyDraft,
+    check_start,
     counted,
     impacts_in_words,
     titled_axes,
     with_unit,
 )
-from percuss.studies.tables import NumberKey, OnKey, PhaseKey, StartState, Whole, default, table
+from percuss.studies.tables import (
+    NumberKey,
+    OnKey,
+    PhaseKey,
+    StartState,
+    Whole,
+    default,
+    raw_table,
+    table,
+)
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -46,6 +56,7 @@ if TYPE_CHECKING:
 __all__ = ["Basins"]
 
 STATES, IMPACTS = ("x0", "v0"), ("cycle", "v")
+START_PATHS = ("start.x0", "start.v0")
 # Impacts and periods of the saddles whose manifolds are drawn.
 MOST_IMPACTS = MOST_PERIODS = 2
 
@@ -60,9 +71,12 @@ class Basins(Question):
         The axes: x0 and v0, or cycle and v.
     stop, t0, periods, escape, measures
         As there.
-    over, start, on
-        Of a structure, as there: two numbers of its start, or directions in which it moves, such
-        as "[1, 0, 0.5, 0]", and the start itself.
+    over, start
+        In place of these axes two numbers of the start, "start.x0" and "start.v0", of a structure
+        such as "start.x0.0", or directions in which it moves, such as "[1, 0, 0.5, 0]"; and the
+        start itself, which then has the instant.
+    on
+        Of a structure, as there.
     """
 
     doing: ClassVar = "following the starts"
@@ -71,7 +85,7 @@ class Basins(Question):
     needed: ClassVar = ("basins",)
     needed_of_structures: ClassVar = ("over",)
     of_oscillators: ClassVar = ("x0", "v0", "cycle", "v", "stop", "t0")
-    of_structures: ClassVar = ("over", "start", "on")
+    of_structures: ClassVar = ("on",)
     draw_keys: ClassVar = ("manifolds",)
     columns: ClassVar = {"basins": "table", "attractors": "attractors"}
 
@@ -97,6 +111,11 @@ class Basins(Question):
         check_measures(self.measures, ("basins", "measures"), {}, study)
         if study.structure is not None:
             return self._of_structure(study)
+        if self.over:
+            return self._over_starts(study)
+        if self.start is not AT_REST:
+            reason = "the start of axes in [over]; with x0 and v0 in [basins] give t0 there"
+            study.faults.add(("start",), reason)
         given = {name: raw for name in (*STATES, *IMPACTS)
                  if (raw := getattr(self, name)) is not None}  # fmt: skip
         _check_pair(given, study)
@@ -105,6 +124,40 @@ class Basins(Question):
         study.faults.add_from_model(positive_faults("basins.escape", self.escape))
         self._check_impacts(axes, study)
         return replace(self, **axes)
+
+    def _over_starts(self, study: StudyDraft) -> Self:
+        """Return basins over both numbers of the start of an oscillator, and add their faults."""
+        for name in (*STATES, *IMPACTS, "stop", "t0"):
+            if name in raw_table(study.document, "basins"):
+                reason = "given together with [over]; the start is that of [start]"
+                study.faults.add(("basins", name), reason)
+        check_start(self.start, study)
+        study.faults.add_from_model(positive_faults("basins.escape", self.escape))
+        over = values_over(study, 2, self.start)
+        for path in over:
+            if path not in START_PATHS:
+                reason = f"no number of the start; a basin is over {' and '.join(START_PATHS)}"
+                study.faults.add(("over", path), reason)
+        return replace(self, over=over)
+
+    @property
+    def begin(self) -> Phase:
+        """The instant of the starts."""
+        return self.start.t0 if self.over else self.t0
+
+    @property
+    def of_states(self) -> tuple[StartAxis, StartAxis]:
+        """The axes of places and of velocities, None of impacts."""
+        if not self.over:
+            return self.x0, self.v0
+        return self.over[START_PATHS[0]], self.over[START_PATHS[1]]
+
+    def tables(self) -> dict[str, object]:
+        """Return the tables of the question: its axes stand in one of them."""
+        tables: dict[str, Any] = Question.tables(self)
+        if not self.over:
+            return {name: keys for name, keys in tables.items() if name not in ("over", "start")}
+        return {**tables, "basins": {**tables["basins"], "t0": None, "stop": None}}
 
     def _of_structure(self, study: StudyDraft) -> Self:
         """Return basins in a plane of starts of a structure, and add their faults."""
@@ -145,9 +198,12 @@ class Basins(Question):
             if self.start is AT_REST:
                 del own["start"]
             return basins(study.structure, study.force, **own, **execution.keywords())
-        for name in self.of_structures:
+        for name in ("over", "start", "on"):
             arguments.pop(name, None)
         axes = {name: arguments[name] for name in (*STATES, *IMPACTS) if name in arguments}
+        if self.over:
+            axes = {path.removeprefix("start."): axis for path, axis in self.over.items()}
+            arguments["t0"] = self.begin
         arguments |= over_of(axes) | {"escape": as_float(self.escape)} | execution.keywords()
         return basins(study.oscillator, study.forcing, **arguments)
 
@@ -205,7 +261,7 @@ def _manifolds(study: Study) -> list[Manifolds]:
     assert study.forcing is not None
     assert study.forcing.period is not None
     at_wall = question.cycle is not None
-    cycle = (as_float(question.t0) / study.forcing.period) % 1.0
+    cycle = (as_float(question.begin) / study.forcing.period) % 1.0
     curves = []
     for orbit in find_orbits(study.oscillator, study.forcing, MOST_IMPACTS, MOST_PERIODS):
         inside, outside = sorted(abs(orbit.multipliers))

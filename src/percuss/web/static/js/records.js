@@ -43,7 +43,10 @@ export function samplesOf({ names, rows }, time, force) {
   if (t.length < 2) faults.push("a record needs two samples at least");
   else if (t.every((value, k) => k === 0 || value < t[k - 1])) faults.splice(0, Infinity, "the samples are in reverse order, the last one first; turn the lines round");
   const size = JSON.stringify([t, f]).length;
-  if (faults.length === 0 && size > MOST_BYTES) faults.push(`${t.length} samples are too many for the page; "percuss run" takes them, as [forcing.record] of a study`);
+  if (faults.length === 0 && size > MOST_BYTES) {
+    const most = Math.floor((t.length * MOST_BYTES) / size);
+    faults.push(`${t.length} samples make ${Math.ceil(size / 1000)} kB; links of the page hold ${MOST_BYTES / 1000} kB, some ${most} of these samples: take fewer, or "percuss run" with all, as [forcing.record] of a study`);
+  }
   return { t, f, faults };
 }
 
