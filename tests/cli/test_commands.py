@@ -171,8 +171,8 @@ def test_an_unknown_template_is_one_sentence() -> None:
     assert status == 2
     assert err == (
         "template = 'spring': not a template; the templates are backlash, ball, basins, bilinear, "
-        "branch, curve, design, diagram, impact, lyapunov, mooring, orbit, orbits, record, response, "
-        "structure, sweep\n"
+        "branch, curve, design, diagram, fit, impact, lyapunov, mooring, orbit, orbits, record, "
+        "response, structure, structure_response, sweep\n"
     )
     assert not Path("a.toml").exists()
 

@@ -202,13 +202,3 @@ def test_a_curve_of_torus_points_has_its_strong_resonances() -> None:
     (resonance,) = (point for point in curve.special_points if point.kind == "resonance_1_4")
     # A quarter of a turn in each period.
     assert np.abs(resonance.orbit.multipliers - 1j).min() < 1e-7
-
-
-def test_no_curve_of_a_structure_goes_through_a_graze() -> None:
-    orbit = pc.find_orbit(NLVIB, nlvib_loads("0.56"))
-    branch = pc.continue_orbit(orbit, over={"loads.0.omega": (0.56, 0.6)}, largest_step=0.2)
-    graze = next(point for point in branch.special_points if point.kind == "grazing")
-    ranges = {"loads.0.omega": (0.5, 0.8), "loads.0.amplitude": (0.05, 0.2)}
-
-    with pytest.raises(pc.ParameterError, match="no curve of a structure"):
-        pc.continue_curve(graze, over=ranges)

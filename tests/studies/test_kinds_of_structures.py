@@ -5,13 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pandas
 import pytest
 from tests.studies.texts import faults_of
 
 import percuss as pc
 from percuss.errors import ParameterError
 from percuss.io import load_netcdf
+from percuss.io.study_text import response_text
 from percuss.studies import Certify, parse_study, run_study
+from percuss.studies.kinds.response import Response
 from percuss.studies.link import link_of
 from percuss.studies.reading import known_keys
 from percuss.studies.study import kind_named, kind_names
@@ -37,6 +40,10 @@ KINDS = {
     "orbit": "[orbit]\nx0 = [0, 0]\nv0 = [0, 0]\n",
     "branch": '[over]\n"loads.0.omega" = ["0.7", "1.2"]\n[branch]\nmax_points = 3\n',
     "curve": '[over]\n"loads.0.omega" = ["0.4", "1.2"]\n"loads.0.amplitude" = ["0.1", 1]\n',
+    "response": (
+        '[over]\n"loads.0.omega" = ["0.7", "1.2"]\n'
+        "[response]\non = [1, -1]\nmax_impacts = 1\nmax_periods = 1\nn_seeds = 1\n"
+    ),
     "sweep": (
         '[over]\n"start.x0.1" = [0, "0.1"]\n'
         '[sweep]\nmeasure = ["peak_displacement", "period"]\non = [1, -1]\n'
@@ -84,8 +91,12 @@ def test_a_study_of_a_structure_is_read_back_equal_from_its_text(kind: str) -> N
          'draw.quantity = "impact_velocity": not amplitude or multiplier'),
         ("branch", "[branch]", "[draw]\ncoordinate = 2\n[branch]",
          "draw.coordinate = 2: no such coordinate; the coordinates are 0 to 1"),
-        ("curve", '"0.1", 1]\n', '"0.1", 1]\n[curve]\npoints = ["grazing"]\n',
-         'curve.points.0 = "grazing": not fold, period_doubling or torus'),
+        ("curve", '"0.1", 1]\n', '"0.1", 1]\n[curve]\npoints = ["grazin"]\n',
+         'curve.points.0 = "grazin": '),
+        ("curve", '"0.1", 1]\n', '"0.1", 1]\n[curve]\npoints = ["symmetry_breaking"]\n',
+         'curve.points.0 = "symmetry_breaking": not fold, period_doubling, torus or grazing'),
+        ("response", "on = [1, -1]\n", "", "response.on: not said on what it acts; the coordinates"),
+        ("response", "on = [1, -1]", "on = [1]", "response.on = [1]: "),
         ("sweep", "on = [1, -1]\n", "", "sweep.on: not said on what it acts; the coordinates"),
         ("sweep", '"period"]', '"rms_displacement", "period"]\nsection = {at = 0}',
          "no section of a structure"),
@@ -160,6 +171,38 @@ def test_an_orbit_and_a_branch_are_those_of_python_and_are_written(tmp_path: Pat
     # The record of a table repeats the study.
     again = parse_study((tmp_path / "branch" / "branch.csv.toml").read_text())
     assert again == study or again.text() == study.text()
+
+
+def test_a_response_is_that_of_python_and_is_written(tmp_path: Path) -> None:
+    study = parse_study(text_of("response").replace('"0.7", "1.2"', '"0.85", "1.2"'))
+    structure, loads = study.model, study.force
+    assert isinstance(structure, pc.Structure)
+    assert isinstance(loads, pc.Loads)
+
+    result = run_study(study, tmp_path / "response")
+
+    own = pc.response_curve(
+        structure, loads, {"loads.0.omega": ("0.85", "1.2")}, on=(1, -1),
+        max_impacts=1, max_periods=1, n_seeds=1,
+    )  # fmt: skip
+    tree = load_netcdf(tmp_path / "response" / "response.nc")
+    assert tree.to_dataset().drop_attrs().equals(own.to_xarray().drop_attrs())
+    rows = pandas.read_csv(tmp_path / "response" / "response.csv")
+    np.testing.assert_array_equal(rows.amplitude, np.concatenate(own.amplitude))
+    np.testing.assert_array_equal(rows.n_periods, 1)
+    special = pandas.read_csv(tmp_path / "response" / "special_points.csv")
+    points = [point for branch in own.branches for point in branch.special_points]
+    assert points
+    assert [*special.kind] == [point.kind for point in points]
+    for kind in {point.kind for point in own.special_points}:
+        assert kind.replace("_", " ") in result.report["special points"]
+    # The record of a table repeats the chart: its own range, and what is measured.
+    again = parse_study((tmp_path / "response" / "response.csv.toml").read_text())
+    assert again.text() == study.text()
+    found = parse_study(response_text(own)).question
+    assert isinstance(found, Response)
+    assert (found.on, found.max_impacts) == ((1, -1), 1)
+    assert (tmp_path / "response" / "response.png").stat().st_size > 10_000
 
 
 def test_basins_over_a_direction_are_those_of_python(tmp_path: Path) -> None:

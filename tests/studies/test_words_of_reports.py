@@ -20,9 +20,11 @@ def response(missed: int) -> Any:
         SimpleNamespace(n_impacts=1, n_periods=1, ranges=((1.0, 2.0),), stable_ranges=()),
         SimpleNamespace(n_impacts=2, n_periods=1, ranges=((1.0, 2.0),), stable_ranges=((1.0, 1.5),)),
     ]  # fmt: skip
+    points = [SimpleNamespace(kind="period_doubling", value=value) for value in (1.25, 1.5)]
     return SimpleNamespace(
-        branches=[None] * 3, families=families, attractors=[None] * 102, missed=[None] * missed
-    )
+        branches=[None] * 3, families=families, attractors=[None] * 102, missed=[None] * missed,
+        special_points=points,
+    )  # fmt: skip
 
 
 def test_a_response_is_reported_without_double_negations() -> None:
@@ -31,6 +33,7 @@ def test_a_response_is_reported_without_double_negations() -> None:
     assert rows["(0, 1)"] == "formal everywhere: each orbit would pass through a stop"
     assert rows["(1, 1)"] == "physical 1 to 2; nowhere stable"
     assert rows["(2, 1)"] == "physical 1 to 2; stable 1 to 1.5"
+    assert rows["special points"] == "period doubling at 1.25, 1.5"
     assert rows["compared"] == "102 attractors of direct simulation, all of them on a branch"
     assert Response(over={}).report(response(2))["compared"].endswith("2 of them on no branch")
 

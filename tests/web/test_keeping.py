@@ -64,7 +64,7 @@ def download(page: Page, name: str, target: Path) -> Path:
     ("kind", "tables"),
     [
         ("diagram", ["diagram.csv"]),
-        ("response", ["response.csv"]),
+        ("response", ["response.csv", "special_points.csv"]),
         ("basins", ["basins.csv", "attractors.csv"]),
     ],
 )

@@ -261,8 +261,10 @@ def new(
         from percuss.io.files import OutputFiles
 
         if show_list:
-            for name in template_names():
-                typer.echo(f"{name:<12}{template_title(name)}")
+            names = template_names()
+            width = max(map(len, names)) + 2
+            for name in names:
+                typer.echo(f"{name:<{width}}{template_title(name)}")
             return
         text = template_text(template)
         if not path.parent.is_dir():

@@ -31,10 +31,10 @@ if TYPE_CHECKING:
     from percuss.optimization.design import Design
     from percuss.optimization.pareto import ParetoFront
     from percuss.orbits.bifurcations.branch import Branch
-    from percuss.orbits.bifurcations.structure_branch import StructureBranch
     from percuss.orbits.bifurcations.structure_curve import StructureCurve
     from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
     from percuss.orbits.orbit.structure_orbit import StructureOrbit
+    from percuss.orbits.responses.response import Response
 
 __all__ = ["SAMPLES", "Columns", "ResultKind", "kind_of", "table_of", "units_of_columns"]
 
@@ -55,7 +55,10 @@ DIMENSIONS = {
     "release": "time",
     "error_bound": "time",
     "impact_velocity_": "length/time",
+    "amplitude": "length",
     "amplitude_": "length",
+    "largest_displacement": "length",
+    "impact_velocity": "length/time",
     "min_impact_speed": "length/time",
     "x": "length",
     "x0": "length",
@@ -176,6 +179,7 @@ def structure_branch_columns(branch: StructureBranch) -> Columns:
         **amplitudes,
         "n_impacts": branch.n_impacts,
         "is_stable": branch.is_stable,
+        "admissible": branch.admissible,
         "special_point": special,
         **_of_multipliers(branch.multipliers),
     }
@@ -231,13 +235,19 @@ def front_columns(front: ParetoFront) -> Columns:
     }
 
 
-def _columns_of_any(branch: Branch | StructureBranch) -> Columns:
-    """Return a branch of a response chart as a table."""
-    from percuss.orbits.bifurcations.branch import Branch
+def structure_response_columns(response: Response) -> Columns:
+    """Return the branches of a structure's response as a table, one row an orbit."""
+    quantities = ("amplitude", "largest_displacement", "impact_velocity")
 
-    return (
-        branch_columns(branch) if isinstance(branch, Branch) else structure_branch_columns(branch)
-    )
+    def columns(number: int) -> Columns:
+        branch = response.branches[number]
+        measured = {name: getattr(response, name)[number] for name in quantities}
+        periods = np.array([orbit.n_periods for orbit in branch.orbits])
+        rows = {branch.path: branch.values, **measured, "n_periods": periods}
+        return {**rows, **structure_branch_columns(branch)}
+
+    table: Columns = _many(columns, "branch")(range(len(response.branches)))
+    return table
 
 
 def structure_curve_columns(curve: StructureCurve) -> Columns:
@@ -340,7 +350,10 @@ def kind_of(result: Any) -> ResultKind:
     """
     if isinstance(result, list | tuple):
         return _kind_of_list(result)
-    kind = _KINDS.get(type(result).__name__)
+    name = type(result).__name__
+    if name == "Response" and any(isinstance(one, StructureBranch) for one in result.branches):
+        name = "StructureResponse"
+    kind = _KINDS.get(name)
     if kind is None:
         known = "a run, an orbit, a list of them, a branch, a curve, a response, a fit or a dataset"
         raise ParameterError("result", result, f"not {known}")
@@ -554,7 +567,24 @@ _KINDS: dict[str, ResultKind] = {
         lambda response: f"{len(response.branches)} branches were found",
         response_text,
         lambda response: {"response": response.to_xarray()},
-        {"response": lambda response: _many(_columns_of_any, "branch")(response.branches)},
+        {
+            "response": lambda response: _many(branch_columns, "branch")(response.branches),
+            "special_points": lambda response: _many(_special_columns, "branch")(response.branches),
+        },
+    ),
+    "StructureResponse": ResultKind(
+        "response",
+        "the branches of a structure's response",
+        lambda response: f"{len(response.branches)} branches were found",
+        response_text,
+        lambda response: {"response": response.to_xarray()},
+        {
+            "response": structure_response_columns,
+            "special_points": lambda response: _many(_structure_special_columns, "branch")(
+                response.branches
+            ),
+        },
+        is_whole=False,
     ),
     "Design": ResultKind(
         "design",

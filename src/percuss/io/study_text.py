@@ -360,18 +360,19 @@ def branch_text(branch: Branch) -> str:
 
 
 def response_text(response: Response) -> str:
-    """Return a study of kind response that finds a response again; empty without an oscillator."""
+    """Return a study of kind response that finds a response again; empty without an orbit."""
     if not response.branches:
         return ""
     orbit = response.branches[0].orbits[0]
-    if not hasattr(orbit, "oscillator"):
-        # Studies of structures have no responses.
-        return ""
-    own = {"max_impacts": response.max_impacts, "max_periods": response.max_periods}
+    own: TomlTable = {"max_impacts": response.max_impacts, "max_periods": response.max_periods}
+    if response.on is not None:
+        own["on"] = _on(response.on)
+    is_oscillator = hasattr(orbit, "oscillator")
+    model = (orbit.oscillator, orbit.forcing) if is_oscillator else (orbit.structure, orbit.loads)
     return toml_text(
         {
             "study": {"kind": "response"},
-            **model_tables(orbit.oscillator, orbit.forcing),
+            **model_tables(*model),
             "over": {response.path: [response.low, response.high]},
             "response": own,
         }

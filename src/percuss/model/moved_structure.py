@@ -203,7 +203,8 @@ def moved_sets(system: StructureSystem, moved: MovedStructure, sets: Sets) -> Mo
         record_pushes=_record_pushes(system),
     )
     for p in range(count):
-        for i in range(n_stops):
+        # Else the impulses stay.
+        for i in range(n_stops if moved.mass[p].any() else 0):
             found.impulses[i, :, p] = _reaction(mass, normals[[i]], moved.mass[p])[1][:, 0]
         for k in range(b):
             _fill_set(found, system, moved, sets, (k, p))
@@ -301,7 +302,7 @@ def _fill_set(
         record = loads.records[k].copy()
         record[0] -= matmul(inertia, sets.record_drive[b, :, k, ::-1].reshape(-1))
         found.records[b, k, :, :, p] = matmul(record, into.T)
-    for i in range(len(structure.stops)):
+    for i in range(len(structure.stops) if damped.any() or heavier.any() else 0):
         if sets.levels[b, i, SELF_DRAG] != 0.0 or damped.any():
             found.drags[b, i, p] = _moved_drag(
                 (mass, heavier), (damping, damped), (reaction, change, normals[held]), normals[i]

@@ -142,8 +142,19 @@ class System(_SystemFields):
         return None if self.forcing is None else self.forcing.period
 
 
+# The functions that take one.
+NO_STRUCTURE = (
+    "this takes oscillators alone; structures are taken by simulate, gradient, fit, find_orbit, "
+    "continue_orbit, continue_curve, switch_branch, response_curve, sweep, bifurcation_diagram, "
+    "basins, basin_fractions, lyapunov_exponents and explore"
+)
+
+
 def kind_faults(osc: object, force: object) -> list[Fault]:
     """Return the faults of arguments that are no oscillator and no forcing."""
+    # By its name: the module of structures is loaded where there are some.
+    if type(osc).__name__ == "Structure":
+        return [Fault("osc", "a structure", NO_STRUCTURE)]
     if not isinstance(osc, Oscillator):
         return [Fault("osc", osc, "not an Oscillator; impact_oscillator() makes one")]
     if force is None or isinstance(force, Forcing):

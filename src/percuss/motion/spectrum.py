@@ -95,6 +95,11 @@ def spectrum(
     >>> (lines * 3.141592653589793).round(9).values
     array([4.        , 1.33333333])
     """
+    if not isinstance(run, Trajectory):
+        reason = (
+            "not the run of an oscillator; of a structure run.sample() gives equally spaced values"
+        )
+        raise ParameterError("run", run, reason)
     _check_words(method, window, of)
     low, high = _times(run, between)
     if method == "exact":

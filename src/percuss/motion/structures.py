@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import warnings
 from collections.abc import Callable, Iterator, Sequence
@@ -673,7 +674,9 @@ def _contacts(system: StructureSystem, run: StructureRun) -> Contacts:
             release[k] = run.events[row + int(np.argmax(free)), columns.EVENT_T]
     listed = np.cumsum(run.marks[:, columns.KIND] == columns.IMPACT)[rows]
     errors = run.events[rows, columns.V_BEFORE].copy()
-    return Contacts(start, release, stops, listed, lambda: errors, system.structure.units)
+    # No lambda, which is not pickled.
+    bounds = functools.partial(np.asarray, errors)
+    return Contacts(start, release, stops, listed, bounds, system.structure.units)
 
 
 def _grazes(system: StructureSystem, run: StructureRun) -> Grazes:

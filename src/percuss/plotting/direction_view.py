@@ -21,6 +21,7 @@ from percuss.model.units import Units
 from percuss.motion.structures import StructureTrajectory
 from percuss.motion.tables import Contacts, Crossings, Grazes, Impacts
 from percuss.motion.trajectory import Trajectory
+from percuss.orbits.orbit.structure_orbit import StructureOrbit
 
 __all__ = ["DirectionView", "Drawable", "StopsSeen", "direction_name", "names_of", "view_of"]
 
@@ -167,7 +168,9 @@ def _rows(table: Events, kept: Flags, number: Callable[[Integers], Integers]) ->
     return dataclasses.replace(table, **changed)
 
 
-def view_of(run: Trajectory | StructureTrajectory, on: On | None = None) -> Drawable:
+def view_of(
+    run: Trajectory | StructureTrajectory | StructureOrbit, on: On | None = None
+) -> Drawable:
     """Return what has one displacement: a run of an oscillator, or one of a structure along c.
 
     Raises
@@ -175,6 +178,8 @@ def view_of(run: Trajectory | StructureTrajectory, on: On | None = None) -> Draw
     ParameterError
         If there is no such direction, or the run is one of an oscillator, which has none.
     """
+    if isinstance(run, StructureOrbit):
+        run = run.run
     if isinstance(run, StructureTrajectory):
         run.structure.direction(on)
         return DirectionView(run, on)

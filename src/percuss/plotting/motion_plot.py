@@ -45,6 +45,7 @@ from percuss.plotting.style import (
     BLUE,
     GREY,
     ORANGE,
+    check_kind,
     draw_legend,
     label_phase_plane,
     new_figure,
@@ -302,6 +303,7 @@ def plot_impact_velocities(
         The axes; with another one beside it, the scale of the colours. Those of a new figure have
         a legend.
     """
+    check_kind("run", run, Trajectory)
     units = units_of(units, run.oscillator)
     low, high = window_of(run, window)
     period = None if run.forcing is None else run.forcing.period
@@ -427,6 +429,7 @@ def plot_staircase(
     ParameterError
         If no spacing is given and the free oscillator has none, or it is not positive.
     """
+    check_kind("run", run, Trajectory)
     if spacing is None:
         spacing = 2.0 * np.pi / resonant_frequency(run.oscillator)
     elif not 0.0 < spacing < np.inf:
@@ -487,6 +490,8 @@ def plot_spectrum(
         The axes; the lines of a periodic motion are drawn as lines.
     """
     units = units_of(units, getattr(result, "oscillator", None))
+    if not hasattr(result, "data_vars"):
+        check_kind("result", result, Trajectory)
     if isinstance(result, Trajectory):
         resonance = _resonance(result) if resonance is None else resonance
         result = spectrum(result)

@@ -262,7 +262,7 @@ def _explain(ax: Axes, response: Response, *, formal: bool) -> None:
         colour = _colour_of_period(n)
         text = "1 forcing period" if n == 1 else f"{n} forcing periods"
         handles.append(Line2D([], [], color=colour, linewidth=1.7, label=text))
-    if any(family.n_impacts == 0 for family in families):
+    if any(_colour(branch) == GREY for branch in response.branches):
         handles.append(Line2D([], [], color=GREY, linewidth=1.7, label="without impacts"))
     kinds = [line.get_marker() for line in ax.lines]
     for kind, marker in MARKERS.items():

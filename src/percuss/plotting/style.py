@@ -125,10 +125,19 @@ def units_of(units: Units | None, oscillator: HasUnits | None = None) -> Units:
     return Units(*plain)
 
 
+# What draws the motion of a structure.
+OF_STRUCTURES = (
+    "; of a structure plot_coordinates draws a run, plot_motion, plot_displacement, plot_velocity "
+    "and plot_phase_portrait with on= a run or an orbit"
+)
+
+
 def check_kind(name: str, value: object, kind: type) -> None:
     """Raise a ParameterError if what is to be drawn is of another kind."""
     if not isinstance(value, kind):
-        raise ParameterError(name, value, f"not a {kind.__name__}")
+        is_structure = type(value).__name__ in ("StructureOrbit", "StructureTrajectory")
+        instead = OF_STRUCTURES if is_structure else ""
+        raise ParameterError(name, value, f"not a {kind.__name__}{instead}")
 
 
 def style() -> AbstractContextManager[None]:

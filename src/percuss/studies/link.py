@@ -64,7 +64,11 @@ def link_of(study: Study) -> str:
     ('explore', {'x0': 0, 'v0': '0.51', 't0': 0})
     """
     if study.structure is not None:
-        raise ParameterError("study", "structure", "not on the page, which shows oscillators")
+        reason = (
+            "not on the page, which opens studies of oscillators; percuss run computes it, and the "
+            "page's structures have sliders of their own"
+        )
+        raise ParameterError("study", "a structure", reason)
     shown = _SHOWN.get(type(study.question))
     if shown is None:
         known = "a motion, a diagram, a response or basins"

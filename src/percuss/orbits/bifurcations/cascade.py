@@ -19,6 +19,7 @@ from percuss.orbits.bifurcations.switching import switch_branch
 from percuss.orbits.continuation.follow import StepLimits, follow
 from percuss.orbits.continuation.problem import along_parameter
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit, counted
+from percuss.orbits.orbit.structure_orbit import StructureOrbit
 
 __all__ = ["Cascade", "follow_cascade"]
 
@@ -136,6 +137,9 @@ def follow_cascade(
     >>> print(cascade.ratios.round(3))
     [4.77  5.847]
     """
+    if isinstance(orbit, StructureOrbit):
+        reason = "of a structure; follow each doubling by switch_branch and continue_orbit"
+        raise ParameterError("orbit", orbit, reason)
     path, _, last, value = checked_range(orbit, over)
     if max_doublings < 1:
         raise ParameterError("max_doublings", max_doublings, "less than one")

@@ -80,14 +80,14 @@ def continue_curve(
     in closed form. All equations are smooth where the velocity of an impact goes through zero: a
     curve of folds passes its end on the curve of grazing, and its orbits are formal beyond it.
 
-    Of a structure folds, period doublings and torus points are followed, with the strong
-    resonances of the latter.
+    Of a structure folds, period doublings, torus points and grazes are followed, torus points with
+    their strong resonances, grazes of walls and soft stops as orbits that touch without velocity.
 
     Parameters
     ----------
     point
         A fold, period doubling, symmetry breaking or graze, as `continue_orbit` finds them; of a
-        structure a fold, period doubling or torus point.
+        structure a fold, period doubling, torus point or graze.
     over
         Two parameters by their paths, and the ranges to follow the curve in; the point's own
         values lie in them. The curve begins at its end towards the first value of the first

@@ -12,9 +12,10 @@ from percuss.arrays import Floats
 from percuss.model.exact import Phase
 from percuss.orbits.bifurcations.branch import Branch, branch_of
 from percuss.orbits.bifurcations.branch_equations import BranchEquations, checked_range
+from percuss.orbits.bifurcations.continue_structure import continue_structure_orbit
 from percuss.orbits.bifurcations.detector import BranchDetector
 from percuss.orbits.bifurcations.sticking_branch import sticking_branch
-from percuss.orbits.bifurcations.structure_branch import StructureBranch, continue_structure_orbit
+from percuss.orbits.bifurcations.structure_branch import StructureBranch
 from percuss.orbits.continuation.follow import StepLimits, follow_both_ways
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
@@ -62,9 +63,11 @@ def continue_orbit(
     ends where the duration of the contact goes to zero, or where it is never released, and passes
     grazes, at which impacts appear and vanish.
 
-    The orbits of a structure are those that its map over the period brings back: all on the branch
-    exist. They pass the grazes of soft stops; at a wall, whose graze leaves no derivative, the
-    branch may end. A complex pair of multipliers that leaves the unit circle is a "torus" point.
+    The orbits of a structure are those that its map over the period brings back, which is smooth
+    where a soft stop is grazed. Where they meet walls, the instants of these impacts are unknowns
+    too, so that the branch passes the grazes of walls; beyond them the orbits are formal. Orbits of
+    structures that stick end at such a graze. A complex pair of multipliers that leaves the unit
+    circle is a "torus" point.
 
     Parameters
     ----------

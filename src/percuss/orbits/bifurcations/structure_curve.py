@@ -22,6 +22,12 @@ from percuss.orbits.bifurcations.structure_branch import (
     structure_parameter,
     tests_of,
 )
+from percuss.orbits.bifurcations.wall_equations import (
+    TOUCH,
+    WallEquations,
+    meets_walls_in_turn,
+    touch_of,
+)
 from percuss.orbits.continuation.follow import Segment, StepLimits, follow_both_ways
 from percuss.orbits.continuation.locate import changes_sign, locate
 from percuss.orbits.continuation.problem import Point
@@ -34,11 +40,18 @@ if TYPE_CHECKING:
 __all__ = ["StructureCurve", "StructureCurvePoint", "continue_structure_curve"]
 
 # Of the kinds of special points that have curves: the test that is zero along it.
-CONDITIONS = {"fold": "multiplier 1", "period_doubling": "multiplier -1", "torus": "torus"}
+CONDITIONS = {
+    "fold": "multiplier 1",
+    "period_doubling": "multiplier -1",
+    "torus": "torus",
+    "grazing": TOUCH,
+}
 # Cosines of the angle of a pair on the unit circle at strong resonances 1:q.
 RESONANCES = {"resonance_1_1": 1.0, "resonance_1_2": -1.0, "resonance_1_3": -0.5,
               "resonance_1_4": 0.0}  # fmt: skip
 OTHERS = {"multiplier 1": "fold", "multiplier -1": "doubling", "torus": "torus"}
+# The order in which two of them are named.
+ORDER = ("fold", "doubling", "torus", "grazing")
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,8 +62,9 @@ class StructureCurvePoint:
     ----------
     kind
         "resonance_1_3", "resonance_1_4" and "resonance_1_2", "resonance_1_1" where the pair of a
-        torus point has that angle; "fold_doubling", "fold_torus" and "doubling_torus" where two
-        conditions hold together.
+        torus point has that angle; "fold_doubling", "fold_torus", "doubling_torus", "fold_grazing",
+        "doubling_grazing" and "torus_grazing" where two conditions hold together: at grazes those of
+        the orbit without the impact that begins.
     paths, values
         The two parameters and their values there.
     orbit
@@ -76,7 +90,7 @@ class StructureCurve(StructureRows, CurveRows[StructureOrbit]):
     Attributes
     ----------
     kind
-        "fold", "period_doubling" or "torus".
+        "fold", "period_doubling", "torus" or "grazing".
     paths
         Paths of the two parameters.
     values
@@ -123,7 +137,7 @@ class _CurveDetector:
     def tests(self, orbit: StructureOrbit) -> Mapping[str, float]:
         """Return functions that are zero at such points: by kind."""
         tests = tests_of(orbit)
-        own = OTHERS[self.condition]
+        own = OTHERS.get(self.condition, "grazing")
         if self.condition == "torus":
             z = _on_circle(orbit.multipliers)
             found = {kind: z.real - cosine for kind, cosine in RESONANCES.items()}
@@ -132,7 +146,7 @@ class _CurveDetector:
         for name, other in OTHERS.items():
             if self.condition not in (name, "torus"):
                 # A double root of the other kind is a zero of the torus' test too.
-                pair = sorted((own, other), key=["fold", "doubling", "torus"].index)
+                pair = sorted((own, other), key=ORDER.index)
                 found["_".join(pair)] = tests[name]
         return found
 
@@ -190,10 +204,11 @@ def continue_structure_curve(
     largest_step: float = 0.02,
     progress: Report = None,
 ) -> StructureCurve:
-    """Follow a fold, doubling or torus point of a structure in two parameters, both ways.
+    """Follow a fold, doubling, torus point or graze of a structure in two parameters, both ways.
 
     The arguments are those of `continue_curve`. The equations are those of the orbit together with
-    the condition on its multipliers, whose derivatives are differences.
+    the condition on its multipliers, whose derivatives are differences; at a graze those of the
+    orbit that touches the stop without velocity.
 
     Raises
     ------
@@ -220,7 +235,13 @@ def continue_structure_curve(
     condition = CONDITIONS[point.kind]
     steps = StepLimits.checked(max_points, largest_step)
     reported = Progress(progress, 2 * steps.max_points, "orbits", is_bound=True)
-    equations = StructureEquations(orbit, ranges, condition)
+    equations: StructureEquations
+    if point.kind == "grazing":
+        equations = WallEquations(orbit, ranges, condition, touch_of(orbit))
+    elif meets_walls_in_turn(orbit):
+        equations = WallEquations(orbit, ranges, condition)
+    else:
+        equations = StructureEquations(orbit, ranges, condition)
     start = equations.started(orbit, values)
     leading = start.tangent[-2] if abs(start.tangent[-2]) > 1e-9 else start.tangent[-1]
     towards = signs[0] * math.copysign(1.0, leading)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from percuss.arrays import Complexes, Floats
+from percuss.errors import ParameterError
 from percuss.model.oscillator import On
 from percuss.motion.moved_measures import MovedMeasure
 from percuss.motion.moved_motion import MovedImpacts
@@ -23,6 +24,7 @@ from percuss.orbits.orbit.moved_orbit import ON_FOLD, common_slowing, refuse_der
 __all__ = [
     "ClosedStructureMotion",
     "StructureOrbitSensitivity",
+    "closure_by_parameters",
     "sensitivity_of_structure_orbit",
 ]
 
@@ -85,19 +87,12 @@ def sensitivity_of_structure_orbit(
     state at t = 0 obeys w = M w + c + z' dT.
     """
     run, n = orbit.run, orbit.run.structure.n
-    still = structure_sensitivity_of(run, paths, np.zeros((2 * n + 1, len(paths))))
+    still = _still(run, paths)
     if not still.differentiable:
         refuse_derivative(still.reason)
     if (np.abs(orbit.multipliers - 1.0) < ON_FOLD).any():
         refuse_derivative("it is on a fold, or one of a family")
-    rates = np.array([loads.rates for loads in still.moved.loads])
-    given = [run.loads.given_period, *(force.given_period for force in run.loads.forcings)]
-    has_own = any(period is not None for period in given)
-    slower = common_slowing([-rate for rate in rates.T], still.paths, has_own=has_own)
-    period = orbit.period * slower
-    end = np.concatenate(still(run.t_end))
-    rate = rates_at(still.varied, run.t_end).reshape(-1)
-    right = end + rate[:, None] * period
+    right, period = _closure(orbit, still)
     state = np.asarray(solve_linear(np.eye(2 * n) - orbit.monodromy, right))
     begin = np.concatenate([state, np.zeros((1, len(still.paths)))])
     motion = structure_sensitivity_of(run, paths, begin)
@@ -109,3 +104,41 @@ def sensitivity_of_structure_orbit(
         impacts=motion.impacts,
         motion=motion,
     )
+
+
+def closure_by_parameters(orbit: ClosedStructureMotion, paths: Sequence[str]) -> Floats | None:
+    """Return how the image of an orbit's state after its period depends on parameters.
+
+    Returns
+    -------
+    (2 n, n_parameters) array
+        The derivatives of x and v from a start that stays; None where they do not exist.
+    """
+    still = _still(orbit.run, paths)
+    if not still.differentiable:
+        return None
+    try:
+        right, _ = _closure(orbit, still)
+    except ParameterError:
+        # The period is that of several loads, and no function of one of them.
+        return None
+    return right if np.isfinite(right).all() else None
+
+
+def _still(run: StructureTrajectory, paths: Sequence[str]) -> StructureSensitivity:
+    """Return the derivative of a run from a start that stays."""
+    begin = np.zeros((2 * run.structure.n + 1, len(paths)))
+    return structure_sensitivity_of(run, paths, begin)
+
+
+def _closure(orbit: ClosedStructureMotion, still: StructureSensitivity) -> tuple[Floats, Floats]:
+    """Return the derivatives of the state after a period, and of the period."""
+    run = orbit.run
+    rates = np.array([loads.rates for loads in still.moved.loads])
+    given = [run.loads.given_period, *(force.given_period for force in run.loads.forcings)]
+    has_own = any(period is not None for period in given)
+    slower = common_slowing([-rate for rate in rates.T], still.paths, has_own=has_own)
+    period = np.asarray(orbit.period * slower)
+    end = np.concatenate(still(run.t_end))
+    rate = rates_at(still.varied, run.t_end).reshape(-1)
+    return end + rate[:, None] * period, period

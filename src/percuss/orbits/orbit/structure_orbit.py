@@ -12,7 +12,7 @@ import numpy as np
 from percuss.arrays import Complexes, Floats
 from percuss.errors import ConvergenceError, ParameterError, PercussError
 from percuss.kernels import eigenvalues as kernels
-from percuss.kernels.record import N_EVENTS
+from percuss.kernels.record import N_EVENTS, NEXT_REGION
 from percuss.kernels.structure.march import StructureRun
 from percuss.kernels.structure.sample import evaluate
 from percuss.kernels.structure.tangent import carry_run
@@ -60,6 +60,12 @@ class PeriodMap(NamedTuple):
     derivative: Floats
     record: StructureRun
 
+    @property
+    def keys_met(self) -> tuple[int, ...]:
+        """The sets of acting stops that the motion meets, by their bits."""
+        keys = self.record.sets.keys.tolist()
+        return tuple(keys[i] for i in dict.fromkeys(self.record.marks[:, NEXT_REGION].tolist()))
+
 
 def period_map(
     system: StructureSystem, state: Floats, n_periods: int, *, derivative: bool = True
@@ -72,7 +78,7 @@ def period_map(
         If the motion does not reach the end.
     """
     n = system.structure.n
-    end = n_periods * _period_of(system.loads)
+    end = n_periods * _period_of(system)
     record, outcome = followed(system, (state[:n], state[n:], 0.0), end, MOST_EVENTS)
     if outcome is not Outcome.reached_t_end:
         what = f"the motion does not last {n_periods} periods: {outcome.value}"
@@ -93,8 +99,8 @@ def period_map(
     return PeriodMap(image, matrix, record)
 
 
-def _period_of(loads: Loads) -> float:
-    period = loads.period
+def _period_of(system: StructureSystem) -> float:
+    period = system.period
     if period is None:
         reason = "the loads have no common period; give Loads(..., period=...)"
         raise ParameterError("loads.period", None, reason)
@@ -120,6 +126,10 @@ class StructureOrbit:
         Largest part by which it fails to close, in units of its size.
     run
         The motion over one period of the orbit.
+    monodromy
+        (2 n, 2 n) derivative of the map over its period.
+    admissible
+        Whether it is a motion; a formal orbit, beyond a graze on a branch, passes through a wall.
     """
 
     structure: Structure
@@ -131,11 +141,12 @@ class StructureOrbit:
     residual: float
     run: StructureTrajectory = field(repr=False)
     monodromy: Floats = field(repr=False)
+    admissible: bool = True
 
     @property
     def period(self) -> float:
         """Its period [time]."""
-        return self.n_periods * _period_of(self.loads)
+        return self.n_periods * _period_of(self.run.system)
 
     @property
     def is_stable(self) -> bool:
@@ -178,8 +189,12 @@ class StructureOrbit:
         >>> bool(abs(d.x0[:, 0] - orbit.x0).max() < 1e-9)
         True
         """
-        closed = ClosedStructureMotion(self.run, self.period, self.monodromy, self.multipliers)
-        return sensitivity_of_structure_orbit(closed, paths)
+        return sensitivity_of_structure_orbit(self.closed_motion, paths)
+
+    @property
+    def closed_motion(self) -> ClosedStructureMotion:
+        """What its derivatives by parameters are computed of."""
+        return ClosedStructureMotion(self.run, self.period, self.monodromy, self.multipliers)
 
     def __repr__(self) -> str:
         """Return the orbit in a line."""
@@ -188,7 +203,8 @@ class StructureOrbit:
         periods = "1 period" if self.n_periods == 1 else f"{self.n_periods} periods"
         return (
             f"<StructureOrbit: {self.structure.n} coordinates, {periods} = {self.period:.6g}, "
-            f"{self.n_impacts} impacts; {kind}, largest multiplier {largest:.6g}>"
+            f"{self.n_impacts} impacts; {kind}, largest multiplier {largest:.6g}"
+            f"{'' if self.admissible else '; formal: it passes through a wall'}>"
         )
 
 
@@ -268,12 +284,18 @@ def structure_orbit_at(system: StructureSystem, state: Floats, n_periods: int) -
 
 
 def orbit_of_map(
-    system: StructureSystem, state: Floats, n_periods: int, there: PeriodMap, error: float
+    system: StructureSystem,
+    state: Floats,
+    n_periods: int,
+    there: PeriodMap,
+    error: float,
+    *,
+    admissible: bool = True,
 ) -> StructureOrbit:
     """Return the orbit of a state that its period map brings back."""
     structure, loads, n = system.structure, system.loads, system.structure.n
     start = StructureStart(state[:n].tolist(), state[n:].tolist())
-    end = n_periods * _period_of(loads)
+    end = n_periods * _period_of(system)
     run = StructureTrajectory.of_run(system, start, there.record, end, Outcome.reached_t_end)
     return StructureOrbit(
         structure=structure,
@@ -285,6 +307,7 @@ def orbit_of_map(
         residual=error,
         run=run,
         monodromy=there.derivative,
+        admissible=admissible,
     )
 
 

@@ -134,6 +134,16 @@ class Response(HasPicture):
         )
 
     @property
+    def special_points(self) -> tuple[Any, ...]:
+        """The special points of admissible orbits, branch after branch."""
+        return tuple(
+            point
+            for branch in self.branches
+            for point in branch.special_points
+            if branch.admissible[max(point.row - 1, 0) : point.row + 2].any()
+        )
+
+    @property
     def families(self) -> tuple[FamilyRange, ...]:
         """The kinds of orbits, with the ranges in which they exist and are stable."""
         kinds: dict[tuple[int, int], list[tuple[int, Flags]]] = {}

@@ -13,11 +13,8 @@ from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import as_float
 from percuss.model.oscillator import On
 from percuss.model.paths import get_parameter, replace_parameters
-from percuss.orbits.bifurcations.structure_branch import (
-    StructureBranch,
-    StructureSpecialPoint,
-    continue_structure_orbit,
-)
+from percuss.orbits.bifurcations.continue_structure import continue_structure_orbit
+from percuss.orbits.bifurcations.structure_branch import StructureBranch, StructureSpecialPoint
 from percuss.orbits.bifurcations.structure_switching import switch_structure_branch
 from percuss.orbits.finding.settled import Settled
 from percuss.orbits.finding.structure_settled import (
@@ -161,6 +158,8 @@ class StructureFamilies(Families):
             between[-1] = True
         for row in np.flatnonzero(between).tolist():
             one, other = branch.orbits[row], branch.orbits[row + 1]
+            if not (one.admissible or other.admissible):
+                continue
             part = float(off[row] / (off[row] - off[row + 1])) if off[row] != off[row + 1] else 0.0
             a, b = (np.concatenate([orbit.x0, orbit.v0]) for orbit in (one, other))
             try:

@@ -14,6 +14,7 @@ from percuss.errors import ConvergenceError, ParameterError
 from percuss.model.exact import real
 from percuss.numerics import atan2, hypot, inverse, matmul, power, solve_linear
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+from percuss.orbits.orbit.structure_orbit import StructureOrbit
 from percuss.orbits.surface.maps import impact_map, stroboscopic_map
 from percuss.orbits.surface.saddles import (
     ImpactSection,
@@ -573,6 +574,11 @@ def manifolds(
     >>> round(float(v[-1] / x[-1]), 9), round((1 + 0.1**2) ** 0.5 - 0.1, 9)
     (0.904987562, 0.904987562)
     """
+    if isinstance(orbit, StructureOrbit):
+        reason = (
+            "of a structure, whose manifolds are not followed; those of an oscillator are curves"
+        )
+        raise ParameterError("orbit", orbit, reason)
     check_saddle(orbit)
     cycle, length, spacing = real("cycle", cycle), real("length", length), real("spacing", spacing)
     _check(section, kinds, length, spacing)

@@ -24,7 +24,7 @@ __all__ = ["Curve"]
 
 PointKind = Literal["fold", "period_doubling", "symmetry_breaking", "grazing", "torus"]
 OF_OSCILLATORS: tuple[PointKind, ...] = get_args(PointKind)[:4]
-OF_STRUCTURES: tuple[PointKind, ...] = ("fold", "period_doubling", "torus")
+OF_STRUCTURES: tuple[PointKind, ...] = ("fold", "period_doubling", "torus", "grazing")
 
 
 @table

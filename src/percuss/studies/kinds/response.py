@@ -9,7 +9,7 @@ from percuss.execution import Execution
 from percuss.orbits import response_curve
 from percuss.studies.axes import OverRanges, ranges_over
 from percuss.studies.study import Question, StudyDraft, intervals_in_words
-from percuss.studies.tables import Count, Whole, default, table
+from percuss.studies.tables import Count, OnKey, Whole, default, table
 
 if TYPE_CHECKING:
     from percuss.orbits import Response as ResponseResult
@@ -23,27 +23,35 @@ class Response(Question):
     """All families of orbits over one parameter, as `percuss.response_curve` takes it."""
 
     doing: ClassVar = "looking for families of orbits"
+    for_structures: ClassVar = True
     needed: ClassVar = ("over",)
-    # One row an orbit, with the number of its branch.
-    columns: ClassVar = {"response": "response"}
+    needed_of_structures: ClassVar = ("over",)
+    of_structures: ClassVar = ("on",)
+    # One row an orbit, or a special point, with the number of its branch.
+    columns: ClassVar = {"response": "response", "special_points": "special_points"}
 
     over: OverRanges
     max_impacts: Count = default(response_curve, "max_impacts")
     max_periods: Count = default(response_curve, "max_periods")
     seed: Whole = default(response_curve, "seed")
     n_seeds: Count = default(response_curve, "n_seeds")
+    on: OnKey = None
 
     def checked(self, study: StudyDraft) -> Self:
-        """Check the period of the forcing, and read the range."""
+        """Check the period of the forcing and what is measured, and read the range."""
         study.needs_period("a response is one to a periodic forcing")
+        if study.structure is not None:
+            from percuss.studies.of_structures import check_on
+
+            check_on(self.on, ("response", "on"), study, is_needed=True)
         return replace(self, over=ranges_over(study, 1))
 
     def answer(self, study: Study, execution: Execution) -> ResponseResult:
         """Find and follow the families."""
         # A study without one was refused.
-        assert study.forcing is not None
+        assert study.force is not None
         arguments = self.arguments() | {"progress": execution.progress}
-        return response_curve(study.oscillator, study.forcing, **arguments)
+        return response_curve(study.model, study.force, **arguments)
 
     def draw(self, result: ResponseResult, study: Study, figure: Any) -> None:
         """Draw amplitude and impact velocity over the parameter."""
@@ -59,7 +67,7 @@ class Response(Question):
             lower.get_legend().remove()
 
     def report(self, result: ResponseResult) -> dict[str, str]:
-        """Return the families, where they are stable, and what was missed."""
+        """Return the families, where they are stable, special points, and what was missed."""
         rows = {"branches": str(len(result.branches))}
         for family in result.families:
             physical = intervals_in_words(family.ranges)
@@ -70,6 +78,11 @@ class Response(Question):
                 if physical
                 else "formal everywhere: each orbit would pass through a stop"
             )
+        places: dict[str, list[str]] = {}
+        for point in result.special_points:
+            places.setdefault(point.kind.replace("_", " "), []).append(f"{point.value:.9g}")
+        words = [f"{kind} at {', '.join(values)}" for kind, values in places.items()]
+        rows["special points"] = "\n".join(words) or "none"
         compared = f"{len(result.attractors)} attractors of direct simulation"
         missed = len(result.missed)
         where = f"{missed} of them on no branch" if missed else "all of them on a branch"

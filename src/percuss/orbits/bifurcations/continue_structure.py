@@ -1,0 +1,219 @@
+"""The continuation of a structure's periodic orbits along a parameter."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from typing import cast
+
+import numpy as np
+
+from percuss.arrays import Floats
+from percuss.errors import ParameterError, PercussError
+from percuss.model.exact import Phase
+from percuss.orbits.bifurcations.branch_equations import range_about
+from percuss.orbits.bifurcations.special_points import SpecialPointKind
+from percuss.orbits.bifurcations.structure_branch import (
+    DIFFERENCE,
+    StructureBranch,
+    StructureEquations,
+    StructureSpecialPoint,
+    structure_parameter,
+)
+from percuss.orbits.bifurcations.wall_equations import WallEquations, meets_walls_in_turn
+from percuss.orbits.continuation.follow import Segment, StepLimits, follow_both_ways
+from percuss.orbits.continuation.locate import changes_sign, locate
+from percuss.orbits.continuation.problem import Point, along_parameter
+from percuss.orbits.orbit.structure_orbit import StructureOrbit
+from percuss.progress import Progress, Report
+
+__all__ = ["continue_structure_orbit"]
+
+# A pair of multipliers on the unit circle nearer than this to a root of unity of low order is a
+# strong resonance.
+RESONANT = 1e-3
+# A bracket in the parameter that is a location, as a part of it.
+LOCATED = 1e-9
+# An event this near to t = 0, as a part of the period, is passing it; parts of the range beyond.
+STROBED, BEYOND = 1e-6, (100.0 * DIFFERENCE, 1e-4, 1e-3)
+
+
+class _BranchDetector:
+    """Finds special points between neighbours."""
+
+    def between(
+        self, here: Point[StructureEquations], new: Point[StructureEquations]
+    ) -> Segment[StructureEquations, StructureSpecialPoint]:
+        """Return the special points between two neighbours, in order."""
+        equations = here.problem
+        found = []
+        turns = here.tangent[-1] * new.tangent[-1] < 0.0
+        for name, kind in equations.kinds.items():
+            ends = (here.tests[name], new.tests[name])
+            if name == "contacts":
+                middle = 0.5 * (ends[0] + ends[1])
+                ends = (ends[0] - middle, ends[1] - middle)
+            else:
+                middle = 0.0
+            if not changes_sign(*ends) or (ends[0] == 0.0 == ends[1]):
+                continue
+            if name in equations.of_motions and not (here.orbit.admissible or new.orbit.admissible):
+                continue
+
+            def test(z: Floats, name: str = name, middle: float = middle) -> float:
+                return equations.tests(z, equations.solution(z))[name] - middle
+
+            zero = locate(here, new, test, ends)
+            if zero is None:
+                continue
+            orbit = cast("StructureOrbit", zero.orbit)
+            tests = equations.tests(zero.z, orbit)
+            if name in equations.of_motions and any(
+                tests[other] < 0.0 for other in equations.of_motions if other != name
+            ):
+                continue
+            is_fold = name == "multiplier 1" and turns
+            detail = _detail("fold" if is_fold else kind, orbit, ends, name)
+            if detail is None:
+                continue
+            width = abs(zero.ends[0][-1] - zero.ends[1][-1])
+            special = StructureSpecialPoint(
+                "fold" if is_fold else kind,
+                equations.paths[0],
+                equations.values(zero.z)[0],
+                "located" if width <= LOCATED else "bracketed",
+                orbit,
+                -1,
+                detail,
+            )
+            point = Point(zero.z, new.tangent, zero.orbit, tests, equations)
+            found.append((zero.part, point, special))
+        found.sort(key=lambda one: one[0])
+        return Segment([(point, special) for _, point, special in found])
+
+    def stopped(
+        self,
+        here: Point[StructureEquations],
+        reason: str,
+    ) -> Segment[StructureEquations, StructureSpecialPoint]:
+        """Return what is beyond the last point: the same branch where an event is at t = 0."""
+        return Segment([], reason, _past_the_strobe(here))
+
+
+def _past_the_strobe(here: Point[StructureEquations]) -> Point[StructureEquations] | None:
+    """Return the point at which the event next to t = 0 has passed it, None if there is none.
+
+    There the state at t = 0, which is solved for, jumps from one side of the impact to the other,
+    or has a kink where a stop with a dashpot, whose force jumps, is entered or left.
+    """
+    equations, run = here.problem, here.orbit.run
+    if equations.size > 2 * here.orbit.structure.n:
+        # The state just after an impact is solved for, wherever t = 0 is.
+        return None
+    times = np.sort(np.concatenate([run.impacts.t, run.crossings.t]))
+    way = math.copysign(1.0, here.tangent[-1])
+    for limit, at in (("after", times[:1]), ("before", times[-1:])):
+        distance = np.abs(at - (0.0 if limit == "after" else run.t_end))
+        if not (distance < STROBED * run.t_end).any():
+            continue
+        state = np.concatenate(run(float(at[0]), limit=limit)) / equations.scale
+        for step in BEYOND:
+            part = here.z[-1] + way * step
+            if not 0.0 <= part <= 1.0:
+                return None
+            try:
+                normal = along_parameter(len(here.z))
+                z = equations.corrected(np.append(state, part), normal)
+                point = equations.started(equations.solution(z), equations.values(z))
+                return dataclasses.replace(point, tangent=way * point.tangent)
+            except PercussError:
+                continue
+    return None
+
+
+def _detail(
+    kind: SpecialPointKind, orbit: StructureOrbit, ends: tuple[float, float], test: str
+) -> str | None:
+    """Return a point in words, None where it is none."""
+    values = orbit.multipliers
+    if kind == "grazing" and test != "contacts":
+        what = "an impact without velocity" if "velocity" in test else "a wall is touched"
+        return f"{what}; the orbits {'beyond' if ends[1] < 0.0 else 'before'} are formal"
+    if kind == "grazing":
+        return f"{abs(ends[1] - ends[0]):g} contact {'more' if ends[1] > ends[0] else 'less'}"
+    if kind in ("fold", "branch_point"):
+        return "two orbits meet and end" if kind == "fold" else "a multiplier of 1"
+    if kind == "period_doubling":
+        return "a multiplier of -1"
+    above = values[values.imag > 1e-9]
+    if len(above) == 0:
+        return None
+    sizes = np.abs(np.array([math.hypot(z.real, z.imag) for z in above.tolist()]) - 1.0)
+    z = complex(above[int(np.argmin(sizes))])
+    if float(sizes.min()) > 1e-4:
+        return None
+    for q, cosine in ((3, -0.5), (4, 0.0)):
+        if abs(z.real - cosine) < RESONANT:
+            return f"a pair of multipliers on the unit circle, strong resonance 1:{q}"
+    return f"a pair of multipliers {z.real:.6g} +- {z.imag:.6g} i on the unit circle"
+
+
+def continue_structure_orbit(
+    orbit: StructureOrbit,
+    over: Mapping[str, tuple[Phase, Phase]],
+    *,
+    max_points: int = 2000,
+    largest_step: float = 0.02,
+    progress: Report = None,
+) -> StructureBranch:
+    """Follow a structure's orbit along a parameter, both ways, stable or not.
+
+    The arguments are those of `continue_orbit`. The equations are those of the map over the period:
+    all orbits on the branch exist, and it passes the grazes of soft stops. Where an orbit meets walls
+    at instants of its own, these are unknowns too, and the branch passes the grazes of walls: beyond
+    its orbits are formal.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such parameter, or the range does not hold the orbit's value.
+    """
+    if len(over) != 1:
+        raise ParameterError("over", dict(over), "not one parameter by its path and range")
+    ((given, ends),) = over.items()
+    path, value = structure_parameter(orbit, given)
+    first, last = range_about(value, path, ends, "orbit")
+    steps = StepLimits.checked(max_points, largest_step)
+    reported = Progress(progress, 2 * steps.max_points, "orbits", is_bound=True)
+    ranges = {path: (min(first, last), max(first, last))}
+    in_turn = meets_walls_in_turn(orbit)
+    equations = WallEquations(orbit, ranges) if in_turn else StructureEquations(orbit, ranges)
+    start = equations.started(orbit, [value])
+    towards = math.copysign(1.0, last - first) * math.copysign(1.0, start.tangent[-1])
+    rows, why = follow_both_ways(start, towards, _BranchDetector(), steps, reported)
+    reported.close()
+    orbits = tuple(cast("StructureOrbit", point.orbit) for point, _ in rows)
+    special = tuple(
+        dataclasses.replace(found, row=row)
+        for row, (_, found) in enumerate(rows)
+        if found is not None
+    )
+    return StructureBranch(
+        path=path,
+        values=np.array([equations.values(point.z)[0] for point, _ in rows]),
+        multipliers=np.array([one.multipliers for one in orbits]),
+        is_stable=np.array([one.is_stable for one in orbits]),
+        n_impacts=np.array([one.n_impacts for one in orbits]),
+        amplitude=np.array([_amplitudes(one) for one in orbits]),
+        orbits=orbits,
+        special_points=special,
+        end_reason=why,
+    )
+
+
+def _amplitudes(orbit: StructureOrbit) -> Floats:
+    run = orbit.run
+    times = np.concatenate([np.linspace(0.0, run.t_end, 257), run.impacts.t, run.crossings.t])
+    x, _ = run(times)
+    return np.asarray(0.5 * (x.max(axis=0) - x.min(axis=0)))

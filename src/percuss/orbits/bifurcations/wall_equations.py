@@ -1,0 +1,615 @@
+"""Orbits of a structure that meet walls in a given order, through grazes and as formal orbits.
+
+The map over the period has no derivative where a wall is grazed. Here the order of the impacts is
+given, their instants are unknowns as well as the state, and flights pass through walls otherwise:
+these equations are smooth where the velocity of an impact goes through zero
+(docs/theory/structures.md).
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from percuss.arrays import Floats
+from percuss.errors import ConvergenceError, ParameterError
+from percuss.kernels.record import (
+    BOUND,
+    CROSSING,
+    EVENT_T,
+    EVENT_T_LOW,
+    IMPACT,
+    KIND,
+    N_EVENTS,
+    NEXT_REGION,
+    START,
+    V_AFTER,
+    V_BEFORE,
+)
+from percuss.kernels.restitution import kept_of_error, restitution_at
+from percuss.kernels.structure.basis import wall_of
+from percuss.kernels.structure.march import StructureRun, new_run
+from percuss.kernels.structure.sample import evaluate
+from percuss.kernels.structure.sensitivity import rates_at
+from percuss.kernels.structure.tangent import carry_run
+from percuss.model.acting_sets import StructureSystem
+from percuss.model.exact import as_float
+from percuss.model.faults import draft
+from percuss.model.oscillator import SoftStop, Wall
+from percuss.model.structure import Structure
+from percuss.motion.structures import StructureTrajectory, followed
+from percuss.motion.trajectory import Outcome
+from percuss.numerics import determinant, matmul, solve_linear
+from percuss.orbits.bifurcations.special_points import SpecialPointKind
+from percuss.orbits.bifurcations.structure_branch import (
+    StructureEquations,
+    tests_of_matrix,
+)
+from percuss.orbits.orbit.structure_orbit import PeriodMap, StructureOrbit, orbit_of_map
+
+__all__ = ["TOUCH", "Touch", "WallEquations", "meets_walls_in_turn", "touch_of"]
+
+# Events of one flight.
+MOST_EVENTS = 100_000
+# The events of orbits that neither stick nor land at rest.
+IN_TURN = (START, IMPACT, CROSSING)
+# Impacts of an orbit whose instants are unknowns; with more its map over the period serves.
+MOST_IMPACTS = 40
+# Parts of the period: impacts nearer than the first come at one instant; instants of a motion and
+# of its formal double differ by less than the second.
+APART, ALIKE = 1e-9, 1e-6
+# Instants of a flight at which its clearances are looked at, and steps to their least values.
+LOOKED, REFINED = 48, 4
+# The condition of a touch; speeds below this part of the unit are none at a touch.
+TOUCH, SLOW = "touch", 1e-5
+# Clearances below this part of the unit of length are rounding.
+ROUNDED = 1e-12
+
+
+def meets_walls_in_turn(orbit: StructureOrbit) -> bool:
+    """Return whether an orbit of a structure with walls has few impacts, each at its own instant."""
+    run = orbit.run
+    if not any(isinstance(stop, Wall) for stop in orbit.structure.stops) or len(run.contacts):
+        return False
+    t = run.impacts.t
+    if len(t) > MOST_IMPACTS or not np.isin(run.record.marks[:, KIND], IN_TURN).all():
+        return False
+    gaps = np.diff(np.append(t, t[:1] + orbit.period))
+    return bool((gaps > APART * orbit.period).all())
+
+
+class OpenFlight(NamedTuple):
+    """A flight that passes through walls.
+
+    ``start`` and ``image`` are the states (x, v), (2 n,), at its instants; ``derivative`` that of
+    the second by the first, and ``before``, ``after`` their rates of change.
+    """
+
+    begin: float
+    end: float
+    start: Floats
+    image: Floats
+    derivative: Floats
+    after: Floats
+    before: Floats
+    record: StructureRun
+
+
+@dataclass(frozen=True, slots=True)
+class WallMotion:
+    """The motion from just after the first impact to just after it, a period later.
+
+    Attributes
+    ----------
+    flights
+        The flights; each ends at an impact, the only one of a motion without impacts at its period.
+    residual, derivative
+        What is to be zero, scaled, (2 n + k,): by how much the state does not come back, and the
+        clearances at the impacts; and its derivative by the state, scaled, and the instants in
+        periods.
+    speeds
+        (k,) velocities into the walls, in the order of the unknowns.
+    of_speeds
+        Their derivatives, (k, 2 n + k).
+    """
+
+    flights: tuple[OpenFlight, ...]
+    residual: Floats
+    derivative: Floats
+    speeds: Floats
+    of_speeds: Floats
+
+
+class Touch(NamedTuple):
+    """A stop that an orbit touches at an instant without velocity."""
+
+    stop: int
+    t: float
+
+
+class WallEquations(StructureEquations):
+    """The equations of orbits that meet walls in a given order.
+
+    The unknowns are the state after the first impact, in units of the first orbit's size, the
+    instants of the impacts, in periods, and the parameters; of an orbit without impacts the state
+    at t = 0. A stop that is touched besides counts as an impact that changes nothing.
+    """
+
+    def __init__(
+        self,
+        orbit: StructureOrbit,
+        ranges: Mapping[str, tuple[float, float]],
+        condition: str | None = None,
+        touch: Touch | None = None,
+    ) -> None:
+        super().__init__(orbit, ranges, condition)
+        impacts, self.touch = orbit.run.impacts, touch
+        meetings = list(zip(impacts.t.tolist(), impacts.stop.tolist(), strict=True))
+        speeds = np.abs(impacts.v_before).tolist()
+        if touch is not None:
+            near = APART * orbit.period
+            kept = [k for k, (t, _) in enumerate(meetings) if abs(t - touch.t) > near]
+            meetings, speeds = [meetings[k] for k in kept], [speeds[k] for k in kept]
+            meetings.append((touch.t, touch.stop))
+            # It is the first where there is no impact.
+            speeds.append(0.0)
+        # The fastest comes first: its own graze comes last.
+        first = meetings[int(np.argmax(speeds))][0] if meetings else 0.0
+        meetings = sorted((t + orbit.period if t < first else t, stop) for t, stop in meetings)
+        self.instants = np.array([t for t, _ in meetings])
+        self.walls = tuple(stop for _, stop in meetings)
+        late = None if touch is None else touch.t + (orbit.period if touch.t < first else 0.0)
+        self.touched = -1 if late is None else self.instants.tolist().index(late)
+        self.units = self.scale
+        self.size = len(self.units) + len(self.walls)
+        self.scale = np.concatenate([self.units, np.ones(len(self.walls))])
+        n_unknowns = self.size + len(self.paths)
+        self.by_parameters = np.zeros((self.size, len(self.paths)))
+        self.of_condition = np.zeros(n_unknowns)
+        self.motions = lru_cache(32)(self._motion)
+        self.opened_at = lru_cache(16)(self._opened)
+
+    def _opened(self, system: StructureSystem) -> StructureSystem:
+        """Return the same structure without its walls, and without a soft stop that is touched."""
+        touched = -1 if self.touch is None else self.touch.stop
+        return _without(system, touched)
+
+    @property
+    def kinds(self) -> Mapping[str, SpecialPointKind]:
+        """The kinds of special points by the names of their tests."""
+        speeds: dict[str, SpecialPointKind] = {
+            f"velocity {i}": "grazing" for i in range(len(self.walls))
+        }
+        return {**super().kinds, "clearance": "grazing", **speeds}
+
+    @property
+    def of_motions(self) -> tuple[str, ...]:
+        """The tests at whose zeros motions become formal orbits: zeros among these are none."""
+        return ("clearance", *(f"velocity {i}" for i in range(len(self.walls))))
+
+    def unknowns(self, orbit: StructureOrbit) -> Floats:
+        """Return the unknowns of an orbit."""
+        if not self.walls:
+            return super().unknowns(orbit)
+        state = np.concatenate(orbit.run(float(self.instants[0]), limit="after"))
+        return np.concatenate([state / self.units, self.instants / orbit.period])
+
+    def closure(self, z: Floats) -> tuple[Floats, Floats]:
+        """Return the scaled residuals of a point, and their derivative without the parameters."""
+        there = self.motions(tuple(z.tolist()))
+        return there.residual, there.derivative
+
+    def exact_derivatives(self, orbit: StructureOrbit) -> None:  # noqa: ARG002
+        """Return None: by the parameters there are differences."""
+        return
+
+    def conditions(self, z: Floats) -> Mapping[str, float]:
+        """Return functions of a point that are zero at special points."""
+        there = self.motions(tuple(z.tolist()))
+        speeds = there.speeds / float(self.units[-1])
+        if self.touch is not None:
+            return {TOUCH: float(speeds[self.touched])}
+        matrix, n = there.derivative, len(self.units)
+        # The instants eliminated, it is the derivative of the map over the period, less 1.
+        moved = matrix[:n, :n]
+        if self.walls:
+            moved = moved - matmul(matrix[:n, n:], solve_linear(matrix[n:, n:], matrix[n:, :n]))
+        of_matrix = tests_of_matrix(moved + np.eye(n))
+        return of_matrix | {
+            "multiplier 1": determinant(matrix),
+            "multiplier -1": of_matrix["multiplier -1"] * float(np.prod(speeds)),
+        }
+
+    def _motion(self, z: tuple[float, ...]) -> WallMotion:
+        point = np.array(z)
+        system = self.system_at(self.values(point))
+        opened, period = self.opened_at(system), self.n_periods * _period_of(system)
+        n2, k = len(self.units), len(self.walls)
+        state, instants = point[:n2] * self.units, point[n2 : n2 + k] * period
+        moved = np.zeros((n2, n2 + k))
+        moved[:, :n2] = np.diag(self.units)
+        here, flights, gaps, of_gaps = state, [], np.zeros(k), np.zeros((k, n2 + k))
+        speeds, of_speeds = np.zeros(k), np.zeros((k, n2 + k))
+        begins = instants if k else np.zeros(1)
+        ends = np.append(begins[1:], begins[0] + period)
+        for i, (begin, end) in enumerate(zip(begins.tolist(), ends.tolist(), strict=True)):
+            flight = _open_flight(opened, here, begin, end)
+            flights.append(flight)
+            here = flight.image
+            if k == 0:
+                moved = matmul(flight.derivative, moved)
+                break
+            moved[:, n2 + i] -= flight.after * period
+            moved = matmul(flight.derivative, moved)
+            j = (i + 1) % k
+            moved[:, n2 + j] += flight.before * period
+            wall = self._met(system, j)
+            n = n2 // 2
+            gaps[j] = float((wall.normal * here[:n]).sum()) - wall.level
+            of_gaps[j] = matmul(wall.normal[None, :], moved[:n])[0]
+            speeds[j] = -float((wall.normal * here[n:]).sum())
+            of_speeds[j] = -matmul(wall.normal[None, :], moved[n:])[0]
+            ratio, kept = wall.restitution(speeds[j])
+            here = here.copy()
+            here[n:] += (1.0 + ratio) * speeds[j] * wall.kick
+            moved[n:] += (1.0 + kept) * wall.kick[:, None] * of_speeds[j]
+        moved[:, :n2] -= np.diag(self.units)
+        length = float(self.units[0])
+        return WallMotion(
+            tuple(flights),
+            np.concatenate([(here - state) / self.units, gaps / length]),
+            np.concatenate([moved / self.units[:, None], of_gaps / length]),
+            speeds,
+            of_speeds,
+        )
+
+    def _met(self, system: StructureSystem, i: int) -> _Met:
+        """Return the stop of an impact, or of the touch, which changes no velocity."""
+        met = _met_at(system, self.walls[i])
+        return met._replace(law=None) if i == self.touched else met
+
+    def solution(self, z: Floats) -> StructureOrbit:
+        """Return the orbit of a solution, which may be formal."""
+        there = self.motions(tuple(z.tolist()))
+        system = self.system_at(self.values(z))
+        period = self.n_periods * _period_of(system)
+        # Rounding may leave the last instants of a period on its other side.
+        instants = [flight.end % period for flight in there.flights] if self.walls else []
+        order = sorted(range(len(instants)), key=instants.__getitem__)
+        met = [(i + 1) % len(self.walls) for i in order]
+        passage = [
+            (instants[i], self.walls[j])
+            for i, j in zip(order, met, strict=True)
+            if j != self.touched
+        ]
+        opened = self.opened_at(system)
+        state = (
+            _state_at_zero(opened, there.flights, period) if self.walls else there.flights[0].start
+        )
+        touched = -1 if self.touch is None else self.touch.stop
+        soft = _soft_stops(system, touched)
+        record, image = _whole_record(system, (opened, soft), state, passage, period)
+        matrix = np.zeros((2, len(state) // 2, len(state)))
+        n = len(state) // 2
+        matrix[0, :, :n], matrix[1, :, n:] = np.eye(n), np.eye(n)
+        carry_run(record, period, matrix, np.zeros((n, 2, 2 * n)), np.zeros((2, 2, n)))
+        whole = PeriodMap(image, matrix.reshape(2 * n, 2 * n), record)
+        error = float(np.abs(there.residual).max()) / max(1.0, float(np.abs(z).max()))
+        speeds = np.delete(there.speeds, [self.touched]) if self.touched >= 0 else there.speeds
+        slow = SLOW * float(self.units[-1]) if self.touched >= 0 else 0.0
+        admissible = bool((speeds > 0.0).all()) and _is_motion(system, state, passage, period, slow)
+        return orbit_of_map(system, state, self.n_periods, whole, error, admissible=admissible)
+
+    def tests(self, z: Floats, orbit: StructureOrbit) -> Mapping[str, float]:
+        """Return functions that are zero, or jump, at special points, by their names.
+
+        The monodromy grows beyond all bounds where a velocity goes to zero: multiplied by it, what
+        is asked of its eigenvalues stays smooth.
+        """
+        there = self.motions(tuple(z.tolist()))
+        speeds = there.speeds / float(self.units[-1])
+        of_matrix = tests_of_matrix(orbit.monodromy)
+        entries = int((orbit.run.crossings.direction == "in").sum())
+        return {
+            "multiplier 1": determinant(there.derivative),
+            "multiplier -1": of_matrix["multiplier -1"] * float(np.prod(speeds)),
+            "torus": of_matrix["torus"] if orbit.admissible else math.nan,
+            "contacts": float(entries),
+            "clearance": _least_clearance(orbit) / float(self.units[0]),
+            **{f"velocity {i}": float(speed) for i, speed in enumerate(speeds)},
+        }
+
+
+class _Met(NamedTuple):
+    """A stop as an impact has it: its clearance is normal . x - level; a jump goes along kick.
+
+    A stop that is only touched has no law.
+    """
+
+    normal: Floats
+    level: float
+    kick: Floats
+    law: Floats | None
+    place: tuple[int, int]
+
+    def restitution(self, speed: float) -> tuple[float, float]:
+        """Return the restitution at a speed, and the derivative of the speed that is kept."""
+        if self.law is None:
+            # A velocity that is turned into its opposite, and that once more: it stays.
+            return -1.0, -1.0
+        real = max(speed, 0.0)
+        return (
+            float(restitution_at(self.law, *self.place, real)),
+            float(kept_of_error(self.law, *self.place, real)),
+        )
+
+
+@lru_cache(128)
+def _met_at(system: StructureSystem, stop: int) -> _Met:
+    structure = system.structure
+    sign, c = float(system.signs[stop]), structure.stop_directions[stop]
+    along = solve_linear(structure.mass_matrix, c)
+    own = structure.stops[stop]
+    is_wall = isinstance(own, Wall)
+    return _Met(
+        sign * c,
+        sign * as_float(own.at),
+        sign * along / float((c * along).sum()),
+        system.sets.walls[stop] if is_wall else None,
+        wall_of(system.sets, stop) if is_wall else (0, 0),
+    )
+
+
+def _without(system: StructureSystem, touched: int) -> StructureSystem:
+    """Return the same structure without its walls, and without another stop."""
+    structure = system.structure
+    fields = {one.name: getattr(structure, one.name) for one in dataclasses.fields(structure)}
+    soft = tuple(structure.stops[i] for i in _soft_stops(system, touched))
+    return StructureSystem.of(draft(Structure, **fields | {"stops": soft}), system.loads)
+
+
+def _soft_stops(system: StructureSystem, touched: int) -> list[int]:
+    """Return the numbers of the soft stops that an opened structure keeps."""
+    stops = enumerate(system.structure.stops)
+    return [i for i, stop in stops if isinstance(stop, SoftStop) and i != touched]
+
+
+def _period_of(system: StructureSystem) -> float:
+    if system.period is None:
+        reason = "the loads have no common period; give Loads(..., period=...)"
+        raise ParameterError("loads.period", None, reason)
+    return system.period
+
+
+def _open_flight(opened: StructureSystem, start: Floats, begin: float, end: float) -> OpenFlight:
+    """Return a flight of a structure without walls.
+
+    Raises
+    ------
+    ConvergenceError
+        If it lasts no time, or does not end.
+    """
+    n = len(start) // 2
+    if not end > begin:
+        raise ConvergenceError("two impacts change their order", start, math.nan, "")
+    period = opened.period or 0.0
+    shift = math.floor(begin / period) * period
+    first, last = begin - shift, end - shift
+    record, outcome = followed(opened, (start[:n], start[n:], first), last, MOST_EVENTS)
+    if outcome is not Outcome.reached_t_end:
+        what = f"the motion does not last until its next impact: {outcome.value}"
+        raise ConvergenceError(what, start, math.nan, "start nearer to an orbit")
+    rows = int(record.counters[N_EVENTS])
+    record = record._replace(
+        events=record.events[:rows], marks=record.marks[:rows], states=record.states[:rows]
+    )
+    place = np.empty((1, n, 2))
+    evaluate(record, np.array([last]), True, place)
+    columns = np.zeros((2, n, 2 * n))
+    columns[0, :, :n], columns[1, :, n:] = np.eye(n), np.eye(n)
+    carry_run(record, last, columns, np.zeros((n, 2, 2 * n)), np.zeros((2, 2, n)))
+    after, before = np.empty((2, n)), np.empty((2, n))
+    rates_at(record, first, True, after)
+    rates_at(record, last, True, before)
+    return OpenFlight(
+        begin,
+        end,
+        start,
+        np.concatenate([place[0, :, 0], place[0, :, 1]]),
+        columns.reshape(2 * n, 2 * n),
+        after.reshape(-1),
+        before.reshape(-1),
+        record,
+    )
+
+
+def _state_at_zero(opened: StructureSystem, flights: Sequence[OpenFlight], period: float) -> Floats:
+    """Return the state at whole periods, at which one of the flights passes."""
+    for flight in flights:
+        whole = math.ceil(flight.begin / period) * period
+        if flight.begin < whole < flight.end:
+            return _open_flight(opened, flight.start, flight.begin, whole).image
+    # An impact at this very instant: the state after it.
+    return min(flights, key=lambda one: abs(one.begin / period - round(one.begin / period))).start
+
+
+def _whole_record(
+    system: StructureSystem,
+    without: tuple[StructureSystem, Sequence[int]],
+    state: Floats,
+    passage: Sequence[tuple[float, int]],
+    period: float,
+) -> tuple[StructureRun, Floats]:
+    """Return the record of a motion over a period that meets walls at given instants, and its end.
+
+    The opened structure comes with the numbers that its stops have among all.
+    """
+    opened, soft = without
+    n, here, begin = len(state) // 2, state, 0.0
+    parts: list[StructureRun] = []
+    struck: list[tuple[int, float, float]] = []
+    for end, stop in [*passage, (period, -1)]:
+        if not end > begin and not parts:
+            continue
+        flight = _open_flight(opened, here, begin, end)
+        parts.append(flight.record)
+        here, begin = flight.image, end
+        if stop < 0:
+            break
+        wall = _met_at(system, stop)
+        speed = -float((wall.normal * here[n:]).sum())
+        rebound = wall.restitution(speed)[0] * speed
+        here = here.copy()
+        here[n:] += (speed + rebound) * wall.kick
+        struck.append((stop, -speed, rebound))
+    events, marks, states, sets = [], [], [], []
+    for k, record in enumerate(parts):
+        own = record.marks.copy()
+        bounds = own[:, BOUND]
+        own[:, BOUND] = [soft[i] if 0 <= i < len(soft) else i for i in bounds.tolist()]
+        keys = [_widened(int(record.sets.keys[b]), soft) for b in own[:, NEXT_REGION].tolist()]
+        row = record.events.copy()
+        if k:
+            stop, before, after = struck[k - 1]
+            own[0, KIND], own[0, BOUND] = IMPACT, stop
+            row[0, V_BEFORE], row[0, V_AFTER] = before, after
+        events.append(row)
+        marks.append(own)
+        states.append(record.states)
+        sets.append(keys)
+    system.add(*(key for keys in sets for key in keys))
+    index = {key: b for b, key in enumerate(system.sets.keys.tolist())}
+    for own, keys in zip(marks, sets, strict=True):
+        own[:, NEXT_REGION] = [index[key] for key in keys]
+    whole = new_run(system.sets, 1)._replace(
+        events=np.concatenate(events), marks=np.concatenate(marks), states=np.concatenate(states)
+    )
+    whole.counters[N_EVENTS] = len(whole.events)
+    return whole, here
+
+
+def _widened(key: int, soft: Sequence[int]) -> int:
+    """Return the bits of a set with the numbers that soft stops have among all."""
+    return sum(1 << i for k, i in enumerate(soft) if key >> k & 1)
+
+
+def _is_motion(
+    system: StructureSystem,
+    state: Floats,
+    passage: Sequence[tuple[float, int]],
+    period: float,
+    slow: float,
+) -> bool:
+    """Return whether the structure with its walls has the impacts of a formal motion, and no other.
+
+    Impacts at lower speeds than ``slow`` count as none.
+    """
+    n = len(state) // 2
+    for stop, wall in enumerate(system.structure.stops):
+        if isinstance(wall, Wall):
+            own = _met_at(system, stop)
+            gap = float((own.normal * state[:n]).sum()) - own.level
+            if gap < -ROUNDED * max(1.0, float(np.abs(state[:n]).max())):
+                return False
+    record, outcome = followed(system, (state[:n], state[n:], 0.0), period, MOST_EVENTS)
+    if outcome is not Outcome.reached_t_end:
+        return False
+    rows = int(record.counters[N_EVENTS])
+    kinds = record.marks[:rows, KIND]
+    if not np.isin(kinds, IN_TURN).all():
+        return False
+    struck = np.flatnonzero((kinds == IMPACT) & (np.abs(record.events[:rows, V_BEFORE]) > slow))
+    t = record.events[struck, EVENT_T] + record.events[struck, EVENT_T_LOW]
+    inner = [(at, stop) for at, stop in passage if APART < at / period < 1.0 - APART]
+    met = [
+        (at, stop)
+        for at, stop in zip(t.tolist(), record.marks[struck, BOUND].tolist(), strict=True)
+        if APART < at / period < 1.0 - APART
+    ]
+    return len(met) == len(inner) and all(
+        a[1] == b[1] and abs(a[0] - b[0]) < ALIKE * period for a, b in zip(met, inner, strict=True)
+    )
+
+
+def _least_clearance(orbit: StructureOrbit) -> float:
+    """Return the least clearance to a wall at which the structure turns between impacts."""
+    walls = [i for i, stop in enumerate(orbit.structure.stops) if isinstance(stop, Wall)]
+    return _turns(orbit, walls)[0]
+
+
+def _turns(orbit: StructureOrbit, stops: Sequence[int]) -> tuple[float, Touch | None]:
+    """Return the least clearance to one of some stops at which the structure turns, and where."""
+    run = orbit.run
+    ends = np.concatenate([[0.0], run.impacts.t, [run.t_end]])
+    least, place = math.inf, None
+    for stop in stops:
+        own = _met_at(run.system, stop)
+        for begin, end in zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True):
+            if end - begin > APART * run.t_end:
+                gap, t = _least_in_flight(run, own, begin, end)
+                if gap < least:
+                    least, place = gap, Touch(stop, t)
+    return least, place
+
+
+def touch_of(orbit: StructureOrbit) -> Touch:
+    """Return where an orbit at a graze touches a stop: at an impact without velocity, or a turn.
+
+    Raises
+    ------
+    ParameterError
+        If it touches none.
+    """
+    impacts, structure = orbit.run.impacts, orbit.structure
+    _, v = orbit.run(np.linspace(0.0, orbit.period, 65))
+    unit = float(np.abs(v).max())
+    if len(impacts):
+        k = int(np.argmin(np.abs(impacts.v_before)))
+        size = float(np.abs(structure.stop_directions[int(impacts.stop[k])]).sum())
+        if abs(float(impacts.v_before[k])) < SLOW * unit * size:
+            return Touch(int(impacts.stop[k]), float(impacts.t[k]))
+    entered = orbit.run.crossings
+    found = []
+    for stop in range(len(structure.stops)):
+        gap, place = _turns(orbit, [stop])
+        if place is not None:
+            found.append((abs(gap), place))
+        slow = (entered.stop == stop) & (np.abs(entered.v) < math.sqrt(SLOW) * unit)
+        if slow.any():
+            found.append((0.0, Touch(stop, float(entered.t[slow].mean()))))
+    if not found:
+        raise ParameterError("point", orbit, "its orbit touches no stop")
+    return min(found)[1]
+
+
+def _least_in_flight(
+    run: StructureTrajectory, wall: _Met, begin: float, end: float
+) -> tuple[float, float]:
+    """Return the least clearance at which it turns within a flight, and when; inf without a turn."""
+    t = np.linspace(begin, end, LOOKED)[1:-1]
+
+    def seen(at: Floats) -> tuple[Floats, Floats]:
+        x, v = run(at)
+        gap = (x * wall.normal).sum(axis=-1) - wall.level
+        return np.asarray(gap), np.asarray((v * wall.normal).sum(axis=-1))
+
+    _, speed = seen(t)
+    turns = np.flatnonzero((speed[:-1] < 0.0) & (speed[1:] >= 0.0))
+    if len(turns) == 0:
+        return math.inf, math.nan
+    low, high, slow, fast = t[turns], t[turns + 1], speed[turns], speed[turns + 1]
+    gap, at = np.full(len(turns), math.inf), low
+    for _ in range(REFINED):
+        at = low - slow * (high - low) / (fast - slow)
+        gap, now = seen(at)
+        below = now < 0.0
+        low, slow = np.where(below, at, low), np.where(below, now, slow)
+        high, fast = np.where(below, high, at), np.where(below, fast, now)
+    least = int(np.argmin(gap))
+    return float(gap[least]), float(at[least])

@@ -1,0 +1,146 @@
+"""Branches of structures through the grazes of walls, and their formal orbits."""
+
+from __future__ import annotations
+
+import functools
+import math
+
+import numpy as np
+import pytest
+
+import percuss as pc
+
+# One mass with its wall, as a structure and as an oscillator.
+ONE = pc.Structure(1, 1, "0.1", stops=[pc.Wall(1, "above", "0.8")])
+SAME = pc.impact_oscillator("0.8", wall=1, side="above", damping="0.05")
+# Two masses of which the second meets a wall.
+TWO = pc.chain([1, "0.6"], ["1.2", 1, "0.4"], "0.06", [pc.Wall("0.5", "above", "0.7", on=1)])
+LOADS = pc.Loads({0: pc.cosine("1.2", amplitude="0.3")})
+
+
+@functools.cache
+def two_masses() -> pc.StructureBranch:
+    """Return a branch that is closed, and formal between grazes."""
+    orbit = pc.find_orbit(TWO, LOADS)
+    return pc.continue_orbit(orbit, {"loads.0.omega": (0.6, 2.4)}, largest_step=0.1)
+
+
+@pytest.mark.parametrize("n_impacts", [0, 1])
+def test_one_coordinate_has_the_branch_of_the_oscillator(n_impacts: int) -> None:
+    guess = None if n_impacts else ([0], [0])
+    amplitude = 1 if n_impacts else "0.05"
+    own = pc.find_orbit(ONE, pc.cosine(1, amplitude=amplitude), guess=guess)
+    other = pc.find_orbit(SAME, pc.cosine(1, amplitude=amplitude), n_impacts=n_impacts)
+    over = (1.0, 0.05) if n_impacts else (0.05, 0.5)
+
+    branch = pc.continue_orbit(own, {"loads.0.amplitude": over}, largest_step=0.1)
+
+    expected = pc.continue_orbit(other, {"forcing.amplitude": over}, largest_step=0.1)
+    kinds = {"fold", "grazing", "period_doubling"}
+    assert {point.kind for point in branch.special_points} <= kinds
+    for kind in kinds:
+        found, known = (
+            sorted(point.value for point in one.special_points if point.kind == kind)
+            for one in (branch, expected)
+        )
+        assert found == pytest.approx(known, abs=1e-10)
+    low, high = (
+        [one.values[flags].min() if flags.any() else math.nan
+         for flags in (one.admissible, ~one.admissible)]
+        for one in (branch, expected)
+    )  # fmt: skip
+    # Formal orbits begin at the graze, which is a row, and may have either flag there.
+    assert low == pytest.approx(high, abs=1e-2)
+    assert max(orbit.residual for orbit in branch.orbits) < 1e-12
+
+
+def test_orbits_that_are_flagged_as_motions_are_motions_and_no_others() -> None:
+    branch = two_masses()
+
+    assert branch.end_reason == "the branch closed"
+    assert 0.2 < branch.admissible.mean() < 0.8
+    special = {point.row for point in branch.special_points}
+    for row in sorted({*range(0, len(branch), 5)} - special):
+        orbit = branch[row]
+        start = orbit.x0.tolist(), orbit.v0.tolist()
+        if orbit.x0[1] > 0.5:
+            assert not orbit.admissible
+            continue
+        run = pc.simulate(TWO, orbit.loads, start=start, t_end=orbit.period)
+        comes_back = np.allclose(run(run.t_end), start, atol=1e-9)
+        assert (comes_back and len(run.impacts) == len(orbit.run.impacts)) == orbit.admissible
+
+
+def test_formal_orbits_pass_through_the_wall_and_obey_its_law_at_their_impacts() -> None:
+    branch = two_masses()
+    row = int(np.argmin([orbit.run.impacts.v_before.min() for orbit in branch.orbits]))
+    orbit = branch[row]
+
+    # It comes from behind the wall: as an impact would be that runs backwards.
+    assert not orbit.admissible
+    (before,), (after,) = orbit.run.impacts.v_before, orbit.run.impacts.v_after
+    assert after == pytest.approx(-0.7 * before)
+    (t,) = orbit.run.impacts.t
+    x, _ = orbit.run(t)
+    assert x[1] == pytest.approx(0.5, abs=1e-12)
+    ends = [np.concatenate(orbit.run(at)) for at in (0.0, orbit.period)]
+    assert ends[0] == pytest.approx(ends[1], abs=1e-10)
+
+
+def test_grazes_are_located_where_motions_end() -> None:
+    branch = two_masses()
+
+    grazes = [point for point in branch.special_points if point.kind == "grazing"]
+    assert len(grazes) == 4
+    for point in grazes:
+        assert point.status == "located"
+        sides = {branch[row % len(branch)].admissible for row in (point.row - 1, point.row + 1)}
+        assert sides == {True, False}
+        t = np.linspace(0.0, point.orbit.period, 2001)
+        touched = float(np.abs(point.orbit.run.impacts.v_before).min())
+        nearest = float(np.abs(point.orbit.run(t)[0][:, 1] - 0.5).min())
+        assert min(touched, nearest) < 1e-5
+
+
+@pytest.mark.parametrize(
+    "stop", [pc.Wall("0.5", "above", "0.7", on=1), pc.SoftStop("0.5", "above", 10, on=1)]
+)
+def test_curves_of_grazes_are_where_the_linear_response_reaches_the_stop(
+    stop: pc.Wall | pc.SoftStop,
+) -> None:
+    structure = pc.Structure(
+        TWO.mass_matrix, TWO.stiffness_matrix, TWO.damping_matrix, stops=[stop]
+    )
+    calm = pc.find_orbit(structure, pc.Loads({0: pc.cosine("1.2", amplitude="0.02")}))
+    branch = pc.continue_orbit(calm, {"loads.0.amplitude": (0.02, 0.35)}, largest_step=0.2)
+    (graze,) = (point for point in branch.special_points if point.kind == "grazing")
+
+    ranges = {"loads.0.omega": (0.8, 1.6), "loads.0.amplitude": (0.001, 0.5)}
+    curve = pc.continue_curve(graze, ranges, largest_step=0.2)
+
+    assert curve.kind == "grazing"
+    assert np.ptp(curve.values[:, 0]) > 0.6
+    mass, damping, stiffness = (
+        TWO.mass_matrix, TWO.damping_matrix, TWO.stiffness_matrix,
+    )  # fmt: skip
+    for omega, amplitude in curve.values:
+        dynamic = stiffness - omega**2 * mass + 1j * omega * damping
+        reached = amplitude * abs(np.linalg.solve(dynamic, [1.0, 0.0])[1])
+        assert reached == pytest.approx(0.5, abs=1e-12)
+
+
+def test_curves_of_folds_are_those_of_the_oscillator() -> None:
+    own = pc.continue_orbit(
+        pc.find_orbit(ONE, pc.cosine(1)), {"loads.0.amplitude": (1.0, 0.05)}, largest_step=0.1
+    )
+    other = pc.continue_orbit(
+        pc.find_orbit(SAME, pc.cosine(1)), {"forcing.amplitude": (1.0, 0.05)}, largest_step=0.1
+    )
+    ends = []
+    for branch, name in ((own, "loads.0"), (other, "forcing")):
+        fold = next(point for point in branch.special_points if point.kind == "fold")
+        ranges = {f"{name}.omega": (1.0, 1.02), f"{name}.amplitude": (0.05, 0.3)}
+        ends.append(pc.continue_curve(fold, ranges, largest_step=0.2).values[-1])
+
+    assert ends[0] == pytest.approx(ends[1], abs=1e-9)
+    assert ends[0][0] == 1.02
