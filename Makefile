@@ -1,4 +1,5 @@
-# make paper | demo | test | frozen | nightly | floors | dist | docs | benchmark | wasm | lock | clean. Set-up happens by itself, in .venv.
+# make paper | demo | test | frozen | nightly | floors | dist | docs | benchmark | wasm | lock | clean.
+# Set-up happens by itself, in .venv.
 
 # The first Python that is new enough; PYTHON=... on the command line chooses another.
 CANDIDATES = python3 python3.14 python3.13 python3.12 python3.11
