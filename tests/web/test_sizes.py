@@ -25,7 +25,7 @@ def test_nothing_is_cut_off_at_any_size(
     opened = browser.new_page(viewport={"width": width, "height": height})
     opened.goto(f"http://{address}/")
     opened.wait_for_selector(".explore[data-drawn]", timeout=WAIT)
-    for view in ("explore", "diagram", "basins", "structure", "paper", "gallery"):
+    for view in ("explore", "diagram", "basins", "fit", "structure", "paper", "gallery"):
         opened.locator(f"[data-view={view}]").click()
         opened.wait_for_timeout(150)
         assert opened.evaluate("document.documentElement.scrollWidth") <= width

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from percuss.arrays import Floats, row_of
 from percuss.errors import ParameterError
 from percuss.kernels.structure import sensitivity as engine
-from percuss.kernels.structure.march import StructureRun, new_run
+from percuss.kernels.structure.run import StructureRun, new_run
 from percuss.kernels.structure.sensitivity import ColumnRecord, VariedRun
 from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import reals

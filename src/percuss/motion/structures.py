@@ -16,7 +16,8 @@ from percuss.arrays import Floats, Integers, row_of
 from percuss.errors import LimitWarning, ParameterError
 from percuss.kernels import record as columns
 from percuss.kernels.structure import march as engine
-from percuss.kernels.structure.march import StructureRun, new_run
+from percuss.kernels.structure import run as state
+from percuss.kernels.structure.run import StructureRun, new_run
 from percuss.kernels.structure.sample import evaluate
 from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import Exact, Phase, as_float, reals, whole
@@ -108,18 +109,16 @@ def followed(
     key = system.key_at(x, v)
     system.add(key)
     run = new_run(system.sets, min(limit + 8, FIRST_CAPACITY))
-    run.counters[engine.SET] = system.sets.keys.tolist().index(key)
+    run.counters[state.SET] = system.sets.keys.tolist().index(key)
     run.state[columns.T] = t
-    engine.decompose(
-        system.sets, int(run.counters[engine.SET]), np.stack([x, v], axis=1), run.begin
-    )
+    state.decompose(system.sets, int(run.counters[state.SET]), np.stack([x, v], axis=1), run.begin)
     try:
         while True:
             status = engine.march(run, end, limit, PATIENCE)
             if status in _OUTCOMES:
                 return run, _OUTCOMES[status]
-            if status == engine.NEW_SET:
-                system.add(int(run.counters[engine.WANTED]))
+            if status == state.NEW_SET:
+                system.add(int(run.counters[state.WANTED]))
                 run = run._replace(sets=system.sets)
             elif status == columns.FULL:
                 run = _longer(run)
