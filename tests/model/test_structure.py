@@ -18,6 +18,7 @@ from percuss.model import (
     SoftStop,
     StructureStart,
     Wall,
+    acting_sets,
     check_start,
     get_parameter,
     loads_of,
@@ -27,6 +28,7 @@ from percuss.model import (
     replace_parameter,
     replace_parameters,
 )
+from percuss.model.acting_sets import StructureSystem
 from percuss.model.expression import parameters_in
 
 ONE = pc.Structure(mass=2, stiffness=8)
@@ -304,6 +306,8 @@ BAD: list[tuple[Callable[[], object], str]] = [
      "stops.0.on = 'middle': no such point; there are tip"),
     (lambda: on_two(Wall(0, "below", 1.5, on=0)),
      "restitution = 1.5: outside [0, 1]; above 1 an impact would create energy"),
+    (lambda: on_two(*(SoftStop(i, "above", 1, on=0) for i in range(70))),
+     "stops = 70: more than the 62 whose sets have a number each"),
     (lambda: on_two(Wall(1, "below", on=0), Wall("0.5", "above", on=0)),
      "stops.1.at = '0.5': not above the lower wall at x = 1; the walls leave no room"),
     (lambda: on_two(Wall(1, "below", on=(1, -1)), Wall(-1, "below", on=(-2, 2))),
@@ -360,6 +364,22 @@ BAD: list[tuple[Callable[[], object], str]] = [
 def test_bad_input_is_told_in_one_sentence(make: Callable[[], object], message: str) -> None:
     with pytest.raises(ParameterError, match=re.escape(message)):
         make()
+
+
+def test_more_sets_of_acting_stops_than_memory_are_told_in_one_sentence(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    structure = on_two(*(SoftStop(i + 1, "above", 1, on=0) for i in range(4)))
+    system = StructureSystem(structure, pc.Loads())
+    system.add(0)
+    taken = sum(array[0].nbytes for array in system.sets[:16])
+    monkeypatch.setattr(acting_sets, "MOST_BYTES", 2 * taken)
+    system.add(1)
+
+    with pytest.raises(ParameterError, match=r"stops = 4: the motion has met 3 sets of acting"):
+        system.add(2)
+    # What is there still serves.
+    assert system.sets.keys.tolist() == [0, 1]
 
 
 def test_stops_that_fit_are_taken() -> None:

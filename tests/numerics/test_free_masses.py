@@ -6,20 +6,21 @@ import numpy as np
 import pytest
 
 from percuss.arrays import Floats
+from percuss.numerics import Wide
 from percuss.numerics.modes import mode_pairs
 
 
 def residual(stiffness: Floats, damping: Floats) -> float:
     """Return by how much both parts of each pair miss x'' + C x' + K x = 0."""
-    pairs = mode_pairs(stiffness, damping)
+    pairs = mode_pairs(Wide.of(stiffness), Wide.of(damping))
     # Columns: the velocity of P u + Q w is (-k Q) u + (P - d Q) w, and once more the acceleration.
-    p, q = pairs.of_u, pairs.of_w
+    p, q = pairs.of_u.rounded, pairs.of_w.rounded
     p1, q1 = -q * pairs.spring, p - q * pairs.drag
     p2, q2 = -q1 * pairs.spring, p1 - q1 * pairs.drag
     misses = (a + damping @ b + stiffness @ c for a, b, c in ((p2, p1, p), (q2, q1, q)))
     whole = np.vstack([np.stack([p, q], axis=2).reshape(len(p), -1),
                        np.stack([p1, q1], axis=2).reshape(len(p), -1)])  # fmt: skip
-    back = pairs.inverse.reshape(2 * len(p), -1)
+    back = pairs.inverse.rounded
     return max(
         float(np.abs(whole @ back - np.eye(2 * len(p))).max()),
         *(float(np.abs(miss).max()) for miss in misses),
@@ -44,5 +45,5 @@ def test_free_masses_with_dashpots_rest_anywhere(seed: int, n: int) -> None:
     damping = 0.1 * (root @ root.T + np.eye(n))
 
     assert residual(stiffness, damping) < 1e-11
-    rests = mode_pairs(stiffness, damping).spring == 0.0
+    rests = mode_pairs(Wide.of(stiffness), Wide.of(damping)).spring == 0.0
     assert int(rests.sum()) >= n - 1

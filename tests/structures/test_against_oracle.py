@@ -20,9 +20,6 @@ from percuss.motion.structures import StructureTrajectory
 SLOW = 1e-3
 # Impacts and soft stops multiply rounding by less than 1e4 in the time and cases chosen.
 INSTANT = 1e-11
-# Two walls at which hops shrink at once: the last hop that doubles resolve has a speed of 1e-8, and
-# its instant is known to the rounding of its height over that.
-TWO_AT_ONCE = 1e-6
 Times = dict[tuple[str, int], list[float]]
 
 
@@ -127,7 +124,7 @@ def test_hops_at_two_walls_at_once_end_where_those_of_the_oracle_end(seed: int) 
     runs = flown(motion)
 
     assert chatters_at_two_walls(runs[1])
-    assert differences(motion, TWO_AT_ONCE, runs) == []
+    assert differences(motion, runs=runs) == []
 
 
 @pytest.mark.parametrize(

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from fractions import Fraction
 
 import numpy as np
 import pytest
+from tests.oracle.structures import simulate_structure, structure_problem
 
 import percuss as pc
 from percuss.arrays import Floats
@@ -164,6 +166,35 @@ def test_what_does_not_fit_is_told(
 ) -> None:
     with pytest.raises(pc.ParameterError, match=message):
         pc.find_orbit(NLVIB, loads, **keywords)  # type: ignore[call-overload]
+
+
+@pytest.mark.parametrize(
+    ("restitution", "omega"),
+    [("0.5", "0.7"), pytest.param("0.8", "0.35", marks=pytest.mark.nightly)],
+)
+def test_the_derivative_over_a_chatter_a_contact_and_a_release_is_that_of_the_oracle(
+    restitution: str, omega: str
+) -> None:
+    """A difference of two motions of 77 digits; dashpots couple the mass that chatters to the other."""
+    wall = pc.Wall("-0.1", "below", restitution, on=0)
+    chain = pc.chain([1, 2], [1, 2, 1], ["0.1", "0.1", "0.05"], [wall])
+    pushed = pc.cosine(omega, amplitude="0.3", constant="-0.4")
+    loads = pc.Loads([(0, pushed), (1, pc.sine(omega, amplitude="0.2"))])
+    system = StructureSystem.of(chain, loads)
+    start, way = np.array([0.05, 0.1, 0.3, -0.2]), np.array([0.5, -0.25, 0.75, 1.0])
+
+    derivative = period_map(system, start, 1).derivative @ way
+
+    step, problem, ends = Fraction(1, 2**40), structure_problem(chain, loads), []
+    end = Fraction(loads.period or 0.0)
+    for sign in (1, -1):
+        state = [Fraction(a) + sign * step * Fraction(b) for a, b in zip(start, way, strict=True)]
+        run = simulate_structure(problem, state[:2], state[2:], t_end=end)
+        assert [event.kind for event in run.events if event.kind != "impact"] == ["rest", "release"]
+        x, v = run(end)
+        ends.append([*x, *v])
+    exact = [float((a - b) / (2 * float(step))) for a, b in zip(*ends, strict=True)]
+    np.testing.assert_allclose(derivative, exact, rtol=0, atol=1e-13)
 
 
 def test_a_range_without_the_own_value_is_refused() -> None:

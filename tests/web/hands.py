@@ -16,6 +16,18 @@ def wait_for_drawing(page: Page, before: str) -> None:
     page.wait_for_function(
         "before => document.querySelector('.explore').dataset.drawn !== before", arg=before
     )
+    wait_for_server(page)
+
+
+def wait_for_server(page: Page) -> None:
+    """Wait for what the server tells of the motion that the page has drawn."""
+    page.wait_for_function(
+        """() => {
+          const card = document.querySelector('.facts .card:nth-child(2)');
+          return !card.classList.contains('stale') && card.querySelector('dd').textContent !== '…';
+        }""",
+        timeout=WAIT,
+    )
 
 
 def set_box(page: Page, path: str, text: str) -> None:

@@ -10,7 +10,15 @@ from playwright.sync_api import Browser, Page, expect
 from tests.web.hands import WAIT, compute, fill, set_box, slider_of, view_of
 
 
-@pytest.mark.parametrize(("width", "height"), [(375, 720), (768, 1024), (1366, 768), (3840, 2160)])
+@pytest.mark.parametrize(
+    ("width", "height"),
+    [
+        (375, 720),
+        (1366, 768),
+        pytest.param(768, 1024, marks=pytest.mark.nightly),
+        pytest.param(3840, 2160, marks=pytest.mark.nightly),
+    ],
+)
 def test_nothing_is_cut_off_at_any_size(
     browser: Browser, address: str, width: int, height: int
 ) -> None:

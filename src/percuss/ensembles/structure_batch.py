@@ -16,9 +16,9 @@ from percuss.kernels import observables
 from percuss.kernels import record as columns
 from percuss.kernels.structure import basis as at
 from percuss.kernels.structure import batch
-from percuss.kernels.structure import march as engine
+from percuss.kernels.structure import run as state
 from percuss.kernels.structure.basis import Sets
-from percuss.kernels.structure.march import new_run
+from percuss.kernels.structure.run import new_run
 from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import as_float
 from percuss.model.oscillator import SoftStop
@@ -61,11 +61,12 @@ def follow_structures(
         keys=np.zeros(k, dtype=np.int64),
         plans=every,
         status=np.full(k, batch.NEW, dtype=np.int64),
-        state=np.zeros((k, engine.STATE_ENTRIES)),
-        counters=np.zeros((k, engine.COUNTERS), dtype=np.int64),
+        state=np.zeros((k, state.STATE_ENTRIES)),
+        counters=np.zeros((k, state.COUNTERS), dtype=np.int64),
         begin=np.zeros((k, n, 2)),
         order=np.zeros((k, n_stops)),
         free=np.zeros((k, n_stops)),
+        clearances=np.zeros((k, n_stops)),
         values=np.concatenate([np.zeros((k, observables.N_OBSERVABLES)), *speeds], axis=1),
         points=np.full((k, plan.n_points, width), np.nan),
         ends=np.full((k, 2 * n), np.nan),
@@ -114,8 +115,8 @@ def _follow(
             try:
                 system.add(key)
             except ConvergenceError:
-                waits = members.status == engine.NEW_SET
-                lost = np.where(waits, members.counters[:, engine.WANTED], members.keys) == key
+                waits = members.status == state.NEW_SET
+                lost = np.where(waits, members.counters[:, state.WANTED], members.keys) == key
                 members.status[lost & (waits | (members.status == batch.NEW))] = NO_MODES
         if (members.status == NO_MODES).all():
             return
@@ -133,8 +134,8 @@ def _follow(
         views = views_of(system, on)
         batch.follow_members(members, run, viewer, views, space, wishes, stop_flag())
         check_wanted()
-        waits = members.status == engine.NEW_SET
-        wanted = set(members.counters[waits, engine.WANTED].tolist())
+        waits = members.status == state.NEW_SET
+        wanted = set(members.counters[waits, state.WANTED].tolist())
         spent = members.status == columns.SPENT
         searches += int(spent.any())
         # The events of one instant did not fit.

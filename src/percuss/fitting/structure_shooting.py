@@ -10,7 +10,7 @@ from percuss.arrays import Floats
 from percuss.fitting.measured import MeasuredSamples, directions_of
 from percuss.kernels.segments import SegmentResults
 from percuss.kernels.structure import sensitivity as carried
-from percuss.kernels.structure.march import new_run
+from percuss.kernels.structure.run import new_run
 from percuss.kernels.structure.segments import (
     SegmentScratch,
     StructureSegments,

@@ -14,7 +14,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from percuss.arrays import Complexes, Floats, Integers
-from percuss.errors import ConvergenceError
+from percuss.errors import ConvergenceError, ParameterError
 from percuss.kernels.law_columns import (
     COLUMNS,
     FIRST_HARMONIC,
@@ -26,7 +26,7 @@ from percuss.kernels.law_columns import (
 from percuss.kernels.structure import basis as at
 from percuss.kernels.structure.basis import Sets
 from percuss.kernels.structure.steps import fill_steps
-from percuss.model.exact import as_float, as_fraction
+from percuss.model.exact import Exact, as_float, as_fraction
 from percuss.model.forcing import Component, Forcing
 from percuss.model.loads import Loads, loads_of
 from percuss.model.oscillator import Oscillator, SoftStop, Wall
@@ -35,9 +35,9 @@ from percuss.model.system import fill_harmonic, fill_motion, fill_response
 from percuss.model.system import law as law_of
 from percuss.numerics import (
     ModePairs,
-    cholesky,
+    Wide,
     directions,
-    inverse,
+    entry_sizes,
     matmul,
     mode_pairs,
     solve_linear,
@@ -55,6 +55,8 @@ LONGEST_PHASE = 2.0
 GROWING_PHASE = 0.5
 # Without any rate the motion is a cubic, and steps may have any length [time].
 ANY_STEP = 2.0**-8
+# Of all sets of acting stops that a structure has met [bytes].
+MOST_BYTES = 1_000_000_000
 # How often a state is moved out of walls, of which one may push it behind another.
 PUSHES = 100
 
@@ -88,13 +90,18 @@ class StructureFrames:
         return np.asarray(1.0 / (self._normals * self._normals).sum(axis=-1))
 
     @cached_property
-    def _factor(self) -> Floats:
+    def _factor(self) -> Wide:
         """L of M = L L^T."""
-        return cholesky(self.structure.mass_matrix)[0]
+        return _wide(self.structure.mass).cholesky()
 
     @cached_property
+    def _back(self) -> Wide:
+        """L^-1."""
+        return self._factor.inverse()
+
+    @property
     def inverse_factor(self) -> Floats:
-        return inverse(self._factor)
+        return self._back.rounded
 
     @cached_property
     def walls(self) -> Floats:
@@ -112,10 +119,13 @@ class StructureFrames:
         return rows
 
     @cached_property
-    def _normals(self) -> Floats:
+    def _wide_normals(self) -> Wide:
         """The gradients of the clearances in coordinates of unit mass, (n_stops, n)."""
-        rows = self.gradients
-        return matmul(rows, self.inverse_factor.T) if len(rows) else rows
+        return Wide.of(self.gradients) @ self._back.T
+
+    @property
+    def _normals(self) -> Floats:
+        return self._wide_normals.rounded
 
     @cached_property
     def impulses(self) -> Floats:
@@ -145,9 +155,10 @@ class StructureFrames:
 
     def _make(self, key: int) -> dict[str, Floats]:
         structure, n = self.structure, self.structure.n
-        back, factor = self.inverse_factor, self._factor
+        back = self._back
         stiffness, damping = self._matrices
-        pull = np.zeros(n)
+        stiff_size, drag_size = self._sizes
+        pull = Wide.zeros(n, 1)
         held = []
         for i, stop in enumerate(structure.stops):
             if not key >> i & 1:
@@ -155,59 +166,71 @@ class StructureFrames:
             if isinstance(stop, Wall):
                 held.append(i)
                 continue
-            normal = self._normals[i]
-            spring = as_float(stop.stiffness)
-            stiffness = stiffness + spring * normal[:, None] * normal
-            damping = damping + as_float(stop.damping) * normal[:, None] * normal
+            normal = self._wide_normals[i : i + 1]
+            spring, dashpot = (_wide([[value]]) for value in (stop.stiffness, stop.damping))
+            square = normal.T @ normal
+            stiffness = stiffness + spring * square
+            damping = damping + dashpot * square
+            size = normal.rounded[0] * normal.rounded[0]
+            stiff_size = np.sqrt(stiff_size * stiff_size + abs(spring.rounded[0, 0]) * size)
+            drag_size = np.sqrt(drag_size * drag_size + abs(dashpot.rounded[0, 0]) * size)
             # The force is -k h along the gradient of the clearance h, which is its level at 0.
-            pull -= spring * self._levels[i] * normal
+            pull = pull - (float(self._levels[i]) * spring) * normal.T
         free, offset, reactions = self._constraint(held)
-        pull -= matmul(stiffness, offset)
+        pull = pull - stiffness @ offset
         m = len(free)
+        spread = np.abs(free.rounded)
         pairs = _pairs_of(
-            matmul(matmul(free, stiffness), free.T), matmul(matmul(free, damping), free.T)
+            free @ stiffness @ free.T,
+            free @ damping @ free.T,
+            (matmul(spread, stiff_size), matmul(spread, drag_size)),
         )
-        of_u, of_w = np.zeros((n, n)), np.zeros((n, n))
-        of_u[:, :m], of_w[:, :m] = matmul(free.T, pairs.of_u), matmul(free.T, pairs.of_w)
-        inward = np.zeros((n, 2, 2 * n))
-        turned = matmul(pairs.inverse.reshape(2 * m, 2 * m), _twice(free))
-        inward[:m] = turned.reshape(m, 2, 2 * n)
+        of_u, of_w = Wide.zeros(n, n), Wide.zeros(n, n)
+        of_u[:, :m], of_w[:, :m] = free.T @ pairs.of_u, free.T @ pairs.of_w
+        inward = Wide.zeros(2 * n, 2 * n)
+        inward[: 2 * m] = pairs.inverse @ _twice(free)
         modes = np.zeros((n, at.MODE_COLUMNS))
         modes[:m, at.SPRING], modes[:m, at.DRAG] = pairs.spring, pairs.drag
         shape = np.zeros((n, n, 2))
-        shape[:, :, 0], shape[:, :, 1] = matmul(back.T, of_u), matmul(back.T, of_w)
+        shape[:, :, 0] = (back.T @ of_u).rounded
+        shape[:, :, 1] = (back.T @ of_w).rounded
         # Velocities: u' = w, w' = -k u - d w.
-        fast_u, fast_w = -of_w * modes[:, at.SPRING], of_u - of_w * modes[:, at.DRAG]
+        fast_u = -of_w.columns_times(modes[:, at.SPRING])
+        fast_w = of_u - of_w.columns_times(modes[:, at.DRAG])
         s = len(structure.stops)
         watch = np.zeros((s, n, at.WATCH_ENTRIES))
         levels = np.zeros((s, at.LEVEL_COLUMNS))
         levels[:, at.IS_ON] = 1.0
         direct = np.zeros((s, n))
         for i in range(s):
-            normal = self._normals[i]
+            normal = self._wide_normals[i : i + 1]
             if i in held:
-                row = -reactions[held.index(i)]
-                stiff, damped = matmul(row, stiffness), matmul(row, damping)
-                watch[i, :, at.OF_U] = -matmul(damped, fast_u) - matmul(stiff, of_u)
-                watch[i, :, at.OF_W] = -matmul(damped, fast_w) - matmul(stiff, of_w)
-                levels[i, at.CONSTANT] = float((row * pull).sum())
+                number = held.index(i)
+                row = -reactions[number : number + 1]
+                stiff, damped = row @ stiffness, row @ damping
+                watch[i, :, at.OF_U] = (-(damped @ fast_u) - stiff @ of_u).rounded[0]
+                watch[i, :, at.OF_W] = (-(damped @ fast_w) - stiff @ of_w).rounded[0]
+                levels[i, at.CONSTANT] = (row @ pull).rounded[0, 0]
                 levels[i, at.IS_FED] = 1.0
-                direct[i] = row
+                direct[i] = row.rounded[0]
                 continue
             side = -1.0 if key >> i & 1 else 1.0
-            watch[i, :, at.OF_U] = side * matmul(normal, of_u)
-            watch[i, :, at.OF_W] = side * matmul(normal, of_w)
-            levels[i, at.CONSTANT] = side * (self._levels[i] + float((normal * offset).sum()))
+            watch[i, :, at.OF_U] = side * (normal @ of_u).rounded[0]
+            watch[i, :, at.OF_W] = side * (normal @ of_w).rounded[0]
+            level = Wide.of(np.array([[self._levels[i]]])) + normal @ offset
+            levels[i, at.CONSTANT] = side * level.rounded[0, 0]
+        inverse = (inward @ _twice(self._factor.T)).rounded
+        inward_rows = inward.rounded.reshape(n, 2, 2 * n)
         frame = {
-            "inward": inward,
-            "pull": pull,
+            "inward": inward_rows,
+            "pull": pull.rounded[:, 0],
             "direct": direct,
             "modes": modes,
             "watch": watch,
             "levels": levels,
             "shape": shape,
-            "offset": matmul(back.T, offset),
-            "inverse": matmul(inward.reshape(2 * n, 2 * n), _twice(factor.T)).reshape(n, 2, 2 * n),
+            "offset": (back.T @ offset).rounded[:, 0],
+            "inverse": np.ascontiguousarray(inverse).reshape(n, 2, 2 * n),
             "kick": self._kicks(inward, free, held),
         }
         for i in range(s):
@@ -215,24 +238,33 @@ class StructureFrames:
         return frame
 
     @cached_property
-    def _matrices(self) -> tuple[Floats, Floats]:
+    def _matrices(self) -> tuple[Wide, Wide]:
         """Stiffness and damping in coordinates of unit mass."""
-        back, structure = self.inverse_factor, self.structure
+        back, structure = self._back, self.structure
         return (
-            matmul(matmul(back, structure.stiffness_matrix), back.T),
-            matmul(matmul(back, structure.damping_matrix), back.T),
+            back @ _wide(structure.stiffness) @ back.T,
+            back @ _wide(structure.damping) @ back.T,
         )
 
-    def _constraint(self, held: Sequence[int]) -> tuple[Floats, Floats, Floats]:
+    @cached_property
+    def _sizes(self) -> tuple[Floats, Floats]:
+        """Sizes (n,) of the coordinates: their products are what entries of K and C are rounded to."""
+        spread = np.abs(self.inverse_factor)
+        return (
+            matmul(spread, entry_sizes(self.structure.stiffness_matrix)),
+            matmul(spread, entry_sizes(self.structure.damping_matrix)),
+        )
+
+    def _constraint(self, held: Sequence[int]) -> tuple[Wide, Wide, Wide]:
         """Return an orthonormal basis of what walls leave free, a point they allow, and reactions.
 
         The reaction of each wall is minus its row times the force that is not the walls'.
         """
         n = self.structure.n
         if not held:
-            return np.eye(n), np.zeros(n), np.zeros((0, n))
-        normals = self._normals[list(held)]
-        sizes, rows = directions(normals)
+            return Wide.unit(n), Wide.zeros(n, 1), Wide.zeros(0, n)
+        normals = self._wide_normals[list(held)]
+        sizes, rows = directions(normals.rounded)
         if len(held) > n or sizes[len(held) - 1] <= 1e-10 * sizes[0]:
             walls = ", ".join(f"stops.{i}" for i in held)
             raise ConvergenceError(
@@ -241,23 +273,26 @@ class StructureFrames:
                 float(sizes[-1]),
                 "leave one of them out, or move it a little",
             )
-        gram = matmul(normals, normals.T)
-        offset = -matmul(normals.T, solve_linear(gram, self._levels[list(held)]))
-        return rows[len(held) :], offset, solve_linear(gram, normals)
+        reactions = (normals @ normals.T).solve(normals)
+        offset = -(reactions.T @ Wide.of(self._levels[list(held)][:, None]))
+        free = Wide.of(rows[len(held) :])
+        free = (free - (free @ normals.T) @ reactions).orthonormal()
+        return free, offset, reactions
 
-    def _kicks(self, inward: Floats, free: Floats, held: Sequence[int]) -> Floats:
+    def _kicks(self, inward: Wide, free: Wide, held: Sequence[int]) -> Floats:
         """Return the jumps of the modes that change the velocity of each clearance by 1."""
         n = self.structure.n
         kicks = np.zeros((len(self.structure.stops), n, 2))
-        for i, normal in enumerate(self._normals):
+        for i in range(len(kicks)):
             if i in held:
                 continue
-            along = matmul(free.T, matmul(free, normal))
-            square = float((along * along).sum())
+            normal = self._wide_normals[i : i + 1]
+            along = free.T @ (free @ normal.T)
+            square = along.T @ along
             # What held walls leave of a direction may be nothing: such a stop cannot be struck.
-            if square > 1e-20 * float((normal * normal).sum()):
-                for part in range(2):
-                    kicks[i, :, part] = matmul(inward[:, part, n:], along / square)
+            if square.rounded[0, 0] > 1e-20 * (normal @ normal.T).rounded[0, 0]:
+                kick = (square.inverse() * (inward[:, n:] @ along)).rounded
+                kicks[i] = kick.reshape(n, 2)
         return kicks
 
 
@@ -325,12 +360,15 @@ class StructureSystem:
         ------
         ConvergenceError
             If the modes of one cannot be told apart, or walls hold the structure that hold it twice.
+        ParameterError
+            If all sets together take more than a gigabyte.
         """
         new = [key for key in dict.fromkeys(keys) if key not in self._made]
         if not new:
             return
         for key in new:
             self._made[key] = self._make(key)
+            self._check_size(key)
         made = list(self._made.values())
         arrays = {name: _joined([one[name] for one in made]) for name in made[0]}
         self._sets = Sets(
@@ -338,6 +376,18 @@ class StructureSystem:
             stops=self._frames.stops, walls=self._frames.walls, records=self._records,
             normals=self._frames.gradients, impulses=self._frames.impulses,
         )  # fmt: skip
+
+    def _check_size(self, key: int) -> None:
+        """Refuse the last set, where all together are larger than a memory should hold."""
+        size = sum(array.nbytes for array in self._made[key].values())
+        count = len(self._made)
+        if count * size > MOST_BYTES:
+            del self._made[key]
+            reason = (
+                f"the motion has met {count:,} sets of acting stops, of {size / 1e3:.0f} kB each and"
+                f" more than {MOST_BYTES / 1e6:.0f} MB together; shorten the run, or leave out stops"
+            )
+            raise ParameterError("stops", len(self.structure.stops), reason)
 
     def key_at(self, x: Floats, v: Floats) -> int:
         """Return the bits of the soft stops that press at displacements and velocities (n,)."""
@@ -524,15 +574,24 @@ def _frames_of(structure: Structure) -> StructureFrames:
     return StructureFrames(structure)
 
 
-def _pairs_of(stiffness: Floats, damping: Floats) -> ModePairs:
+def _wide(rows: Sequence[Sequence[Exact]]) -> Wide:
+    """Return a matrix of exact entries."""
+    return Wide.of(
+        [[e if isinstance(e, int | float) else as_fraction(e) for e in row] for row in rows]
+    )
+
+
+def _pairs_of(stiffness: Wide, damping: Wide, sizes: tuple[Floats, Floats]) -> ModePairs:
     """Return the modes of two matrices, kept: another load or place of a stop leaves them."""
-    return _pairs(len(stiffness), stiffness.tobytes(), damping.tobytes())
+    texts = (stiffness.parts.tobytes(), damping.parts.tobytes())
+    return _pairs(len(stiffness), *texts, *(size.tobytes() for size in sizes))
 
 
 @lru_cache(maxsize=256)
-def _pairs(n: int, stiffness: bytes, damping: bytes) -> ModePairs:
-    both = (np.frombuffer(text).reshape(n, n) for text in (stiffness, damping))
-    return mode_pairs(*both)
+def _pairs(n: int, stiffness: bytes, damping: bytes, *sizes: bytes) -> ModePairs:
+    one, other = (Wide(np.frombuffer(text).reshape(n, n, 2)) for text in (stiffness, damping))
+    first, second = (np.frombuffer(text) for text in sizes)
+    return mode_pairs(one, other, (first, second))
 
 
 @lru_cache(maxsize=1024)
@@ -605,10 +664,10 @@ def _stacked(laws: Sequence[Law]) -> Floats:
     return stacked
 
 
-def _twice(matrix: Floats) -> Floats:
+def _twice(matrix: Wide) -> Wide:
     """Return the block-diagonal matrix of two equal blocks."""
     m, n = matrix.shape
-    both = np.zeros((2 * m, 2 * n))
+    both = Wide.zeros(2 * m, 2 * n)
     both[:m, :n], both[m:, n:] = matrix, matrix
     return both
 

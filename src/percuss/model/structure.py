@@ -55,6 +55,8 @@ __all__ = [
 MatrixRows: TypeAlias = tuple[tuple[Exact, ...], ...]
 MatrixLike: TypeAlias = ArrayLike | Sequence[Any] | Exact
 _MATRICES = ("mass", "damping", "stiffness")
+# The stops that act are bits of one integer.
+MOST_STOPS = 62
 
 
 @dataclass(frozen=True, init=False, eq=False, repr=False)
@@ -566,6 +568,9 @@ def _(value: Structure, prefix: str | None = None) -> list[Fault]:
             problems += _direction_faults(direction, value.n, path)
     if not isinstance(value.stops, tuple):
         return [*problems, Fault(dotted(prefix, "stops"), value.stops, "not a tuple of stops")]
+    if len(value.stops) > MOST_STOPS:
+        reason = f"more than the {MOST_STOPS} whose sets have a number each"
+        return [*problems, Fault(dotted(prefix, "stops"), len(value.stops), reason)]
     # What stops act on needs points without faults.
     wrong = list(problems)
     for index, stop in enumerate(value.stops):

@@ -8,7 +8,7 @@ from percuss.arrays import Floats
 from percuss.kernels.law_columns import FIRST_HARMONIC, OMEGA
 from percuss.kernels.record import EVENT_T
 from percuss.kernels.structure import basis as at
-from percuss.kernels.structure.march import StructureRun
+from percuss.kernels.structure.run import StructureRun
 from percuss.model.acting_sets import StructureSystem
 from percuss.model.oscillator import On, Oscillator
 from percuss.model.system import System

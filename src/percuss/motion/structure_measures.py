@@ -12,7 +12,7 @@ from percuss.kernels.sample import flight_at
 from percuss.kernels.structure import sensitivity as engine
 from percuss.kernels.structure.basis import QUICKEST
 from percuss.kernels.structure.columns import unit_records
-from percuss.kernels.structure.march import load_at
+from percuss.kernels.structure.run import load_at
 from percuss.model.exact import as_float
 from percuss.model.oscillator import On, SoftStop
 from percuss.motion.extremes import Extrema, QuantityName

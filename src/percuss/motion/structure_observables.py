@@ -13,8 +13,8 @@ from percuss.kernels.law_columns import FIRST_HARMONIC, OMEGA
 from percuss.kernels.structure import basis as at
 from percuss.kernels.structure import observe
 from percuss.kernels.structure.basis import Sets
-from percuss.kernels.structure.march import StructureRun
 from percuss.kernels.structure.observe import Gauge
+from percuss.kernels.structure.run import StructureRun
 from percuss.model.acting_sets import StructureSystem, fill_watch_bounds
 from percuss.model.exact import as_float, whole
 from percuss.model.oscillator import On, SoftStop

@@ -12,11 +12,12 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from percuss.arrays import Floats, Integers
+from percuss.arrays import Floats, Integers, row_of
 from percuss.errors import LimitWarning, ParameterError
 from percuss.kernels import record as columns
 from percuss.kernels.structure import march as engine
-from percuss.kernels.structure.march import StructureRun, new_run
+from percuss.kernels.structure import run as state
+from percuss.kernels.structure.run import StructureRun, new_run
 from percuss.kernels.structure.sample import evaluate
 from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import Exact, Phase, as_float, reals, whole
@@ -108,18 +109,16 @@ def followed(
     key = system.key_at(x, v)
     system.add(key)
     run = new_run(system.sets, min(limit + 8, FIRST_CAPACITY))
-    run.counters[engine.SET] = system.sets.keys.tolist().index(key)
+    run.counters[state.SET] = system.sets.keys.tolist().index(key)
     run.state[columns.T] = t
-    engine.decompose(
-        system.sets, int(run.counters[engine.SET]), np.stack([x, v], axis=1), run.begin
-    )
+    state.decompose(system.sets, int(run.counters[state.SET]), np.stack([x, v], axis=1), run.begin)
     try:
         while True:
             status = engine.march(run, end, limit, PATIENCE)
             if status in _OUTCOMES:
                 return run, _OUTCOMES[status]
-            if status == engine.NEW_SET:
-                system.add(int(run.counters[engine.WANTED]))
+            if status == state.NEW_SET:
+                system.add(int(run.counters[state.WANTED]))
                 run = run._replace(sets=system.sets)
             elif status == columns.FULL:
                 run = _longer(run)
@@ -279,7 +278,7 @@ class StructureTrajectory:
             raise ParameterError("limit", limit, 'neither "after" nor "before"')
         instants = reals("t", t)
         inside = times_within(instants, self.t0, self.t_end)
-        flat = np.ascontiguousarray(inside).reshape(-1)
+        flat = row_of(inside)
         place = np.empty((len(flat), self.structure.n, 2))
         evaluate(self._scratch(), flat, limit == "after", place)
         shape = (*instants.shape, self.structure.n)
@@ -549,7 +548,7 @@ class StructureTrajectory:
         """
         times = np.atleast_1d(reals("t", t))
         x, v = self(times)
-        flat = np.ascontiguousarray(times_within(times, self.t0, self.t_end))
+        flat = row_of(times_within(times, self.t0, self.t_end))
         stiffness, damping = self.structure.stiffness_matrix, self.structure.damping_matrix
         loads = np.zeros_like(x)
         # What drives a free unit mass is the load itself.

@@ -56,7 +56,9 @@ COLUMNS: dict[str, dict[str, EventColumn]] = {
         "release": EventColumn("time of the release, NaN if it has not come yet", "time"),
         "stop": EventColumn("index of the stop"),
         "n_impacts": EventColumn("number of impacts listed before the contact"),
-        "error_bound": EventColumn("bound of the whole error of the start", "time"),
+        "error_bound": EventColumn(
+            "bound of the error of the start; of a structure, of its chatter's sum", "time"
+        ),
     },
     "graze": {
         "t": EventColumn("time of the touch", "time"),

@@ -31,17 +31,20 @@ from percuss.numerics.linear import (
     norm,
     solve_linear,
 )
-from percuss.numerics.modes import ModePairs, mode_pairs
+from percuss.numerics.modes import ModePairs, entry_sizes, mode_pairs
 from percuss.numerics.roots import gauss_legendre, polynomial_roots
+from percuss.numerics.wide import Wide
 
 __all__ = [
     "ModePairs",
+    "Wide",
     "atan2",
     "cholesky",
     "cos",
     "determinant",
     "directions",
     "dot",
+    "entry_sizes",
     "exp",
     "expm1",
     "fit_line",

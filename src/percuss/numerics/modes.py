@@ -1,32 +1,49 @@
-"""Damped modes of x'' + C x' + K x = 0 in real pairs, whatever the damping is."""
+"""Damped modes of x'' + C x' + K x = 0 in real pairs, whatever the damping is.
+
+All is computed with twice the digits of a double and rounded at the end: a slow mode of a stiff
+structure is what is left of much larger numbers, and so are two modes whose frequencies nearly
+coincide.
+"""
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 
 from percuss.arrays import Complexes, Flags, Floats
 from percuss.errors import ConvergenceError
 from percuss.kernels import eigenvalues as kernels
-from percuss.numerics.linear import inverse, matmul, solve_linear
+from percuss.numerics.linear import matmul, solve_linear
+from percuss.numerics.wide import Wide
 
-__all__ = ["ModePairs", "mode_pairs", "symmetric_modes"]
+__all__ = ["ModePairs", "entry_sizes", "mode_pairs", "symmetric_modes"]
 
-# Below these many units of rounding of the largest entry a matrix counts as symmetric, a coupling
-# of two modes by damping as none, and two eigenvalues as one.
+# Below these many units of rounding of the entries they come from, two opposite entries count as
+# equal, a coupling of two modes by damping as none, and a spring as that of a free mass.
 ROUNDING = 2.0**-50
-# Newton's steps that refine a pair; two are usual.
-REFINEMENTS = 12
+# What sums with twice the digits leave of the largest entry.
+WIDE_ROUNDING = 2.0**-92
+# Newton's steps that refine a pair; three are usual, more where two pairs nearly coincide.
+REFINEMENTS = 40
+# A last step of Newton's method this small is one: what it leaves is far below a double.
+SETTLED = 1e-15
 # A pair that is this much larger than what it is made of has lost so many digits to another pair.
 MOST_CONDITION = 1e5
 # Two real roots nearer than this part of their size take the mean of their shapes as a start.
 NEAR = 1e-4
 # Roots below this part of the damping are 0.
 STILL = 1e-7
-# k, d, of_u and of_w of a pair.
-RealPair: TypeAlias = tuple[float, float, Floats, Floats]
+
+
+class RealPair(NamedTuple):
+    """A pair: k and d, of one entry, and what it is to x, (n, 1)."""
+
+    spring: Wide
+    drag: Wide
+    of_u: Wide
+    of_w: Wide
 
 
 class ModePairs(NamedTuple):
@@ -37,16 +54,16 @@ class ModePairs(NamedTuple):
     spring, drag
         (n,) arrays, k and d of each pair.
     of_u, of_w
-        (n, n) arrays, columns: x = of_u u + of_w w.
+        (n, n), columns: x = of_u u + of_w w.
     inverse
-        (n, 2, 2 n) array: (u, w) of each pair from (x, x').
+        (2 n, 2 n): u and w of each pair in turn, from (x, x').
     """
 
     spring: Floats
     drag: Floats
-    of_u: Floats
-    of_w: Floats
-    inverse: Floats
+    of_u: Wide
+    of_w: Wide
+    inverse: Wide
 
 
 def symmetric_modes(matrix: Floats) -> tuple[Floats, Floats]:
@@ -58,15 +75,28 @@ def symmetric_modes(matrix: Floats) -> tuple[Floats, Floats]:
     >>> values
     array([1., 3.])
     """
-    work, rows = np.array(matrix, dtype=np.float64), np.eye(len(matrix))
-    if not kernels.diagonalise(work, rows):
-        raise ConvergenceError("no eigenvalues of a symmetric matrix found", None, math.nan, "")
-    values = np.diag(work).copy()
-    order = np.argsort(values, kind="stable")
-    return values[order], rows[order]
+    values, rows = Wide.of(matrix).symmetric_modes()
+    return values.rounded[:, 0], rows.rounded
 
 
-def mode_pairs(stiffness: Floats, damping: Floats) -> ModePairs:
+def entry_sizes(matrix: Floats) -> Floats:
+    """Return sizes d (n,) of the coordinates for which no entry (i, j) is larger than d_i d_j.
+
+    Examples
+    --------
+    >>> entry_sizes(np.array([[4.0, -2.0], [-2.0, 9.0]]))
+    array([2., 3.])
+    """
+    sizes = np.sqrt(np.abs(np.diag(matrix)))
+    if (np.abs(matrix) <= (1.0 + 1e-12) * sizes[:, None] * sizes).all():
+        return np.asarray(sizes)
+    both = np.maximum(np.abs(matrix).max(axis=0), np.abs(matrix).max(axis=1))
+    return np.asarray(np.sqrt(both))
+
+
+def mode_pairs(
+    stiffness: Wide, damping: Wide, sizes: tuple[Floats, Floats] | None = None
+) -> ModePairs:
     """Return the modes of x'' + C x' + K x = 0 in real pairs.
 
     Where damping does not couple the modes of K these are real modes, each a pair of its own. What
@@ -76,7 +106,10 @@ def mode_pairs(stiffness: Floats, damping: Floats) -> ModePairs:
     Parameters
     ----------
     stiffness, damping
-        (n, n) arrays, K and C of unit masses; neither need be symmetric.
+        (n, n), K and C of unit masses; neither need be symmetric.
+    sizes
+        (n,) arrays d for K and C: an entry (i, j) is known to a rounding of d_i d_j only. By
+        default those of their `entry_sizes`.
 
     Raises
     ------
@@ -87,112 +120,130 @@ def mode_pairs(stiffness: Floats, damping: Floats) -> ModePairs:
 
     Examples
     --------
-    >>> pairs = mode_pairs(np.diag([1.0, 4.0]), np.diag([0.1, 0.2]))
+    >>> pairs = mode_pairs(Wide.of(np.diag([1.0, 4.0])), Wide.of(np.diag([0.1, 0.2])))
     >>> pairs.spring, pairs.drag
     (array([1., 4.]), array([0.1, 0.2]))
     """
     n = len(stiffness)
     if n == 0:
-        nothing = np.zeros((0, 0))
-        return ModePairs(np.zeros(0), np.zeros(0), nothing, nothing, np.zeros((0, 2, 0)))
-    basis = np.eye(n)
-    if _is_symmetric(stiffness):
-        values, basis = symmetric_modes(0.5 * (stiffness + stiffness.T))
-        if _is_symmetric(damping):
-            basis = _turned(values, basis, damping)
-        stiffness = np.diag(values)
-    damping = matmul(matmul(basis, damping), basis.T)
-    largest = max(float(np.abs(damping).max()), 0.0)
-    size = math.sqrt(max(float(np.abs(stiffness).max()), 0.0))
-    couples = (np.abs(damping) > ROUNDING * largest) & ~np.eye(n, dtype=bool)
-    couples |= (np.abs(stiffness) > ROUNDING * size * size) & ~np.eye(n, dtype=bool)
+        nothing = Wide.zeros(0, 0)
+        return ModePairs(np.zeros(0), np.zeros(0), nothing, nothing, nothing)
+    if sizes is None:
+        sizes = entry_sizes(stiffness.rounded), entry_sizes(damping.rounded)
+    basis = Wide.unit(n)
+    if _is_symmetric(stiffness, sizes[0]):
+        values, basis = (0.5 * (stiffness + stiffness.T)).symmetric_modes()
+        if _is_symmetric(damping, sizes[1]):
+            basis = _turned(values.rounded[:, 0], basis, damping, sizes[0])
+        stiffness = Wide.zeros(n, n)
+        stiffness[np.arange(n), np.arange(n)] = values[:, 0]
+    damping = basis @ damping @ basis.T
+    springs, drags = (
+        _doubts(basis.rounded, size, matrix)
+        for size, matrix in zip(sizes, (stiffness.rounded, damping.rounded), strict=True)
+    )
+    # What rounding leaves of a free mass's spring would let it drift away, or oscillate.
+    stiffness = Wide(stiffness.parts * (np.abs(stiffness.rounded) > springs)[..., None])
+    damping = Wide(damping.parts * (np.abs(damping.rounded) > drags)[..., None])
+    couples = (stiffness.rounded != 0.0) | (damping.rounded != 0.0)
+    couples &= ~np.eye(n, dtype=bool)
     coupled = np.flatnonzero(couples.any(axis=0) | couples.any(axis=1))
     alone = np.setdiff1d(np.arange(n), coupled)
     spring, drag = np.zeros(n), np.zeros(n)
-    of_u, of_w = np.zeros((n, n)), np.zeros((n, n))
-    back = np.zeros((n, 2, 2 * n))
-    # What rounding leaves of a free mass's spring would let it drift away, or oscillate.
-    spring[alone] = _cleaned(np.diag(stiffness), size * size)[alone]
-    drag[alone] = _cleaned(np.diag(damping), largest)[alone]
-    of_u[alone, alone] = 1.0
-    back[alone, 0, alone] = 1.0
-    back[alone, 1, n + alone] = 1.0
+    of_u, of_w, back = Wide.zeros(n, n), Wide.zeros(n, n), Wide.zeros(2 * n, 2 * n)
+    spring[alone] = np.diag(stiffness.rounded)[alone]
+    drag[alone] = np.diag(damping.rounded)[alone]
+    of_u.parts[alone, alone, 0] = 1.0
+    back.parts[2 * alone, alone, 0] = 1.0
+    back.parts[2 * alone + 1, n + alone, 0] = 1.0
     if len(coupled):
         some = np.ix_(coupled, coupled)
         pairs = _coupled_pairs(stiffness[some], damping[some])
         spring[coupled], drag[coupled] = pairs.spring, pairs.drag
         of_u[some], of_w[some] = pairs.of_u, pairs.of_w
+        both = (
+            np.concatenate([2 * coupled, 2 * coupled + 1]),
+            np.concatenate([coupled, n + coupled]),
+        )
         m = len(coupled)
-        for part in range(2):
-            rows = np.zeros((m, 2 * n))
-            rows[:, coupled] = pairs.inverse[:, part, :m]
-            rows[:, n + coupled] = pairs.inverse[:, part, m:]
-            back[coupled, part] = rows
-    turn = np.zeros((2 * n, 2 * n))
+        order = np.concatenate([2 * np.arange(m), 2 * np.arange(m) + 1])
+        back[np.ix_(*both)] = pairs.inverse[order]
+    turn = Wide.zeros(2 * n, 2 * n)
     turn[:n, :n], turn[n:, n:] = basis, basis
-    whole = matmul(back.reshape(2 * n, 2 * n), turn).reshape(n, 2, 2 * n)
-    return ModePairs(spring, drag, matmul(basis.T, of_u), matmul(basis.T, of_w), whole)
+    return ModePairs(spring, drag, basis.T @ of_u, basis.T @ of_w, back @ turn)
 
 
-def _cleaned(values: Floats, size: float) -> Floats:
-    return np.where(np.abs(values) <= ROUNDING * size, 0.0, values)
+def _doubts(basis: Floats, sizes: Floats, matrix: Floats) -> Floats:
+    """Return what the rounding of the entries, and that of their sums, may be in the modes."""
+    ends = matmul(np.abs(basis), sizes)
+    return np.asarray(ROUNDING * ends[:, None] * ends + WIDE_ROUNDING * np.abs(matrix).max())
 
 
-def _is_symmetric(matrix: Floats) -> bool:
-    return bool((np.abs(matrix - matrix.T) <= ROUNDING * np.abs(matrix).max()).all())
+def _is_symmetric(matrix: Wide, sizes: Floats) -> bool:
+    differences = np.abs((matrix - matrix.T).rounded)
+    return bool((differences <= ROUNDING * sizes[:, None] * sizes).all())
 
 
-def _turned(values: Floats, rows: Floats, damping: Floats) -> Floats:
-    """Return the rows, turned among those of one eigenvalue so that damping does not couple them."""
-    rows = rows.copy()
-    size = max(float(np.abs(values).max()), 0.0)
+def _turned(values: Floats, rows: Wide, damping: Wide, sizes: Floats) -> Wide:
+    """Return the rows, turned among those of one eigenvalue so that damping does not couple them.
+
+    Two eigenvalues are one where the rounding of the entries may part them.
+    """
+    doubts = ROUNDING * matmul(np.abs(rows.rounded), sizes) ** 2
+    rows = Wide(rows.parts.copy())
     first = 0
     for last in range(1, len(values) + 1):
-        if last == len(values) or values[last] - values[last - 1] > ROUNDING * size:
+        if (
+            last == len(values)
+            or values[last] - values[last - 1] > doubts[last - 1 : last + 1].max()
+        ):
             if last - first > 1:
                 some = rows[first:last]
-                inside = matmul(matmul(some, damping), some.T)
-                _, turns = symmetric_modes(0.5 * (inside + inside.T))
-                rows[first:last] = matmul(turns, some)
+                inside = some @ damping @ some.T
+                _, turns = (0.5 * (inside + inside.T)).symmetric_modes()
+                rows[first:last] = turns @ some
             first = last
     return rows
 
 
-def _coupled_pairs(stiffness: Floats, damping: Floats) -> ModePairs:
+def _coupled_pairs(stiffness: Wide, damping: Wide) -> ModePairs:
     n = len(stiffness)
-    roots = _roots(stiffness, damping)
+    roots = _roots(stiffness.rounded, damping.rounded)
     pairs, roots = _free_pairs(stiffness, damping, roots)
-    pairs += [_refined(stiffness, damping, *pair) for pair in _roots_in_pairs(roots)]
-    spring, drag = (np.array([pair[i] for pair in pairs]) for i in (0, 1))
-    of_u, of_w = (np.array([pair[i] for pair in pairs]).T for i in (2, 3))
-    whole = np.zeros((2 * n, 2 * n))
+    for one, other in _roots_in_pairs(stiffness.rounded, damping.rounded, roots):
+        pairs.append(_refined(stiffness, damping, one, other))
+    spring, drag = (np.array([pair[i].rounded[0, 0] for pair in pairs]) for i in (0, 1))
+    of_u, of_w = (Wide(np.concatenate([pair[i].parts for pair in pairs], axis=1)) for i in (2, 3))
+    whole = Wide.zeros(2 * n, 2 * n)
     whole[:n, 0::2], whole[:n, 1::2] = of_u, of_w
-    whole[n:, 0::2], whole[n:, 1::2] = -of_w * spring, of_u - of_w * drag
-    back = inverse(whole)
-    sizes = np.sqrt((whole * whole).sum(axis=0)) * np.sqrt((back * back).sum(axis=1))
+    whole[n:, 0::2], whole[n:, 1::2] = (
+        -of_w.columns_times(spring),
+        of_u - of_w.columns_times(drag),
+    )
+    back = whole.inverse()
+    there, here = whole.rounded, back.rounded
+    lost = np.sqrt((there * there).sum(axis=0)) * np.sqrt((here * here).sum(axis=1))
     # Velocities and displacements differ in size by the rates: only what is much larger is lost.
     rates = np.sqrt(np.abs(spring)) + np.abs(drag)
     spread = float(rates.max() / max(float(rates.min()), 1e-300)) if n > 1 else 1.0
-    if float(sizes.max()) > MOST_CONDITION * max(1.0, spread):
-        what = "two pairs of complex modes coincide to five digits and more"
-        raise ConvergenceError(what, None, float(sizes.max()), "change the damping a little")
-    return ModePairs(spring, drag, of_u, of_w, back.reshape(n, 2, 2 * n))
+    if not float(lost.max()) <= MOST_CONDITION * max(1.0, spread):
+        what = "two pairs of modes coincide to five digits and more, and so do their shapes"
+        advice = "change the stiffness or the damping a little"
+        raise ConvergenceError(what, None, float(lost.max()), advice)
+    return ModePairs(spring, drag, of_u, of_w, back)
 
 
 def _free_pairs(
-    stiffness: Floats, damping: Floats, roots: Complexes
+    stiffness: Wide, damping: Wide, roots: Complexes
 ) -> tuple[list[RealPair], Complexes]:
     """Return the pairs of several free masses with dashpots, and the roots of all others.
 
     Each may rest anywhere, a root 0, and what it has of speed decays, a real root. Of equal roots
     that are no double ones none makes a pair with another: a root 0 goes with one that decays.
     """
-    largest = float(np.abs(stiffness).max())
-    free = np.abs(np.diag(stiffness)) <= ROUNDING * largest
-    is_diagonal = bool(
-        (np.abs(stiffness - np.diag(np.diag(stiffness))) <= ROUNDING * largest).all()
-    )
-    if not is_diagonal or int(free.sum()) < 2:
+    rounded = stiffness.rounded
+    free = np.diag(rounded) == 0.0
+    if np.count_nonzero(rounded) + int(free.sum()) > len(free) or int(free.sum()) < 2:
         return [], roots
     order = np.argsort(np.abs(roots), kind="stable")
     count = int(free.sum())
@@ -200,34 +251,39 @@ def _free_pairs(
     real = [j for j in order[count:].tolist() if is_real[j]][:count]
     if len(real) < count:
         return [], roots
-    stiffness = np.where(free[:, None] | free[None, :], 0.0, stiffness)
+    nothing = Wide.zeros(1, 1)
     pairs: list[RealPair] = []
     for j in real:
         rate, shape = _real_mode(stiffness, damping, float(roots[j].real), free)
-        rest = np.where(free, shape, 0.0)
-        pairs.append((0.0, -rate, rest, (shape - rest) / rate))
+        rest = Wide(shape.parts * free[:, None, None])
+        pairs.append(RealPair(nothing, -rate, rest, rate.inverse() * (shape - rest)))
     return pairs, np.delete(roots, [*order[:count].tolist(), *real])
 
 
-def _real_mode(
-    stiffness: Floats, damping: Floats, root: float, free: Flags
-) -> tuple[float, Floats]:
-    """Return a real root and its shape, whose largest entry of a free mass is 1."""
+def _real_mode(stiffness: Wide, damping: Wide, root: float, which: Flags) -> tuple[Wide, Wide]:
+    """Return a real root and its shape, whose largest entry of some masses is 1."""
     n = len(stiffness)
-    shape = _shape(stiffness, damping, complex(root)).real
-    i = int(np.argmax(np.where(free, np.abs(shape), -1.0)))
-    shape = shape / shape[i]
+    start = _shape(stiffness.rounded, damping.rounded, complex(root)).real
+    i = int(np.argmax(np.where(which, np.abs(start), -1.0)))
+    shape, rate = Wide.of((start / start[i])[:, None]), Wide.of(np.array([[root]]))
+    best = math.inf
     for _ in range(REFINEMENTS):
+        here, at = shape.rounded[:, 0], float(rate.rounded[0, 0])
         matrix = np.zeros((n + 1, n + 1))
-        matrix[:n, :n] = root * root * np.eye(n) + root * damping + stiffness
-        matrix[:n, n] = 2.0 * root * shape + matmul(damping, shape)
+        matrix[:n, :n] = at * at * np.eye(n) + at * damping.rounded + stiffness.rounded
+        matrix[:n, n] = 2.0 * at * here + matmul(damping.rounded, here)
         matrix[n, i] = 1.0
-        step = solve_linear(matrix, np.append(-matmul(matrix[:n, :n], shape), 0.0))
-        shape, root = shape + step[:n], root + float(step[n])
-        if float(np.abs(step[:n]).max()) < 1e-9 and abs(step[n]) < 1e-9 * abs(root):
-            return root, shape
-    what = "the decay of a free mass did not converge"
-    raise ConvergenceError(what, None, float(np.abs(step).max()), "change the damping a little")
+        rest = rate * (rate * shape) + rate * (damping @ shape) + stiffness @ shape
+        step = solve_linear(matrix, np.append(-rest.rounded[:, 0], 0.0))
+        shape, rate = shape + Wide.of(step[:n, None]), rate + Wide.of(step[n:, None])
+        size = max(float(np.abs(step[:n]).max()), abs(float(step[n])) / max(abs(at), 1e-300))
+        if size <= SETTLED:
+            return rate, shape
+        if not size < 0.5 * best:
+            break
+        best = size
+    what = "the decay of a real mode did not converge"
+    raise ConvergenceError(what, None, size, "change the damping a little")
 
 
 def _roots(stiffness: Floats, damping: Floats) -> Complexes:
@@ -246,10 +302,16 @@ def _roots(stiffness: Floats, damping: Floats) -> Complexes:
     return values
 
 
-def _roots_in_pairs(roots: Complexes) -> list[tuple[complex, complex]]:
-    """Return the roots in pairs: each with its conjugate, the real ones with their neighbours."""
+def _roots_in_pairs(
+    stiffness: Floats, damping: Floats, roots: Complexes
+) -> list[tuple[complex, complex]]:
+    """Return the roots in pairs: each with its conjugate, the real ones with those of like shape.
+
+    The two real roots of an overdamped mode are far apart, and those of many modes side by side:
+    their shapes tell which belong together.
+    """
     sizes = np.abs(roots.real) + np.abs(roots.imag)
-    scale = float(sizes.max())
+    scale = float(sizes.max(initial=0.0))
     above = sorted((z for z in roots.tolist() if z.imag > 0.0), key=lambda z: (z.imag, z.real))
     below = sorted((z for z in roots.tolist() if z.imag < 0.0), key=lambda z: (-z.imag, z.real))
     real = [z for z in roots.tolist() if z.imag == 0.0]
@@ -266,16 +328,49 @@ def _roots_in_pairs(roots: Complexes) -> list[tuple[complex, complex]]:
         mean = complex(0.5 * (z.real + best.real), 0.5 * (z.imag - best.imag))
         pairs.append((mean, mean.conjugate()))
     alone = sorted(z.real for z in [*real, *left, *below])
-    return pairs + [(complex(a), complex(b)) for a, b in zip(alone[::2], alone[1::2], strict=True)]
+    return pairs + _real_pairs(stiffness, damping, alone)
 
 
-def _refined(
-    stiffness: Floats, damping: Floats, one: complex, other: complex
-) -> tuple[float, float, Floats, Floats]:
-    """Return (k, d, of_u, of_w) of the pair with two roots, by Newton's method."""
+def _real_pairs(
+    stiffness: Floats, damping: Floats, roots: list[float]
+) -> list[tuple[complex, complex]]:
+    """Return real roots in pairs of the most parallel shapes."""
+    if len(roots) <= 2:
+        return [(complex(a), complex(b)) for a, b in zip(roots[::2], roots[1::2], strict=True)]
+    shapes = [_shape(stiffness, damping, complex(root)).real for root in roots]
+    units = np.array([shape / math.sqrt(float((shape * shape).sum())) for shape in shapes])
+    # Of equally parallel ones, as all are where two masses move, neighbours.
+    likeness = np.round(np.abs(matmul(units, units.T)), 6)
+    pairs = []
+    left = list(range(len(roots)))
+    while left:
+        choices = [(likeness[a, b], a - b, -a, b) for a in left for b in left if a < b]
+        _, _, minus_a, b = max(choices)
+        pairs.append((complex(roots[-minus_a]), complex(roots[b])))
+        left = [j for j in left if j not in (-minus_a, b)]
+    return pairs
+
+
+def _refined(stiffness: Wide, damping: Wide, one: complex, other: complex) -> RealPair:
+    """Return the pair with two roots, by Newton's method."""
+    try:
+        return _refined_pair(stiffness, damping, one, other)
+    except ConvergenceError:
+        if one.imag != 0.0 or abs(one - other) <= NEAR * (abs(one) + abs(other)):
+            raise
+    # Two real roots of shapes that have little in common: each is refined alone.
+    some = np.ones(len(stiffness), dtype=bool)
+    first, shape = _real_mode(stiffness, damping, one.real, some)
+    second, other_shape = _real_mode(stiffness, damping, other.real, some)
+    of_w = (first - second).inverse() * (shape - other_shape)
+    return RealPair(first @ second, -(first + second), shape - first * of_w, of_w)
+
+
+def _refined_pair(stiffness: Wide, damping: Wide, one: complex, other: complex) -> RealPair:
     n = len(stiffness)
     k, d = (one * other).real, -(one + other).real
-    shapes = [_shape(stiffness, damping, root) for root in (one, other)]
+    rounded = stiffness.rounded, damping.rounded
+    shapes = [_shape(*rounded, root) for root in (one, other)]
     i = int(
         np.argmax([abs(a) * abs(b) for a, b in zip(*(s.tolist() for s in shapes), strict=True)])
     )
@@ -285,28 +380,34 @@ def _refined(
     else:
         of_w = np.zeros(n)
     of_u = (shapes[0] - one * of_w).real
+    pair = RealPair(*(Wide.of(np.array(value).reshape(-1, 1)) for value in (k, d, of_u, of_w)))
     best = math.inf
     for _ in range(REFINEMENTS):
         try:
-            step = _newton_step(stiffness, damping, i, (k, d, of_u, of_w))
+            step = _newton_step(stiffness, damping, i, pair)
         except ConvergenceError as error:
-            if max(abs(one), abs(other)) > STILL * (float(np.abs(damping).max()) + abs(d)):
-                raise
-            what = "masses that are free, and coupled by their velocities, rest at any place"
-            advice = "give each a weak spring to the ground; two roots 0 are no pair there"
+            if max(abs(one), abs(other)) > STILL * (float(np.abs(rounded[1]).max()) + abs(d)):
+                what = "two pairs of modes coincide in one shape"
+                advice = "change the stiffness or the damping a little"
+            else:
+                what = "masses that are free, and coupled by their velocities, rest at any place"
+                advice = "give each a weak spring to the ground; two roots 0 are no pair there"
             raise ConvergenceError(what, None, math.nan, advice) from error
-        of_u, of_w = of_u + step[:n], of_w + step[n : 2 * n]
-        k, d = k + float(step[2 * n]), d + float(step[2 * n + 1])
-        rate = math.sqrt(abs(k)) + abs(d)
+        parts = step[2 * n], step[2 * n + 1], step[:n], step[n : 2 * n]
+        pair = RealPair(*(a + Wide.of(b.reshape(-1, 1)) for a, b in zip(pair, parts, strict=True)))
+        rate = math.sqrt(abs(float(pair.spring.rounded[0, 0]))) + abs(
+            float(pair.drag.rounded[0, 0])
+        )
         size = float(np.abs(step[:n]).max()) + rate * float(np.abs(step[n : 2 * n]).max())
         size += abs(step[2 * n]) / (rate * rate) + abs(step[2 * n + 1]) / rate if rate > 0 else 0.0
-        if not size < 0.5 * best:
+        if size <= SETTLED * SETTLED or not size < 0.5 * best:
+            best = min(best, size)
             break
         best = size
-    if not best < 1e-9:
+    if not best < SETTLED:
         what = "a pair of modes did not converge"
         raise ConvergenceError(what, None, best, "change the damping a little")
-    return k, d, of_u, of_w
+    return pair
 
 
 def _shape(stiffness: Floats, damping: Floats, root: complex) -> Complexes:
@@ -327,32 +428,41 @@ def _shape(stiffness: Floats, damping: Floats, root: complex) -> Complexes:
     return vector[:n] + 1j * vector[n:]
 
 
-def _newton_step(
-    stiffness: Floats, damping: Floats, i: int, pair: tuple[float, float, Floats, Floats]
-) -> Floats:
+def _newton_step(stiffness: Wide, damping: Wide, i: int, pair: RealPair) -> Floats:
     """Return the step (of_u, of_w, k, d) for which both parts of the pair obey the equation.
 
     With x = P u + Q w the velocity is P1 u + Q1 w, P1 = -k Q and Q1 = P - d Q, the acceleration
-    -k Q1 u + (P1 - d Q1) w. The pair is fixed by P_i = 1, Q_i = 0.
+    -k Q1 u + (P1 - d Q1) w. The pair is fixed by P_i = 1, Q_i = 0. What is left of the equation has
+    twice the digits; its slopes need few.
     """
-    k, d, p, q = pair
-    n = len(p)
-    unit = np.eye(n)
-    p1, q1 = -k * q, p - d * q
-    p2, q2 = -k * q1, p1 - d * q1
+    n = len(stiffness)
     rest = np.zeros(2 * n + 2)
-    rest[:n] = p2 + matmul(damping, p1) + matmul(stiffness, p)
-    rest[n : 2 * n] = q2 + matmul(damping, q1) + matmul(stiffness, q)
+    of_u, of_w = _misses(stiffness, damping, pair)
+    rest[:n], rest[n : 2 * n] = of_u.rounded[:, 0], of_w.rounded[:, 0]
+    (k, d), (p, q) = (
+        [part.rounded[0, 0] for part in pair[:2]],
+        [part.rounded[:, 0] for part in pair[2:]],
+    )
     rest[2 * n], rest[2 * n + 1] = p[i] - 1.0, q[i]
+    stiff, damped, unit = stiffness.rounded, damping.rounded, np.eye(n)
+    q1 = p - d * q
     slopes = np.zeros((2 * n + 2, 2 * n + 2))
-    slopes[:n, :n] = -k * unit + stiffness
-    slopes[:n, n : 2 * n] = k * d * unit - k * damping
-    slopes[:n, 2 * n] = -q1 - matmul(damping, q)
+    slopes[:n, :n] = -k * unit + stiff
+    slopes[:n, n : 2 * n] = k * d * unit - k * damped
+    slopes[:n, 2 * n] = -q1 - matmul(damped, q)
     slopes[:n, 2 * n + 1] = k * q
-    slopes[n : 2 * n, :n] = -d * unit + damping
-    slopes[n : 2 * n, n : 2 * n] = (d * d - k) * unit - d * damping + stiffness
+    slopes[n : 2 * n, :n] = -d * unit + damped
+    slopes[n : 2 * n, n : 2 * n] = (d * d - k) * unit - d * damped + stiff
     slopes[n : 2 * n, 2 * n] = -q
-    slopes[n : 2 * n, 2 * n + 1] = -q1 + d * q - matmul(damping, q)
+    slopes[n : 2 * n, 2 * n + 1] = -q1 + d * q - matmul(damped, q)
     slopes[2 * n, i] = 1.0
     slopes[2 * n + 1, n + i] = 1.0
     return -solve_linear(slopes, rest)
+
+
+def _misses(stiffness: Wide, damping: Wide, pair: RealPair) -> tuple[Wide, Wide]:
+    """Return by how much the parts of a pair of u and of w miss the equation, (n, 1) each."""
+    k, d, p, q = pair
+    p1, q1 = -(k * q), p - d * q
+    p2, q2 = -(k * q1), p1 - d * q1
+    return p2 + damping @ p1 + stiffness @ p, q2 + damping @ q1 + stiffness @ q

@@ -79,14 +79,14 @@ from percuss.kernels.structure.flight import (
     move,
     see,
 )
-from percuss.kernels.structure.march import (
+from percuss.kernels.structure.march import march
+from percuss.kernels.structure.run import (
     NEW_SET,
     SET,
     StructureRun,
     decompose,
     displace,
     flight_with,
-    march,
     value_of,
 )
 from percuss.kernels.structure.sample import flight_after
@@ -130,7 +130,8 @@ class StructureMembers(NamedTuple):
     """Many motions, a row for each.
 
     ``starts`` (k, 2 n + 1) are x, v and t; ``keys`` (k,) the bits of the stops that act there;
-    ``state``, ``counters``, ``begin``, ``order`` and ``free`` are those of a `StructureRun`.
+    ``state``, ``counters``, ``begin``, ``order`` and ``free`` are those of a `StructureRun`, and so
+    are ``clearances``, its values.
     ``values`` and ``points`` are as `percuss.kernels.observables` has them, points with x and v of
     a strobe, or t, v after and the stop of an impact, or the logarithms of the growth of
     perturbations and of their volume. ``ends`` (k, 2 n) are x and v at the end. ``tangents``
@@ -147,6 +148,7 @@ class StructureMembers(NamedTuple):
     begin: Floats
     order: Floats
     free: Floats
+    clearances: Floats
     values: Floats
     points: Floats
     ends: Floats
@@ -213,6 +215,7 @@ def load(members: StructureMembers, i: int, run: StructureRun) -> None:
     for k in range(run.order.shape[0]):
         run.order[k] = members.order[i, k]
         run.free[k] = members.free[i, k]
+        run.values[k] = members.clearances[i, k]
     for j in range(run.begin.shape[0]):
         run.begin[j, 0] = members.begin[i, j, 0]
         run.begin[j, 1] = members.begin[i, j, 1]
@@ -257,6 +260,7 @@ def store(members: StructureMembers, i: int, run: StructureRun) -> None:
     for k in range(run.order.shape[0]):
         members.order[i, k] = run.order[k]
         members.free[i, k] = run.free[k]
+        members.clearances[i, k] = run.values[k]
     for j in range(run.begin.shape[0]):
         members.begin[i, j, 0] = run.begin[j, 0]
         members.begin[i, j, 1] = run.begin[j, 1]

@@ -70,7 +70,8 @@ class ModalFlight(NamedTuple):
     """A flight: its basis, the modes (n, 2), inputs (n, 4), phases (m, 2) and records (r, 2) at its start.
 
     ``values`` (s,) are the watches there: exactly 0 where ``order`` (s,), the number of derivatives
-    that are known to vanish counted from the value, is positive. ``later`` (n, 2), ``arrival``
+    that are known to vanish counted from the value, is positive, and known to -order where that is
+    negative. ``later`` (n, 2), ``arrival``
     (m, 2) are scratch: modes and phases at the time last evaluated.
     """
 
@@ -469,6 +470,7 @@ def uncertainty(flight: ModalFlight, i: int, s: float) -> float:
         for k in range(flight.records.shape[0]):
             push = abs(flight.records[k, 0]) + abs(flight.records[k, 1] * s)
             size += abs(basis.record_feed[i, k]) * push
+    known = max(0.0, -flight.order[i])
     if flight.order[i] == 0.0:
         size += abs(basis.levels[i, CONSTANT])
     for j in range(basis.modes.shape[0]):
@@ -507,4 +509,4 @@ def uncertainty(flight: ModalFlight, i: int, s: float) -> float:
             of_u += u0
             of_w += w0
         size += p * of_u + q * of_w
-    return ROUNDING * size * (1.0 + basis.of_set[GROWTH] * s / 16.0)
+    return known + ROUNDING * size * (1.0 + basis.of_set[GROWTH] * s / 16.0)

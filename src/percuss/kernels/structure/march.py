@@ -7,18 +7,15 @@ approached; which walls hold the structure then is decided by the signs of their
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
-from percuss.arrays import Floats, Integers
+from percuss.arrays import Floats
 from percuss.kernels.arithmetic import ULP, later
 from percuss.kernels.compile import formula, kernel
-from percuss.kernels.contact import CHATTER_LIMIT, SLOW
+from percuss.kernels.contact import SLOW
 from percuss.kernels.event_location import GRAZE, NONE
-from percuss.kernels.flight import set_phases
 from percuss.kernels.next_event import PAUSE
-from percuss.kernels.pieces import next_knot, record_at
 from percuss.kernels.record import (
     BOUND,
     CONTACT,
@@ -52,22 +49,17 @@ from percuss.kernels.record import (
     V_BEFORE,
     T,
 )
-from percuss.kernels.restitution import restitution_at
 from percuss.kernels.structure.basis import (
     CONSTANT,
-    DRAG,
     IS_ON,
     IS_WALL,
     OF_U,
     OF_W,
-    SELF_DRAG,
-    SPRING,
     Basis,
-    Sets,
     basis_of,
     find,
-    wall_of,
 )
+from percuss.kernels.structure.chatter import chatter_time, keep_near_walls, take_near_walls
 from percuss.kernels.structure.flight import (
     ModalFlight,
     U,
@@ -75,210 +67,37 @@ from percuss.kernels.structure.flight import (
     arrive,
     derivatives,
     fed,
-    fourth_bound,
     move,
-    set_pull,
     uncertainty,
 )
 from percuss.kernels.structure.next_event import next_event
+from percuss.kernels.structure.run import (
+    FASTEST,
+    NEW_SET,
+    SET,
+    WANTED,
+    StructureRun,
+    change_set,
+    clear_orders,
+    decompose,
+    displace,
+    flight_of,
+    is_full,
+    load_at,
+    next_of_all,
+    prepare,
+    restitution,
+    set_off,
+    speed_of,
+    walls_of,
+)
 
-# Of the counters: the index of the set; one that is wanted and not known yet, -1 for none.
-SET, WANTED = 0, 5
-COUNTERS = 6
-# Of the state: besides T and T_LOW, the greatest impact speed so far.
-FASTEST = 2
-STATE_ENTRIES = 3
 # Column of the scratch that keeps up to when watches were known to be positive before a search.
 SEARCHED = 4
-# Another reason why `march` comes back: a set of acting stops is met for the first time.
-NEW_SET = 8
 # A speed below this part of the fastest impact is none: two chatters at once end there.
 NO_SPEED = 1e-13
 # Impacts at one instant, after which what is left of the speeds counts as none.
 MOST_AT_ONCE = 1000
-# A change of restitution over the slow hops of a chatter that its sum leaves out.
-SAME = 1e-11
-
-
-class StructureRun(NamedTuple):
-    """All that `march` reads and writes.
-
-    ``begin`` (n, 2) are the modes after the last event, in the set of `counters`; ``order`` (s,)
-    how many derivatives of each watch vanish there, and ``free`` (s,) up to when it is known to be
-    positive. ``states`` holds the modes after each event.
-    """
-
-    sets: Sets
-    state: Floats
-    counters: Integers
-    begin: Floats
-    order: Floats
-    free: Floats
-    pull: Floats
-    phases: Floats
-    records: Floats
-    values: Floats
-    later: Floats
-    arrival: Floats
-    at: Floats
-    scratch: Floats
-    events: Floats
-    marks: Integers
-    states: Floats
-    grazes: Floats
-
-
-def new_run(sets: Sets, capacity: int, grazes: int = 16) -> StructureRun:
-    """Return the arrays of a run for at most so many events and grazes."""
-    n, m = sets.modes.shape[1], sets.turns.shape[2]
-    s, r = sets.stops.shape[0], sets.records.shape[0]
-    return StructureRun(
-        sets,
-        np.zeros(STATE_ENTRIES),
-        np.zeros(COUNTERS, dtype=np.int64),
-        np.zeros((n, 2)),
-        np.zeros(s),
-        np.zeros(s),
-        np.zeros((n, 4)),
-        np.zeros((m, 2)),
-        np.zeros((r, 2)),
-        np.zeros(s),
-        np.zeros((n, 2)),
-        np.zeros((m, 2)),
-        np.zeros(2),
-        np.zeros((8, max(n, m, s, 1), 6)),
-        np.empty((capacity, 4)),
-        np.empty((capacity, 3), dtype=np.int64),
-        np.empty((capacity, n, 2)),
-        np.empty((grazes, 5)),
-    )
-
-
-@formula
-def flight_of(run: StructureRun) -> ModalFlight:
-    """Return the flight from the last event."""
-    return flight_with(run, basis_of(run.sets, run.counters[SET]), run.values, run.order)
-
-
-@formula
-def flight_with(run: StructureRun, basis: Basis, values: Floats, order: Floats) -> ModalFlight:
-    """Return a flight of the run's modes and loads, whose watches have these values and orders."""
-    return ModalFlight(
-        basis,
-        run.begin,
-        run.pull,
-        run.phases,
-        run.records,
-        values,
-        order,
-        run.later,
-        run.arrival,
-        run.at,
-    )
-
-
-@formula
-def begin_flight(run: StructureRun, basis: Basis, values: Floats, order: Floats) -> ModalFlight:
-    """Return such a flight with its inputs filled in, of which nothing has been evaluated yet."""
-    flight = flight_with(run, basis, values, order)
-    flight.at[0] = -1.0
-    set_pull(flight)
-    return flight
-
-
-@formula
-def load_at(sets: Sets, instant: tuple[float, float], phases: Floats, records: Floats) -> None:
-    """Write phases, and values and slopes of the records, at an instant."""
-    if phases.shape[0] > 0:
-        set_phases(sets.law[0], instant[0], instant[1], phases)
-    for k in range(records.shape[0]):
-        records[k, 0], records[k, 1] = record_at(sets.records[k], instant[0], instant[1])
-
-
-@formula
-def set_off(run: StructureRun) -> ModalFlight:
-    """Begin a flight at the instant and with the modes of the state, all else from these."""
-    for i in range(run.free.shape[0]):
-        run.free[i] = 0.0
-    return prepare(run)
-
-
-@formula
-def prepare(run: StructureRun) -> ModalFlight:
-    """Return the flight of the state, whose watches are searched as far as they are."""
-    load_at(run.sets, (run.state[T], run.state[T_LOW]), run.phases, run.records)
-    basis = basis_of(run.sets, run.counters[SET])
-    flight = begin_flight(run, basis, run.values, run.order)
-    for i in range(run.values.shape[0]):
-        run.values[i] = 0.0
-        if run.order[i] == 0.0:
-            run.values[i] = value_of(flight, i)
-    return flight
-
-
-@formula
-def value_of(flight: ModalFlight, i: int) -> float:
-    """Return the value of a watch at the start of a flight."""
-    basis = flight.basis
-    value = basis.levels[i, CONSTANT] + fed(basis, i, flight.phases, flight.records, 0.0, 0)
-    for j in range(flight.begin.shape[0]):
-        value += basis.watch[i, j, OF_U] * flight.begin[j, U]
-        value += basis.watch[i, j, OF_W] * flight.begin[j, W]
-    return value
-
-
-@formula
-def speed_of(basis: Basis, i: int, modes: Floats) -> float:
-    """Return the velocity of a clearance: the loads do not enter it."""
-    speed = 0.0
-    for j in range(modes.shape[0]):
-        u = modes[j, U]
-        w = modes[j, W]
-        p = basis.watch[i, j, OF_U]
-        q = basis.watch[i, j, OF_W]
-        speed += p * w - q * (basis.modes[j, SPRING] * u + basis.modes[j, DRAG] * w)
-    return speed
-
-
-@formula
-def displace(sets: Sets, b: int, modes: Floats, place: Floats) -> None:
-    """Write displacements and velocities of the coordinates, (n_x, 2), from the modes of a set."""
-    for i in range(place.shape[0]):
-        x = sets.offset[b, i]
-        v = 0.0
-        for j in range(modes.shape[0]):
-            u = modes[j, U]
-            w = modes[j, W]
-            p = sets.shape[b, i, j, 0]
-            q = sets.shape[b, i, j, 1]
-            x += p * u + q * w
-            v += p * w - q * (sets.modes[b, j, SPRING] * u + sets.modes[b, j, DRAG] * w)
-        place[i, 0] = x
-        place[i, 1] = v
-
-
-@formula
-def decompose(sets: Sets, b: int, place: Floats, modes: Floats) -> None:
-    """Write the modes of a set from displacements and velocities of the coordinates."""
-    n = place.shape[0]
-    for j in range(modes.shape[0]):
-        for part in range(2):
-            total = 0.0
-            for i in range(n):
-                total += sets.inverse[b, j, part, i] * (place[i, 0] - sets.offset[b, i])
-                total += sets.inverse[b, j, part, n + i] * place[i, 1]
-            modes[j, part] = total
-
-
-@formula
-def change_set(run: StructureRun, b: int) -> None:
-    """Take the modes of the state over into another set; velocities that it forbids are lost."""
-    if b == run.counters[SET]:
-        return
-    place = run.scratch[6, : run.sets.offset.shape[1]]
-    displace(run.sets, run.counters[SET], run.begin, place)
-    decompose(run.sets, b, place, run.begin)
-    run.counters[SET] = b
 
 
 @kernel
@@ -329,34 +148,6 @@ def march(run: StructureRun, t_end: float, max_impacts: int, patience: int) -> i
             return status
         flight = flight_of(run)
     return SPENT
-
-
-@formula
-def is_full(run: StructureRun) -> bool:
-    """Return whether the record may lack room for the next event, or for a graze.
-
-    An event takes a row, a contact of each wall at most, and one more where a chatter ends.
-    """
-    rows = run.counters[N_EVENTS] + run.order.shape[0] + 2
-    return rows > run.events.shape[0] or run.counters[N_GRAZES] + 1 > run.grazes.shape[0]
-
-
-@formula
-def next_of_all(sets: Sets, t: float, t_low: float) -> tuple[float, float]:
-    """Return the instant of the first knot of any record after an instant."""
-    best = (math.inf, 0.0)
-    for k in range(sets.records.shape[0]):
-        knot = next_knot(sets.records[k], t, t_low)
-        if (knot[0] - best[0]) + (knot[1] - best[1]) < 0.0 or best[0] == math.inf:
-            best = knot
-    return best
-
-
-@formula
-def clear_orders(run: StructureRun) -> None:
-    """Forget which watches were at zero."""
-    for i in range(run.order.shape[0]):
-        run.order[i] = 0.0
 
 
 @kernel
@@ -439,6 +230,8 @@ def carry_out(
         kept[j, 1] = run.begin[j, W]
     for k in range(run.order.shape[0]):
         kept[k, 2] = run.order[k]
+        kept[k, 3] = run.values[k]
+    keep_near_walls(run, flight, event)
     slow = 0.0
     if not speed * speed > run.at[1]:
         move(flight, s)
@@ -457,17 +250,8 @@ def carry_out(
             run.begin[j, W] = kept[j, 1]
         for k in range(run.order.shape[0]):
             run.order[k] = kept[k, 2]
+            run.values[k] = kept[k, 3]
     return status
-
-
-@formula
-def walls_of(sets: Sets) -> int:
-    """Return the bits of all walls."""
-    bits = 0
-    for i in range(sets.stops.shape[0]):
-        if sets.stops[i, IS_WALL] == 1.0:
-            bits |= 1 << i
-    return bits
 
 
 @formula
@@ -531,6 +315,7 @@ def strike(run: StructureRun, b: int, first: int, speed: float, slow: float) -> 
         if status == NEW_SET:
             return NEW_SET
         keep(run, last)
+    take_near_walls(run)
     flight = set_off(run)
     time, error = (-1.0, 0.0)
     if run.order[i] == 1.0 and run.events[last, V_AFTER] <= SLOW * state[FASTEST]:
@@ -565,13 +350,6 @@ def kick(run: StructureRun, b: int, i: int, change: float) -> None:
     for j in range(run.begin.shape[0]):
         run.begin[j, U] += run.sets.kick[b, i, j, 0] * change
         run.begin[j, W] += run.sets.kick[b, i, j, 1] * change
-
-
-@formula
-def restitution(sets: Sets, i: int, speed: float) -> float:
-    """Return the coefficient of restitution of a wall at a speed."""
-    region, bound = wall_of(sets, i)
-    return restitution_at(sets.walls[i], region, bound, speed)
 
 
 @kernel
@@ -633,62 +411,6 @@ def force_of(basis: Basis, i: int, modes: Floats, phases: Floats, records: Float
         value += p + q
         size += abs(p) + abs(q)
     return 0.0 if abs(value) <= 64.0 * ULP * size else value
-
-
-@kernel
-def chatter_time(
-    run: StructureRun, flight: ModalFlight, i: int, speed: float
-) -> tuple[float, float]:
-    """Return (time to the end of a chatter, its error bound), or (-1, 0) where none is summed.
-
-    As `percuss.kernels.contact.chatter_time`, with the clearance's own derivatives.
-    """
-    sets, state = run.sets, run.state
-    _, _, second, third, _, bend = derivatives(flight, i, 0.0, True)
-    push = -second
-    if not (push > 0.0 and speed <= SLOW * state[FASTEST]):
-        return -1.0, 0.0
-    ratio = restitution(sets, i, speed)
-    if ratio >= 1.0 or abs(ratio - restitution(sets, i, 0.0)) > SAME * (1.0 - ratio):
-        return -1.0, 0.0
-    drag = 0.5 * flight.basis.levels[i, SELF_DRAG]
-    total = 2.0 * speed / (push * (1.0 - ratio))
-    fourth = fourth_bound(flight.basis, i, bend, 2.0 * total)
-    pace = max(abs(third) / push + 4.0 * abs(drag), math.sqrt(fourth / push))
-    if total * pace > CHATTER_LIMIT:
-        return -1.0, 0.0
-    time = total * (1.0 + (third / push - 3.0 * drag) * total / 3.0)
-    knot = next_of_all(sets, state[T], state[T_LOW])
-    if not 2.0 * time < (knot[0] - state[T]) + (knot[1] - state[T_LOW]):
-        return -1.0, 0.0
-    # Nothing else is met meanwhile.
-    for k in range(run.order.shape[0]):
-        if k != i and flight.basis.levels[k, IS_ON] == 1.0:
-            y, first, curve, twist, _, bound = derivatives(flight, k, 0.0, True)
-            fall = max(0.0, -first) + time * (abs(curve) + time * (abs(twist) + time * bound))
-            if not y > 4.0 * time * fall + uncertainty(flight, k, time):
-                return -1.0, 0.0
-    spread = total * pace
-    rounding = 64.0 * ULP * (1.0 + size_of_push(flight, i) / push)
-    return time, total * (spread * spread + rounding)
-
-
-@kernel
-def size_of_push(flight: ModalFlight, i: int) -> float:
-    """Return the sum of the magnitudes of the terms of a watch's second derivative."""
-    basis = flight.basis
-    total = 0.0
-    for j in range(flight.begin.shape[0]):
-        u = abs(flight.begin[j, U])
-        w = abs(flight.begin[j, W])
-        spring = abs(basis.modes[j, SPRING])
-        drag = abs(basis.modes[j, DRAG])
-        force = abs(flight.pull[j, 0]) + spring * u + drag * w
-        for k in range(flight.phases.shape[0]):
-            force += abs(basis.drive[j, k, 0]) + abs(basis.drive[j, k, 1])
-        total += abs(basis.watch[i, j, OF_U]) * force
-        total += abs(basis.watch[i, j, OF_W]) * (spring * w + drag * force)
-    return total
 
 
 @formula

@@ -24,7 +24,8 @@ from percuss.kernels.structure.flight import (
     move,
     uncertainty,
 )
-from percuss.kernels.structure.march import (
+from percuss.kernels.structure.next_event import next_event
+from percuss.kernels.structure.run import (
     StructureRun,
     begin_flight,
     load_at,
@@ -32,7 +33,6 @@ from percuss.kernels.structure.march import (
     speed_of,
     value_of,
 )
-from percuss.kernels.structure.next_event import next_event
 from percuss.kernels.structure.sample import flight_after, held_after, tail_after
 
 # The rows of a gauge: the observable, what is watched, and its negative.

@@ -8,7 +8,7 @@ from percuss.kernels.record import BOUND, CONTACT, EVENT_T, EVENT_T_LOW, KIND, N
 from percuss.kernels.sample import flight_at, tail_hop
 from percuss.kernels.structure.basis import DRAG, SPRING, basis_of
 from percuss.kernels.structure.flight import ModalFlight, U, W, arrive
-from percuss.kernels.structure.march import (
+from percuss.kernels.structure.run import (
     StructureRun,
     begin_flight,
     decompose,

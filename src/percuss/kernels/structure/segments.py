@@ -50,14 +50,14 @@ from percuss.kernels.structure.columns import (
     moved_force,
 )
 from percuss.kernels.structure.flight import ModalFlight, U, W, arrive, derivatives
-from percuss.kernels.structure.march import (
+from percuss.kernels.structure.march import march
+from percuss.kernels.structure.run import (
     NEW_SET,
     SET,
     WANTED,
     StructureRun,
     decompose,
     displace,
-    march,
     value_of,
 )
 from percuss.kernels.structure.sample import evaluate, tail_after

@@ -52,7 +52,7 @@ from percuss.kernels.structure.columns import (
     new_series,
 )
 from percuss.kernels.structure.flight import ModalFlight, U, W, arrive, derivatives, inputs
-from percuss.kernels.structure.march import StructureRun, load_at, restitution, value_of
+from percuss.kernels.structure.run import StructureRun, load_at, restitution, value_of
 from percuss.kernels.structure.sample import flight_after, held_after, tail_after
 from percuss.kernels.structure.tangent import (
     carry,

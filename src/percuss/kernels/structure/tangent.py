@@ -21,6 +21,7 @@ from percuss.kernels.record import (
     NEXT_REGION,
     RELEASE,
     SLOW_LANDING,
+    V_AFTER,
     V_BEFORE,
 )
 from percuss.kernels.restitution import kept_of_area, kept_of_error
@@ -36,7 +37,7 @@ from percuss.kernels.structure.basis import (
     wall_of,
 )
 from percuss.kernels.structure.flight import ModalFlight, U, W, arrive, inputs
-from percuss.kernels.structure.march import StructureRun
+from percuss.kernels.structure.run import StructureRun, walls_of
 from percuss.kernels.structure.sample import flight_after
 
 
@@ -126,12 +127,31 @@ def carry_run(
         else:
             s = (t_end - run.events[row, EVENT_T]) - run.events[row, EVENT_T_LOW]
         b = set_of_flight(run, row, row == last)
+        if b != run.marks[row, NEXT_REGION]:
+            settle(run, row, place, paces[0, 0])
         to_modes(run.sets, b, place, columns)
         carry(basis_of(run.sets, b), s, columns)
         if row < last:
             cross(run, row, s, place, columns, paces)
         else:
             to_places(run.sets, b, columns, place)
+
+
+@kernel
+def settle(run: StructureRun, row: int, place: Floats, pushes: Floats) -> None:
+    """Add to derivatives what dashpots do while the tail of a chatter closes a gap, ``pushes`` (n,).
+
+    A neighbour is off the wall by what it has of the clearance, of the order of the last hop's
+    speed; until it rests dashpots have changed the momentum of the other coordinates as much.
+    """
+    stop = run.marks[row + 1, BOUND]
+    push_of_kick(run.sets, run.marks[row, NEXT_REGION], stop, pushes)
+    for c in range(place.shape[2]):
+        gap = 0.0
+        for i in range(place.shape[1]):
+            gap += run.sets.normals[stop, i] * place[0, i, c]
+        for i in range(place.shape[1]):
+            place[1, i, c] -= gap * pushes[i]
 
 
 @kernel
@@ -174,10 +194,18 @@ def cross(
     pace(sets, c_after, after, after.begin, after.phases, 0.0, paces[1])
     # `flight_after` has written over the modes of the flight before: its basis stays.
     before = sets.watch[b, stop]
+    is_plain = kind == IMPACT and c_after == b and sets.keys[b] & walls_of(sets) == 0
+    if is_plain:
+        push_of_kick(sets, b, stop, paces[1, 1])
     for c in range(place.shape[2]):
         fall = 0.0
         for j in range(columns.shape[0]):
             fall += before[j, OF_U] * columns[j, U, c] + before[j, OF_W] * columns[j, W, c]
+        if is_plain:
+            bounce_column(
+                sets, stop, (fall, speed, run.events[row + 1, V_AFTER]), kept, paces, place, c
+            )
+            continue
         delay = 0.0
         # A release, where the force of the wall is zero, is no jump of anything.
         if kind in (IMPACT, CROSSING) and speed != 0.0:
@@ -190,6 +218,52 @@ def cross(
         for i in range(place.shape[1]):
             place[0, i, c] -= paces[1, 0, i] * delay
             place[1, i, c] -= paces[1, 1, i] * delay
+
+
+@kernel
+def push_of_kick(sets: Sets, b: int, stop: int, out: Floats) -> None:
+    """Write the change of the accelerations (n,) by a kick that changes a clearance's velocity by 1."""
+    for i in range(out.shape[0]):
+        out[i] = 0.0
+    for j in range(sets.kick.shape[2]):
+        spring = sets.modes[b, j, SPRING]
+        drag = sets.modes[b, j, DRAG]
+        u1 = sets.kick[b, stop, j, W]
+        w1 = -spring * sets.kick[b, stop, j, U] - drag * u1
+        w2 = -spring * u1 - drag * w1
+        for i in range(out.shape[0]):
+            out[i] += sets.shape[b, i, j, 0] * w1 + sets.shape[b, i, j, 1] * w2
+
+
+@kernel
+def bounce_column(
+    sets: Sets,
+    stop: int,
+    impact: tuple[float, float, float],
+    kept: float,
+    paces: Floats,
+    place: Floats,
+    c: int,
+) -> None:
+    """Carry a column across an impact that changes the motion along its impulse alone.
+
+    ``impact`` is (change of the clearance, velocity before, after); ``paces`` hold the accelerations
+    before in [0, 1] and those of `push_of_kick` in [1, 1]. What two large terms would leave, each
+    divided by a small velocity, stands here as it is: hops of a chatter lose no digits.
+    """
+    fall, speed, rebound = impact
+    n = place.shape[1]
+    ratio = (rebound - speed) / speed
+    change = 0.0
+    pull = 0.0
+    for i in range(n):
+        change += sets.normals[stop, i] * place[1, i, c]
+        pull += sets.normals[stop, i] * paces[0, 1, i]
+    change -= pull * fall / speed
+    for i in range(n):
+        along = sets.impulses[stop, i]
+        place[0, i, c] += ratio * fall * along
+        place[1, i, c] += ratio * fall * paces[1, 1, i] - (1.0 + kept) * change * along
 
 
 @kernel

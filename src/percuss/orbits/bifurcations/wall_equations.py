@@ -34,7 +34,7 @@ from percuss.kernels.record import (
 )
 from percuss.kernels.restitution import kept_of_error, restitution_at
 from percuss.kernels.structure.basis import wall_of
-from percuss.kernels.structure.march import StructureRun, new_run
+from percuss.kernels.structure.run import StructureRun, new_run
 from percuss.kernels.structure.sample import evaluate
 from percuss.kernels.structure.sensitivity import rates_at
 from percuss.kernels.structure.tangent import carry_run

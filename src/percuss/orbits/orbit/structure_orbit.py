@@ -13,7 +13,7 @@ from percuss.arrays import Complexes, Floats
 from percuss.errors import ConvergenceError, ParameterError, PercussError
 from percuss.kernels import eigenvalues as kernels
 from percuss.kernels.record import N_EVENTS, NEXT_REGION
-from percuss.kernels.structure.march import StructureRun
+from percuss.kernels.structure.run import StructureRun
 from percuss.kernels.structure.sample import evaluate
 from percuss.kernels.structure.tangent import carry_run
 from percuss.model.acting_sets import StructureSystem

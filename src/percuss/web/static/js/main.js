@@ -21,7 +21,7 @@ const LINKING = 250;
  * Put the workbench into an element.
  *
  * connect(onState) returns the requests; facts: {version, presets, report, figures};
- * file(extension, request) resolves to {name, blob}; hasLinks: whether the address holds the state;
+ * file(extension, request) resolves to {name, blob}; hasLinks: whether the address holds the state; isStatic: no server;
  * prefix makes the ids unique; study: what to begin with; onStudy(study) is called at every change.
  */
 export function mount(root, options) {
@@ -91,7 +91,7 @@ class App {
   #build() {
     const { facts } = this.options;
     this.views = { explore: new Explore(this), diagram: new Diagram(this), basins: new Basins(this), fit: new Fit(this), structure: new Mechanism(this) };
-    if (this.options.hasLinks) this.views.paper = new Paper(this, facts);
+    if (this.options.hasLinks && !this.options.isStatic) this.views.paper = new Paper(this, facts);
     this.views.gallery = new Gallery(this, facts);
     for (const [name, view] of Object.entries(this.views)) {
       view.root.id = `${this.prefix}-view-${name}`;

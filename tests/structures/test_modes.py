@@ -1,0 +1,84 @@
+"""Motions of linear structures of every kind against the exponential of their matrices."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+import pytest
+from tests.oracle.linear_structures import KINDS, LinearMotion, beam, linear_motion, rayleigh
+
+import percuss as pc
+
+INSTANTS = (0.01, 0.3, 2.0, 10.0)
+# What is refused: two pairs of one shape, and free masses in a gyroscopic field.
+REFUSED = {
+    ("defective", "two pairs of modes coincide in one shape"),
+    ("defective", "two pairs of modes coincide to five digits and more"),
+    ("free gyroscopic masses", "masses that are free"),
+}
+
+
+def farthest(motion: LinearMotion) -> float:
+    """Return by how much a motion is off, as a part of its largest values so far.
+
+    A rate that is rounded once turns its mode by as much as it turns: that is taken off.
+    """
+    run = pc.simulate(motion.structure, x0=motion.x0, v0=motion.v0, t_end=INSTANTS[-1])
+    sizes = [np.abs(motion.x0).max(), np.abs(motion.v0).max()]
+    worst = 0.0
+    for t in INSTANTS:
+        for k, (ours, exact) in enumerate(zip(run(t), motion.exact(t), strict=True)):
+            sizes[k] = max(sizes[k], np.abs(exact).max())
+            worst = max(worst, float(np.abs(ours - exact).max() / sizes[k]))
+    return worst / (1.0 + 0.01 * motion.quickest * INSTANTS[-1])
+
+
+@pytest.mark.parametrize(
+    "seeds", [range(20), pytest.param(range(2000), marks=pytest.mark.nightly)], ids=len
+)
+def test_linear_structures_of_every_kind_move_as_the_exponential_of_their_matrix(
+    seeds: range,
+) -> None:
+    """A structure is computed, or refused in a sentence: no case loses digits unsaid.
+
+    Nearly defective ones lose five digits at most.
+    """
+    wrong, refused, computed = [], Counter[tuple[str, str]](), Counter[str]()
+    for seed in seeds:
+        motion = linear_motion(seed)
+        try:
+            off = farthest(motion)
+        except pc.ConvergenceError as error:
+            refused[motion.kind, str(error).split(":")[0].split(",")[0]] += 1
+            continue
+        computed[motion.kind] += 1
+        if not off < (2e-11 if motion.kind == "defective" else 2e-14):
+            wrong.append((seed, motion.kind, off))
+
+    assert wrong == []
+    assert set(refused) <= REFUSED
+    assert all(computed[kind] > 0 for kind in KINDS if kind not in dict(REFUSED))
+
+
+def test_a_clamped_beam_of_eight_elements_with_overdamped_modes() -> None:
+    """C = M + K / 1000 damps the quick modes beyond critical: their real roots stand side by side."""
+    mass, stiffness = beam(8)
+    for damping in (rayleigh(mass, stiffness, 1.0, 1e-3), mass + 1e-3 * stiffness):
+        rng = np.random.default_rng(3)
+        structure = pc.Structure(mass, stiffness, damping)
+        motion = LinearMotion("beam", structure, *rng.uniform(-1.0, 1.0, (2, 16)))
+
+        assert farthest(motion) < 1e-15
+
+
+def test_slow_modes_of_a_stiff_structure_keep_their_digits() -> None:
+    """Springs of 1e8 between masses that hang on springs of 1: two frequencies of 1e4, one of 1."""
+    springs = [[10**8 + 1, -(10**8), 0], [-(10**8), 2 * 10**8, -(10**8)], [0, -(10**8), 10**8 + 1]]
+    structure = pc.Structure([1, 1, 1], springs)
+    motion = LinearMotion("stiff", structure, np.ones(3), np.zeros(3))
+
+    run = pc.simulate(structure, x0=motion.x0, v0=motion.v0, t_end=10)
+
+    exact = motion.exact(10.0)
+    np.testing.assert_allclose(run(10.0), exact, atol=1e-11)
