@@ -1,4 +1,5 @@
-# make paper | demo | test | frozen | nightly | floors | dist | docs | benchmark | lock | clean. Set-up happens by itself, in .venv.
+# make paper | demo | test | frozen | nightly | floors | dist | docs | benchmark | wasm | lock | clean.
+# Set-up happens by itself, in .venv.
 
 # The first Python that is new enough; PYTHON=... on the command line chooses another.
 CANDIDATES = python3 python3.14 python3.13 python3.12 python3.11
@@ -13,8 +14,8 @@ PIP = $$($(BIN)/python -c 'import pip' 2>/dev/null && echo $(BIN)/python || echo
 
 STUDIES = examples/n3_above.toml examples/n3_below.toml examples/half_harmonic.toml
 
-.PHONY: paper demo test frozen nightly docs benchmark check check-and-apart doctests lock clean
-.PHONY: floors dist numbers numbers-of-motions numbers-of-grids
+.PHONY: paper demo test frozen nightly docs benchmark wasm check checks-and-structure-ensembles
+.PHONY: doctests floors dist lock clean numbers numbers-of-motions numbers-of-grids
 .DELETE_ON_ERROR:
 
 paper: .venv/run.stamp
@@ -38,13 +39,13 @@ TESTS = $(BIN)/python -m pytest -n logical --dist worksteal
 # The examples of docstrings compile the kernels for all on one core; mypy has another meanwhile,
 # and then pytest, which keeps all tests compiled for the workers: what is wrong with one these tell.
 # Ensembles of structures have kernels of their own, which are compiled while the doctests run.
-APART = tests/structures/test_ensembles.py
+STRUCTURE_ENSEMBLES = tests/structures/test_ensembles.py
 test: .venv/dev.stamp
-	$(MAKE) --jobs 2 check-and-apart doctests
-	$(TESTS) tests --ignore $(APART)
+	$(MAKE) --jobs 2 checks-and-structure-ensembles doctests
+	$(TESTS) tests --ignore $(STRUCTURE_ENSEMBLES)
 
-check-and-apart: check
-	$(BIN)/python -m pytest -q $(APART)
+checks-and-structure-ensembles: check
+	$(BIN)/python -m pytest -q $(STRUCTURE_ENSEMBLES)
 
 # What a change of the house must not change; after a change that is meant, `make frozen KEEP=--write`.
 frozen: .venv/dev.stamp
@@ -108,6 +109,10 @@ docs: .venv/docs.stamp
 
 benchmark: .venv/benchmark.stamp
 	$(BIN)/python benchmarks/run.py
+
+# The kernels of the page, after a change of kernels. Needs wasm-ld (Debian: lld), or LINKER=...
+wasm: .venv/run.stamp
+	$(BIN)/python -m percuss.web.wasm.build
 
 # Once a stamp is there nothing is downloaded, until the lock or pyproject.toml changes.
 .venv/%.stamp: requirements/%.txt pyproject.toml | .venv/made.stamp

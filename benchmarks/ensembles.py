@@ -143,7 +143,7 @@ def _chart_and_store(report: Report) -> None:
 
 
 def _sweep(store: Path | None) -> int:
-    found = pc.sweep(
+    data = pc.sweep(
         ["peak_impact_velocity", "impacts_per_period"],
         OSC,
         FORCE,
@@ -154,8 +154,8 @@ def _sweep(store: Path | None) -> int:
         store=store,
         n_workers=1,
     )
-    assert int(found.attrs["complete"]) == 1
-    return int(found.attrs["n_impacts"])
+    assert int(data.attrs["complete"]) == 1
+    return int(data.attrs["n_impacts"])
 
 
 def _sweep_and_store(report: Report) -> None:

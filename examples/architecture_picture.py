@@ -18,8 +18,8 @@ import matplotlib.pyplot as plt
 import percuss
 
 # What everything may use; lines to it would hide the others.
-COMMON = ("arrays", "errors", "execution", "lazy", "progress", "version")
-WIDTH, HEIGHT, GAP = 5.2, 1.3, 0.45
+COMMON = ("arrays", "errors", "execution", "lazy", "processes", "progress", "version")
+WIDTH, HEIGHT, GAP = 5.2, 1.5, 0.45
 
 
 def main() -> None:
@@ -28,7 +28,9 @@ def main() -> None:
     arguments = parser.parse_args()
     below = imports()
     rows = rows_of(below)
-    fig, axes = plt.subplots(figsize=(8.0, 1.1 * len(rows)), layout="constrained")
+    # As many inches as the widest row and the number of rows take.
+    width, height = max(map(len, rows)) * (WIDTH + GAP), len(rows) * (HEIGHT + GAP)
+    fig, axes = plt.subplots(figsize=(0.58 * width, 0.58 * height), layout="constrained")
     places = {}
     for row, names in enumerate(reversed(rows)):
         for k, name in enumerate(names):
@@ -45,9 +47,9 @@ def main() -> None:
                 (x - WIDTH / 2, y - HEIGHT / 2), WIDTH, HEIGHT, fc="#eef3fb", ec="#33527a", zorder=2
             )
         )
-        axes.text(x, y + 0.37, name, ha="center", va="center", weight="bold", size=10, zorder=3)
-        says = "\n".join(textwrap.wrap(purpose(name), 46))
-        axes.text(x, y - 0.14, says, ha="center", va="center", size=7.5, zorder=3)
+        axes.text(x, y + 0.5, name, ha="center", va="center", weight="bold", size=10, zorder=3)
+        says = "\n".join(textwrap.wrap(purpose(name), 42))
+        axes.text(x, y - 0.18, says, ha="center", va="center", size=7.5, zorder=3)
     axes.set_aspect("equal")
     axes.axis("off")
     axes.autoscale_view()

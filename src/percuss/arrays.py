@@ -5,11 +5,25 @@ from __future__ import annotations
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Complexes", "Flags", "Floats", "Integers"]
+__all__ = ["Complexes", "Flags", "Floats", "Integers", "row_of"]
 
 Floats: TypeAlias = NDArray[np.float64]
 Complexes: TypeAlias = NDArray[np.complex128]
 Integers: TypeAlias = NDArray[np.int64]
 Flags: TypeAlias = NDArray[np.bool_]
+
+
+def row_of(values: ArrayLike) -> Floats:
+    """Return numbers of any shape as one row that a kernel takes: contiguous and writable.
+
+    Each kernel is compiled for one layout of its arrays; one of read-only numbers would be another
+    program, and cost the user seconds.
+
+    Examples
+    --------
+    >>> row_of([[1, 2], [3, 4]])
+    array([1., 2., 3., 4.])
+    """
+    return np.require(values, np.float64, ["C", "W"]).reshape(-1)

@@ -65,13 +65,13 @@ def test_a_graze_is_enclosed_from_both_sides(n_impacts: int) -> None:
 
 
 def test_a_frequency_as_parameter_moves_the_period_too() -> None:
-    found = points(impacting(1), "forcing.omega", 1.0, 2.5)
+    located = points(impacting(1), "forcing.omega", 1.0, 2.5)
 
-    fold = pc.certify(found["fold"])
+    fold = pc.certify(located["fold"])
 
     assert fold.exists
-    assert abs(fold.value.mid() - found["fold"].value) < 1e-8
-    assert pc.certify(found["grazing"]).exists
+    assert abs(fold.value.mid() - located["fold"].value) < 1e-8
+    assert pc.certify(located["grazing"]).exists
 
 
 def test_restitution_as_parameter() -> None:
@@ -91,9 +91,9 @@ def test_a_graze_of_a_soft_stop_is_enclosed() -> None:
         for orbit in pc.find_orbits(osc, pc.cosine("1.5"), max_impacts=1, max_periods=1)
         if orbit.n_impacts == 1
     )
-    found = points(orbit, "oscillator.stops.0.at", 0.3, 2.5)
+    located = points(orbit, "oscillator.stops.0.at", 0.3, 2.5)
 
-    proven = pc.certify(found["grazing"])
+    proven = pc.certify(located["grazing"])
 
     assert proven.exists, proven
     assert abs(proven.value.mid() - 0.79430147078953763759) < 1e-12

@@ -15,22 +15,22 @@ FORCE = pc.cosine(1.5)
 @pytest.mark.parametrize("boundary", [-3.366271675, 0.375914774])
 def test_the_boundary_on_a_line_is_where_the_reference_has_it(boundary: float) -> None:
     """Case basin-boundary-line: on v0 = 0, to 1e-7."""
-    found = pc.basins(TWO, FORCE, x0=[boundary - 1e-7, boundary + 1e-7], v0=[0.0])
+    basins = pc.basins(TWO, FORCE, x0=[boundary - 1e-7, boundary + 1e-7], v0=[0.0])
 
-    assert sorted(found.basin.values[:, 0].tolist()) == [0, 1]
-    assert found.kind.values.tolist() == ["periodic", "periodic"]
-    assert sorted(found.n_impacts.values.tolist()) == [0.0, 1.0]
-    assert found.n_periods.values.tolist() == [1, 1]
+    assert sorted(basins.basin.values[:, 0].tolist()) == [0, 1]
+    assert basins.kind.values.tolist() == ["periodic", "periodic"]
+    assert sorted(basins.n_impacts.values.tolist()) == [0.0, 1.0]
+    assert basins.n_periods.values.tolist() == [1, 1]
 
 
 def test_the_motion_without_impacts_is_the_steady_response() -> None:
-    found = pc.basins(TWO, FORCE, x0=[0.0, 0.1], v0=[0.0, 0.2])
+    basins = pc.basins(TWO, FORCE, x0=[0.0, 0.1], v0=[0.0, 0.2])
 
     gain = 1.0 / complex(1.0 - 1.5**2, 2 * 0.05 * 1.5)
-    (free,) = np.flatnonzero(found.n_impacts.values == 0.0)
+    (free,) = np.flatnonzero(basins.n_impacts.values == 0.0)
     # To the rounding of the strobe's instant: at t = 2300 a float is good to 5e-13.
-    np.testing.assert_allclose(found.x[free], gain.real, rtol=0, atol=2e-12)
-    np.testing.assert_allclose(found.v_strobe[free], -1.5 * gain.imag, rtol=0, atol=2e-12)
+    np.testing.assert_allclose(basins.x[free], gain.real, rtol=0, atol=2e-12)
+    np.testing.assert_allclose(basins.v_strobe[free], -1.5 * gain.imag, rtol=0, atol=2e-12)
 
 
 def test_attractors_are_refined_to_full_accuracy_and_named() -> None:
@@ -38,15 +38,15 @@ def test_attractors_are_refined_to_full_accuracy_and_named() -> None:
 
     With a damping of 1e-3 a motion comes nearer by 0.4 % a period: alone it would give six digits.
     """
-    found = pc.basins(TWO, FORCE, cycle=[0.1, 0.6], v=[0.1, 2.6])
-    strikes = int(np.flatnonzero(found.name.values == "(1, 1)")[0])
+    basins = pc.basins(TWO, FORCE, cycle=[0.1, 0.6], v=[0.1, 2.6])
+    strikes = int(np.flatnonzero(basins.name.values == "(1, 1)")[0])
 
     period = float(FORCE.period or 0.0)
-    cycle, v = (float(found[name][strikes, 0]) for name in ("attractor_cycle", "attractor_v"))
+    cycle, v = (float(basins[name][strikes, 0]) for name in ("attractor_cycle", "attractor_v"))
     assert cycle * period == pytest.approx(0.68131386001706276354, abs=1e-12)
     assert v == pytest.approx(0.7 * 3.715736427838396744, abs=1e-12)
     modulus = np.hypot(0.43659025896978035511, 0.36290906918183299344)
-    assert float(found.exponent[strikes]) == pytest.approx(np.log(modulus) / period, abs=1e-12)
+    assert float(basins.exponent[strikes]) == pytest.approx(np.log(modulus) / period, abs=1e-12)
 
     slow = pc.basins(pc.Oscillator(1.0, 1e-3), FORCE, x0=[0.3], v0=[0.1], periods=4000)
     gain = 1.0 / complex(1.0 - 1.5**2, 2e-3 * 1.5)
@@ -68,18 +68,18 @@ def test_sticking_and_long_orbits_have_their_names() -> None:
 
 
 def test_fractions_add_up_and_have_errors() -> None:
-    found = pc.basins(
+    basins = pc.basins(
         TWO, FORCE, x0=np.linspace(-4.0, 1.5, 30), v0=np.linspace(-4.0, 4.0, 25), periods=400
     )
 
-    inside = found.basin.values == -2
+    inside = basins.basin.values == -2
     # 1.5 lies beyond the wall.
     assert inside[-1].all()
     assert not inside[:-1].any()
-    assert float(found.fraction.sum()) + found.attrs["undecided"] == pytest.approx(1.0)
-    p, n = found.fraction.values, 29 * 25
-    np.testing.assert_allclose(found.fraction_error, np.sqrt(p * (1 - p) / n))
-    assert len(found.attractor) == 2
+    assert float(basins.fraction.sum()) + basins.attrs["undecided"] == pytest.approx(1.0)
+    p, n = basins.fraction.values, 29 * 25
+    np.testing.assert_allclose(basins.fraction_error, np.sqrt(p * (1 - p) / n))
+    assert len(basins.attractor) == 2
 
 
 def test_the_same_numbers_for_any_number_of_workers() -> None:
@@ -132,20 +132,20 @@ def test_where_every_start_has_its_own_motion_a_few_are_distinguished(
     monkeypatch.setattr("percuss.ensembles.attractors.MOST_ORBITS", 4)
     free = pc.Oscillator(0.0, 0.1)
 
-    found = pc.basins(free, FORCE, x0=np.linspace(0.1, 1.0, 6), v0=[0.0])
+    basins = pc.basins(free, FORCE, x0=np.linspace(0.1, 1.0, 6), v0=[0.0])
 
-    assert found.basin.values[:, 0].tolist() == [0, 1, 2, 3, -1, -1]
-    assert found.name.values.tolist() == ["(0, 1)"] * 4
-    assert np.isnan(found.residual).all()
+    assert basins.basin.values[:, 0].tolist() == [0, 1, 2, 3, -1, -1]
+    assert basins.name.values.tolist() == ["(0, 1)"] * 4
+    assert np.isnan(basins.residual).all()
 
 
 def test_rest_at_the_stop_is_a_class_of_its_own() -> None:
     held = pc.cosine(2.0, amplitude=0.5, constant=-1.0)
 
-    found = pc.basins(pc.impact_oscillator(0.3), held, x0=[0.0, 1.0], v0=[0.0, 2.0])
+    basins = pc.basins(pc.impact_oscillator(0.3), held, x0=[0.0, 1.0], v0=[0.0, 2.0])
 
-    assert found.kind.values.tolist() == ["rest"]
-    assert float(found.x[0]) == 0.0
+    assert basins.kind.values.tolist() == ["rest"]
+    assert float(basins.x[0]) == 0.0
 
 
 def test_growth_without_bound_is_one_and_what_is_slow_is_not_decided() -> None:
@@ -165,16 +165,16 @@ def test_starts_at_the_wall_are_those_of_their_cycle_and_speed() -> None:
     cycles, speeds = np.array([0.0, 0.3, 0.62]), np.array([0.5, 3.5])
     period = float(FORCE.period or 0.0)
 
-    found = pc.basins(TWO, FORCE, cycle=cycles, v=speeds)
+    basins = pc.basins(TWO, FORCE, cycle=cycles, v=speeds)
 
-    assert found.basin.dims == ("cycle", "v")
+    assert basins.basin.dims == ("cycle", "v")
     for i, cycle in enumerate(cycles):
         for j, speed in enumerate(speeds):
             run = pc.simulate(
                 TWO, FORCE, "1.45789", -speed, cycle * period, t_end=(cycle + 300) * period
             )
             strikes = bool((run.impacts.t > 290 * period).any())
-            assert found.n_impacts.values[found.basin.values[i, j]] == float(strikes)
+            assert basins.n_impacts.values[basins.basin.values[i, j]] == float(strikes)
 
 
 @pytest.mark.parametrize(
@@ -204,15 +204,15 @@ def test_refining_many_attractors_asks_whether_to_go_on() -> None:
         calls.append((done, total))
         return calls.count((total, total)) < 4
 
-    found = pc.basins(
+    basins = pc.basins(
         pc.impact_oscillator(), pc.sine(3), x0=np.linspace(0.0, 0.2, 8),
         v0=np.linspace(0.1, 0.6, 8), periods=50, progress=report,
     )  # fmt: skip
 
     assert calls[-1] == (64, 64)
     assert calls.count((64, 64)) == 4
-    assert found.attrs["complete"] == 0
-    assert (found.basin.values == -1).any()
+    assert basins.attrs["complete"] == 0
+    assert (basins.basin.values == -1).any()
 
 
 def test_one_start_stands_for_both_axes() -> None:
@@ -250,20 +250,20 @@ def test_measures_of_attractors_are_those_of_their_orbits() -> None:
     names = ["peak_impact_velocity", "max_displacement", "period", "peak_stop_force"]
     osc = pc.impact_oscillator(restitution=0.7, wall="1.45789", side="above", damping=0.05)
 
-    found = pc.basins(osc, pc.cosine(1.5), start=([-3.4, 0.37], [0.0]), measures=names)
+    basins = pc.basins(osc, pc.cosine(1.5), start=([-3.4, 0.37], [0.0]), measures=names)
 
-    assert sorted(found.name.values) == ["(0, 1)", "(1, 1)"]
-    for i, name in enumerate(found.name.values):
+    assert sorted(basins.name.values) == ["(0, 1)", "(1, 1)"]
+    for i, name in enumerate(basins.name.values):
         orbit = pc.find_orbit(osc, pc.cosine(1.5), n_impacts=int(name[1]))
         run = orbit.trajectory()
         fastest = np.abs(run.impacts.v_before).max(initial=0.0)
-        assert found.peak_impact_velocity.values[i] == pytest.approx(fastest, rel=1e-10)
-        assert found.max_displacement.values[i] == pytest.approx(
+        assert basins.peak_impact_velocity.values[i] == pytest.approx(fastest, rel=1e-10)
+        assert basins.max_displacement.values[i] == pytest.approx(
             run.extremes("displacement").maximum, rel=1e-10
         )
-        assert found.period.values[i] == 1.0
-        assert found.peak_stop_force.values[i] == 0.0
-    assert found.max_displacement.attrs["units"] == "length"
+        assert basins.period.values[i] == 1.0
+        assert basins.peak_stop_force.values[i] == 0.0
+    assert basins.max_displacement.attrs["units"] == "length"
 
     resting = pc.basins(
         pc.impact_oscillator(restitution=0.5),

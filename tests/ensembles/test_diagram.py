@@ -16,7 +16,7 @@ OSC = pc.impact_oscillator(restitution="0.8")
 def test_points_are_those_of_plain_runs() -> None:
     force = pc.cosine(2.5)
 
-    found = pc.bifurcation_diagram(
+    diagram = pc.bifurcation_diagram(
         OSC, force, over={"forcing.omega": [2.5, 2.8]}, starts=[(0.0, 1.0)], transient=50, points=9
     )
 
@@ -24,8 +24,8 @@ def test_points_are_those_of_plain_runs() -> None:
         period = float(pc.cosine(omega).period or 0.0)
         run = pc.simulate(OSC, pc.cosine(omega), v0=1.0, t_end=60 * period)
         x, v = run(50 * period + np.arange(9) * period)
-        np.testing.assert_allclose(found.x.sel(branch="start 0")[i], x, rtol=0, atol=1e-11)
-        np.testing.assert_allclose(found.v.sel(branch="start 0")[i], v, rtol=0, atol=1e-11)
+        np.testing.assert_allclose(diagram.x.sel(branch="start 0")[i], x, rtol=0, atol=1e-11)
+        np.testing.assert_allclose(diagram.v.sel(branch="start 0")[i], v, rtol=0, atol=1e-11)
 
 
 SOFT = pc.Oscillator(
@@ -41,7 +41,7 @@ def test_passages_are_those_of_the_section_of_a_run(
     osc: pc.Oscillator, direction: SectionDirection, at: float
 ) -> None:
     """In the free flight, at the edge of the soft stop, and behind the wall: none at all."""
-    found = pc.bifurcation_diagram(
+    diagram = pc.bifurcation_diagram(
         osc, pc.cosine(2.5), over={"forcing.omega": [2.5, 2.8]}, starts=[(0.0, 1.0)],
         follow=(), transient=50, points=40, section={"at": at, "direction": direction},
     )  # fmt: skip
@@ -52,7 +52,7 @@ def test_passages_are_those_of_the_section_of_a_run(
         passages = run.section(at=at, direction=direction)
         late = passages.t.values >= 50 * period
         t, v = passages.t.values[late][-40:], passages.v.values[late][-40:]
-        ours = found.isel(branch=0)
+        ours = diagram.isel(branch=0)
         kept = np.isfinite(ours.v.values[i])
         assert kept.sum() == len(t)
         np.testing.assert_allclose(ours.v.values[i][kept], v, rtol=0, atol=1e-9)
@@ -66,7 +66,7 @@ def test_passages_are_those_of_the_section_of_a_run(
 
 def test_passages_under_a_record_are_those_of_the_section_of_a_run() -> None:
     force = pc.square_wave("2.5") + pc.cosine("2.5", amplitude="0.1")
-    found = pc.bifurcation_diagram(
+    diagram = pc.bifurcation_diagram(
         SOFT, force, over={"oscillator.damping": ["0.05", "0.1"]}, starts=[(0.0, 1.0)],
         follow=(), transient=20, points=30, section={"at": 0.1, "direction": "down"},
     )  # fmt: skip
@@ -76,7 +76,7 @@ def test_passages_under_a_record_are_those_of_the_section_of_a_run() -> None:
         period = float(force.period or 0.0)
         passages = pc.simulate(osc, force, v0=1.0, t_end=49 * period).section(0.1, "down")
         v = passages.v.values[passages.t.values >= 20 * period][-30:]
-        ours = found.v.isel(branch=0).values[i]
+        ours = diagram.v.isel(branch=0).values[i]
         np.testing.assert_allclose(ours[np.isfinite(ours)], v, rtol=0, atol=1e-9)
         assert len(v) >= 15
 
@@ -102,7 +102,7 @@ def test_many_motions_have_the_passages_of_each_alone() -> None:
 @pytest.mark.parametrize("cycle", [0.0, 0.25, 0.9])
 def test_strobes_at_a_cycle_are_those_of_the_run(cycle: float) -> None:
     start = pc.Start(0.0, 1.0, 0.4)
-    found = pc.bifurcation_diagram(
+    diagram = pc.bifurcation_diagram(
         OSC, pc.cosine(2.5), over={"forcing.omega": [2.5, 2.6, 2.7]}, starts=[start],
         transient=30, points=12, section={"cycle": cycle},
     )  # fmt: skip
@@ -111,7 +111,7 @@ def test_strobes_at_a_cycle_are_those_of_the_run(cycle: float) -> None:
     run = pc.simulate(OSC, pc.cosine(2.6), v0=1.0, t0=0.4, t_end=0.4 + 43 * period)
     strobes = run.stroboscopic(cycle=cycle)
     late = strobes.t.values >= 0.4 + 30 * period
-    fresh = found.sel(branch="start 0").isel({OMEGA: 1})
+    fresh = diagram.sel(branch="start 0").isel({OMEGA: 1})
     np.testing.assert_allclose(fresh.x, strobes.x.values[late][:12], rtol=0, atol=1e-11)
     np.testing.assert_allclose(fresh.v, strobes.v.values[late][:12], rtol=0, atol=1e-11)
     # A followed branch goes on from whole periods after its start, whatever the section is.
@@ -119,8 +119,8 @@ def test_strobes_at_a_cycle_are_those_of_the_run(cycle: float) -> None:
         OSC, pc.cosine(2.5), over={"forcing.omega": [2.5, 2.6, 2.7]}, starts=[start],
         transient=30, points=13,
     )  # fmt: skip
-    assert found.period.values.tolist() == plain.period.values.tolist()
-    assert found.attrs["section"] == f"cycle = {cycle:g}"
+    assert diagram.period.values.tolist() == plain.period.values.tolist()
+    assert diagram.attrs["section"] == f"cycle = {cycle:g}"
 
 
 def test_the_period_is_the_same_at_every_section() -> None:
@@ -145,7 +145,7 @@ def test_the_period_is_the_same_at_every_section() -> None:
 
 def test_the_followed_orbit_doubles_its_period_where_it_should() -> None:
     """Reference case pd-r0.8-n1: at omega = 2.65334772785532."""
-    found = pc.bifurcation_diagram(
+    diagram = pc.bifurcation_diagram(
         OSC,
         pc.cosine(2.5),
         over={"forcing.omega": [2.5, 2.55, 2.6, 2.64, 2.652, 2.655, 2.66]},
@@ -154,7 +154,7 @@ def test_the_followed_orbit_doubles_its_period_where_it_should() -> None:
         transient=10_000,
     )
 
-    assert found.period.sel(branch="forward").values.tolist() == [1, 1, 1, 1, 1, 2, 2]
+    assert diagram.period.sel(branch="forward").values.tolist() == [1, 1, 1, 1, 1, 2, 2]
 
 
 def test_both_of_two_attractors_are_found_forward_and_backward() -> None:
@@ -162,7 +162,7 @@ def test_both_of_two_attractors_are_found_forward_and_backward() -> None:
     osc = pc.impact_oscillator(restitution=0.7, wall=1.0, side="above", damping=0.05)
     gaps = np.array([0.7, 1.2, 1.7, 2.0, 2.2])
 
-    found = pc.bifurcation_diagram(
+    diagram = pc.bifurcation_diagram(
         osc,
         pc.cosine(1.5),
         over={"oscillator.stops.0.at": gaps},
@@ -172,25 +172,25 @@ def test_both_of_two_attractors_are_found_forward_and_backward() -> None:
         points=16,
     )
 
-    strikes = np.isfinite(found.v_after).any("sample")
+    strikes = np.isfinite(diagram.v_after).any("sample")
     # The striking motion lives up to a gap of 2.1214694, the other from 0.7943015 on.
     assert strikes.sel(branch="forward").values.tolist() == [True, True, True, True, False]
     assert strikes.sel(branch="backward").values.tolist() == [True, False, False, False, False]
-    assert found.period.sel(branch="forward").values[1:4].tolist() == [1, 1, 1]
+    assert diagram.period.sel(branch="forward").values[1:4].tolist() == [1, 1, 1]
 
 
 def test_a_followed_branch_is_not_lost_where_a_value_has_no_motion() -> None:
     with pytest.warns(UserWarning, match=r"3 of 9 values have no answer.*1\.4 of forward; the"):
-        found = pc.bifurcation_diagram(
+        diagram = pc.bifurcation_diagram(
             OSC,
             pc.cosine(2.5),
             over={"oscillator.stops.0.restitution": [0.7, 1.4, 0.8]},
             starts=[(0.0, 1.0)],
         )
 
-    assert found.period.sel(branch="forward").values.tolist() == [1, -1, 1]
-    assert "restitution = 1.4" in found.reason.sel(branch="forward").values[1]
-    assert "restitution = 1.4" in found.reason.sel(branch="start 0").values[1]
+    assert diagram.period.sel(branch="forward").values.tolist() == [1, -1, 1]
+    assert "restitution = 1.4" in diagram.reason.sel(branch="forward").values[1]
+    assert "restitution = 1.4" in diagram.reason.sel(branch="start 0").values[1]
 
 
 def test_periods_of_impacts_and_of_strobes_agree() -> None:

@@ -65,12 +65,12 @@ def test_a_cluster_without_workers_is_reported_and_waited_for(
     with client_of(local, 0) as client:
         joins = threading.Timer(1.0, lambda: local.scale(1))
         joins.start()
-        found = pc.sweep("period", OSC, FORCE, over=over, transient=5, periods=5, engine=client)
+        data = pc.sweep("period", OSC, FORCE, over=over, transient=5, periods=5, engine=client)
         joins.join()
 
-    assert found.attrs["complete"] == 1
-    told = f"no workers yet at {local.scheduler_address}; waiting: the run goes on when"
-    assert told in caplog.text
+    assert data.attrs["complete"] == 1
+    reported = f"no workers yet at {local.scheduler_address}; waiting: the run goes on when"
+    assert reported in caplog.text
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals are POSIX's")
@@ -80,25 +80,25 @@ def test_workers_that_are_frozen_are_reported_and_the_run_goes_on_when_they_retu
     monkeypatch.setattr("percuss.ensembles.cluster.SILENT", 2.0)
     monkeypatch.setattr("percuss.ensembles.cluster.AGAIN", 1.0)
     over = {"forcing.omega": np.linspace(2.0, 3.0, 96)}
-    told: list[str] = []
+    reported: list[str] = []
     frozen: list[int] = []
 
     def freeze(done: float, total: float) -> bool:  # noqa: ARG001
         if not frozen:
             frozen.append(next(iter(local.workers.values())).process.process.pid)
             os.kill(frozen[0], signal.SIGSTOP)
-        told.append(caplog.text)
+        reported.append(caplog.text)
         caplog.clear()
-        if "".join(told).count("nothing has been heard of 1 of 1 workers") >= 2:
+        if "".join(reported).count("nothing has been heard of 1 of 1 workers") >= 2:
             os.kill(frozen[0], signal.SIGCONT)
         return True
 
     with client_of(local, 1) as client:
-        found = pc.sweep(whose, OSC, FORCE, over=over, engine=client, progress=freeze)
+        data = pc.sweep(whose, OSC, FORCE, over=over, engine=client, progress=freeze)
 
-    assert "waiting: the run goes on when workers answer or join" in "".join(told)
-    assert found.attrs["complete"] == 1
-    assert set(found.whose.values) == {frozen[0]}
+    assert "waiting: the run goes on when workers answer or join" in "".join(reported)
+    assert data.attrs["complete"] == 1
+    assert set(data.whose.values) == {frozen[0]}
 
 
 def whose(osc: pc.Oscillator, force: pc.Forcing, wait_for: str = "") -> float:  # noqa: ARG001
@@ -129,7 +129,7 @@ def test_a_worker_that_joins_in_mid_run_gets_its_part_and_a_lost_cluster_is_repo
             return True
 
         waiting = partial(whose, wait_for=str(joined))
-        found = pc.sweep(waiting, OSC, FORCE, over=over, engine=client, progress=let_join)
+        data = pc.sweep(waiting, OSC, FORCE, over=over, engine=client, progress=let_join)
 
         def lose(done: float, total: float) -> bool:  # noqa: ARG001
             client.close()
@@ -138,7 +138,7 @@ def test_a_worker_that_joins_in_mid_run_gets_its_part_and_a_lost_cluster_is_repo
         with pytest.raises(EngineError, match="the Dask cluster has failed"):
             pc.sweep(whose, OSC, FORCE, over=over, engine=client, store=store, progress=lose)
 
-    assert len(np.unique(found.measure)) == 2
+    assert len(np.unique(data.measure)) == 2
     assert grown == [0.0]
     assert 1 <= pc.status_of_store(store)["done"] < 20
 
@@ -156,11 +156,11 @@ def test_a_cluster_gives_the_same_bits_though_a_worker_dies(local: Any) -> None:
         return True
 
     with client_of(local, 2) as client:
-        found = pc.sweep(slow_measure, OSC, FORCE, over=over, engine=client, progress=kill_one)
+        data = pc.sweep(slow_measure, OSC, FORCE, over=over, engine=client, progress=kill_one)
         by_address = chart(engine=local.scheduler_address)
 
     assert killed
-    assert found.identical(expected)
+    assert data.identical(expected)
     assert by_address.identical(chart_of_threads())
 
 

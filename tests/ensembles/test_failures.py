@@ -19,8 +19,8 @@ RESTITUTION = "oscillator.stops.0.restitution"
 
 def test_a_built_in_measure_without_any_answer_warns_with_the_reason_and_its_count() -> None:
     with pytest.warns(UserWarning, match=r"period has no answer for any of 2 points; .*outside"):
-        found = pc.sweep("period", OSC, FORCE, over={RESTITUTION: [2, 3]})
-    assert found.attrs["failed"] == 2
+        data = pc.sweep("period", OSC, FORCE, over={RESTITUTION: [2, 3]})
+    assert data.attrs["failed"] == 2
 
     with pytest.warns(UserWarning, match=r"\(2 of 2\): x0 = -1.0: below the wall"):
         pc.sweep("period", OSC, FORCE, over={"forcing.omega": [2, 3]}, start=(-1, 0))
@@ -57,54 +57,54 @@ def test_a_function_that_returns_nan_everywhere_is_reported() -> None:
 def test_a_sweep_that_was_stopped_does_not_warn() -> None:
     over = {RESTITUTION: [2.0] * 40_000}
 
-    found = pc.sweep("period", OSC, FORCE, over=over, progress=lambda done, total: False)  # noqa: ARG005
+    data = pc.sweep("period", OSC, FORCE, over=over, progress=lambda done, total: False)  # noqa: ARG005
 
-    assert found.attrs["complete"] == 0
+    assert data.attrs["complete"] == 0
 
 
 def test_a_diagram_over_the_gap_counts_the_values_that_its_start_is_beyond() -> None:
     with pytest.warns(
         UserWarning, match=r"400 of 802 values have no answer, the first at .* -1\.0"
     ):
-        found = pc.bifurcation_diagram(
+        diagram = pc.bifurcation_diagram(
             GAP, FORCE, over={AT: (-1, 1)}, follow=["forward"], transient=20, points=8
         )
 
     # The start at 0 is above the wall at 200 of 401 values, on either branch.
-    assert (found.reason.values != "").sum(axis=1).tolist() == [200, 200]
-    assert found.attrs["failed"] == 400
+    assert (diagram.reason.values != "").sum(axis=1).tolist() == [200, 200]
+    assert diagram.attrs["failed"] == 400
 
 
 def test_a_branch_is_followed_where_the_wall_moves_past_where_it_was() -> None:
     with pytest.warns(UserWarning, match=r"200 of 802 values have no answer, .* of start 0; the"):
-        found = pc.bifurcation_diagram(
+        diagram = pc.bifurcation_diagram(
             GAP, FORCE, over={AT: (-1, 1)}, follow=["backward"], transient=20, points=8
         )
 
-    assert (found.reason.sel(branch="backward").values == "").all()
+    assert (diagram.reason.sel(branch="backward").values == "").all()
 
 
 def test_the_reason_of_a_start_of_several_is_its_own() -> None:
     with pytest.warns(UserWarning, match=r"^start 1: no points at any of 2 values; .*x0 = 5\.0"):
-        found = pc.bifurcation_diagram(
+        diagram = pc.bifurcation_diagram(
             GAP, FORCE, over={AT: [1, 2]}, starts=[(0, 0), (5, 0)], transient=20, points=8
         )
 
-    assert found.attrs["failed"] == 2
-    assert "x0 = 5.0: above the wall at x = 2.0" in found.reason.sel(branch="start 1").values[1]
+    assert diagram.attrs["failed"] == 2
+    assert "x0 = 5.0: above the wall at x = 2.0" in diagram.reason.sel(branch="start 1").values[1]
 
 
 def test_basins_count_the_starts_inside_a_wall() -> None:
-    found = pc.basins(OSC, FORCE, x0=[-1.0, 2.0], v0=[0.0, 1.0, 2.0, 3.0])
+    basins = pc.basins(OSC, FORCE, x0=[-1.0, 2.0], v0=[0.0, 1.0, 2.0, 3.0])
 
-    assert found.attrs["failed"] == 4
-    assert found.attrs["n_starts"] == 4
+    assert basins.attrs["failed"] == 4
+    assert basins.attrs["n_starts"] == 4
 
 
 def test_starts_that_are_all_inside_a_wall_warn() -> None:
     with pytest.warns(UserWarning, match=r"no motion starts anywhere; .*\(4 of 4\): x0 = -1.0"):
-        found = pc.basins(OSC, FORCE, x0=[-1.0, -2.0], v0=[0.0, 1.0])
-    assert found.attrs["failed"] == 4
+        basins = pc.basins(OSC, FORCE, x0=[-1.0, -2.0], v0=[0.0, 1.0])
+    assert basins.attrs["failed"] == 4
 
     with pytest.warns(UserWarning, match=r"no motion starts anywhere; .*inside a wall"):
         fractions = pc.basin_fractions(

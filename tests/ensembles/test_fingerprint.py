@@ -252,17 +252,14 @@ def test_it_is_the_same_in_another_process() -> None:
         "import json; from tests.ensembles import test_fingerprint as t\n"
         "print(json.dumps([t.fingerprint(f) for f in t.samples()]))"
     )
-    found = [
-        subprocess.run(
-            [sys.executable, "-c", program],
-            capture_output=True, text=True, check=True, cwd=Path(__file__).parents[2],
-            env={**os.environ, "PYTHONHASHSEED": seed},
-        ).stdout
-        for seed in ("1", "2")
-    ]  # fmt: skip
+    # This process has a seed by chance.
+    elsewhere = subprocess.run(
+        [sys.executable, "-c", program],
+        capture_output=True, text=True, check=True, cwd=Path(__file__).parents[2],
+        env={**os.environ, "PYTHONHASHSEED": "1"},
+    ).stdout  # fmt: skip
 
-    assert found[0] == found[1]
-    assert len(json.loads(found[0])) == len(samples())
+    assert json.loads(elsewhere) == [fingerprint(function) for function in samples()]
 
 
 def samples() -> list[Callable[..., float]]:
@@ -318,8 +315,8 @@ def test_only_a_store_needs_the_fingerprint(tmp_path: Path) -> None:
 
 def test_a_store_does_not_answer_for_another_function(tmp_path: Path) -> None:
     path = tmp_path / "a.zarr"
-    found = pc.sweep(closed(3.0), OSC, FORCE, over=OVER, store=path)
+    data = pc.sweep(closed(3.0), OSC, FORCE, over=OVER, store=path)
 
     with pytest.raises(pc.OutputError, match=r"another study, which differs in measure\.k"):
         pc.sweep(closed(5.0), OSC, FORCE, over=OVER, store=path)
-    assert pc.sweep(closed(3.0), OSC, FORCE, over=OVER, store=path).identical(found)
+    assert pc.sweep(closed(3.0), OSC, FORCE, over=OVER, store=path).identical(data)

@@ -92,9 +92,9 @@ def test_the_command_refuses_them_too_and_status_says_whose_they_are(tmp_path: P
     run = ["run", str(tmp_path / "s.toml"), "--out", str(tmp_path / "out"), "--store", str(path)]
 
     for command in (run, ["status", str(path)], ["export", str(path), str(tmp_path / "a.nc")]):
-        found = CliRunner().invoke(app, command)
-        assert found.exit_code == 2
-        assert "Zarr data that are no store of percuss" in found.output
+        result = CliRunner().invoke(app, command)
+        assert result.exit_code == 2
+        assert "Zarr data that are no store of percuss" in result.output
 
     assert files_in(path) == before
 
@@ -115,11 +115,11 @@ def test_a_folder_of_stores_shows_those_that_are_percusss(tmp_path: Path) -> Non
         pc.status_of_store(tmp_path)
     CALLS["sweep"](tmp_path / "run.zarr")
 
-    found = CliRunner().invoke(app, ["status", str(tmp_path)])
+    result = CliRunner().invoke(app, ["status", str(tmp_path)])
 
-    assert found.exit_code == 0
-    assert "run.zarr" in found.output
-    assert "data.zarr" not in found.output
+    assert result.exit_code == 0
+    assert "run.zarr" in result.output
+    assert "data.zarr" not in result.output
 
 
 def test_a_diagram_does_not_settle_among_the_files_of_a_folder(tmp_path: Path) -> None:

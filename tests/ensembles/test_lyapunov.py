@@ -15,23 +15,23 @@ def reference(omega: str) -> tuple[pc.Oscillator, pc.Forcing]:
 
 def test_a_stable_orbit_has_the_exponents_of_its_multipliers() -> None:
     """Reference case lyap-stable-w2.5: (omega / 2 pi) ln r, to 1e-8."""
-    found = pc.lyapunov_exponents(*reference("2.5"), start=(0.0, -1.0))
+    exponents = pc.lyapunov_exponents(*reference("2.5"), start=(0.0, -1.0))
 
     expected = 2.5 / (2 * math.pi) * math.log(0.8)
-    np.testing.assert_allclose(found.exponents, expected, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(exponents.exponents, expected, rtol=0, atol=1e-12)
     assert expected == pytest.approx(-0.088785998026841200854, abs=1e-15)
     # A round is one impact a period.
-    assert found.impact_rate == pytest.approx(2.5 / (2 * math.pi), rel=1e-9)
+    assert exponents.impact_rate == pytest.approx(2.5 / (2 * math.pi), rel=1e-9)
 
 
 def test_chaos_has_the_exponents_of_the_reference() -> None:
     """Reference case lyap-chaos-w2.8-s0.0; its tolerance is four of its standard errors."""
-    found = pc.lyapunov_exponents(*reference("2.8"), start=(0.0, -1.0), periods=200_000)
+    exponents = pc.lyapunov_exponents(*reference("2.8"), start=(0.0, -1.0), periods=200_000)
 
-    error = 4.0 * found.errors[0] + 0.00057
-    assert found.errors[0] < 0.001
-    np.testing.assert_allclose(found.exponents, [0.14192, -0.35221], rtol=0, atol=error)
-    assert found.impact_rate == pytest.approx(0.4712, abs=0.0005)
+    error = 4.0 * exponents.errors[0] + 0.00057
+    assert exponents.errors[0] < 0.001
+    np.testing.assert_allclose(exponents.exponents, [0.14192, -0.35221], rtol=0, atol=error)
+    assert exponents.impact_rate == pytest.approx(0.4712, abs=0.0005)
 
 
 @pytest.mark.parametrize("damping", [0.0, 0.03])
@@ -39,11 +39,11 @@ def test_the_sum_rule_holds(damping: float) -> None:
     """The sum is -2 a and 2 ln r an impact, where nothing but one wall is met."""
     osc = pc.impact_oscillator(restitution=0.8, damping=damping)
 
-    found = pc.lyapunov_exponents(osc, pc.cosine(2.8), start=(0.0, 1.0))
+    exponents = pc.lyapunov_exponents(osc, pc.cosine(2.8), start=(0.0, 1.0))
 
-    expected = -2.0 * damping + 2.0 * found.impact_rate * math.log(0.8)
-    assert found.total == pytest.approx(expected, rel=1e-9)
-    assert found.exponents.sum() == pytest.approx(found.total, rel=1e-9)
+    expected = -2.0 * damping + 2.0 * exponents.impact_rate * math.log(0.8)
+    assert exponents.total == pytest.approx(expected, rel=1e-9)
+    assert exponents.exponents.sum() == pytest.approx(exponents.total, rel=1e-9)
 
 
 @pytest.mark.parametrize(("transient", "periods"), [(20_000, 64), (20_000, 66), (1000, 2000)])
@@ -53,13 +53,15 @@ def test_on_a_long_orbit_impacts_and_exponents_are_of_the_same_periods(
     """An orbit with six impacts in six periods: 64 periods are no whole number of rounds."""
     osc, force = pc.impact_oscillator("0.8"), pc.cosine("2.6")
 
-    found = pc.lyapunov_exponents(osc, force, start=(0.5, 0), transient=transient, periods=periods)
+    exponents = pc.lyapunov_exponents(
+        osc, force, start=(0.5, 0), transient=transient, periods=periods
+    )
 
     expected = 2.0 * 2.6 / (2.0 * math.pi) * math.log(0.8)
-    assert found.total == pytest.approx(expected, rel=1e-12)
-    assert found.exponents.sum() == pytest.approx(found.total, rel=1e-12)
-    assert 2.0 * found.impact_rate * math.log(0.8) == pytest.approx(found.total, rel=1e-12)
-    assert found.impact_rate * found.duration == pytest.approx(18.0, rel=1e-12)
+    assert exponents.total == pytest.approx(expected, rel=1e-12)
+    assert exponents.exponents.sum() == pytest.approx(exponents.total, rel=1e-12)
+    assert 2.0 * exponents.impact_rate * math.log(0.8) == pytest.approx(exponents.total, rel=1e-12)
+    assert exponents.impact_rate * exponents.duration == pytest.approx(18.0, rel=1e-12)
 
 
 def test_the_errors_cover_what_a_slow_approach_to_an_orbit_still_goes() -> None:
@@ -67,12 +69,12 @@ def test_the_errors_cover_what_a_slow_approach_to_an_orbit_still_goes() -> None:
     osc, force = pc.impact_oscillator("0.8"), pc.cosine("2.6")
     there = pc.lyapunov_exponents(osc, force, start=(0.5, 0), transient=20_000, periods=64)
 
-    found = pc.lyapunov_exponents(osc, force, start=(0.5, 0), periods=64)
+    exponents = pc.lyapunov_exponents(osc, force, start=(0.5, 0), periods=64)
 
-    off = np.abs(found.exponents - there.exponents)
+    off = np.abs(exponents.exponents - there.exponents)
     assert (off > 1e-6).all()
-    assert (off < 1.5 * found.errors).all()
-    assert (found.errors < 3.0 * off).all()
+    assert (off < 1.5 * exponents.errors).all()
+    assert (exponents.errors < 3.0 * off).all()
     assert there.errors.max() < 1e-12
 
 
@@ -84,9 +86,9 @@ def test_halves_that_differ_by_more_than_chance_are_an_error() -> None:
     for row, rates in enumerate((trend, scatter)):
         points[row, :, 0] = np.concatenate([[0.0], np.cumsum(rates)])
     empty = np.zeros(2)
-    lanes = BatchResult(empty.astype(int), empty, empty.astype(int), empty, points)
+    batch = BatchResult(empty.astype(int), empty, empty.astype(int), empty, points)
 
-    drift = drift_of(lanes, Plan(empty, np.ones(2), np.full(2, 64.0)))
+    drift = drift_of(batch, Plan(empty, np.ones(2), np.full(2, 64.0)))
 
     assert drift[0] == pytest.approx(trend[:32].mean() - trend[32:].mean())
     assert drift[1] == 0.0
@@ -96,7 +98,7 @@ def test_soft_stops_are_passed_through() -> None:
     """Both exponents of an orbit, from the derivative of two periods by central differences."""
     soft = (pc.SoftStop(0.5, "above", 29.0, 0.3), pc.Wall(-1.0, "below", 0.7))
     osc, force = pc.Oscillator(1.0, 0.02, soft), pc.cosine(2.0)
-    found = pc.lyapunov_exponents(osc, force, start=(0.0, 1.0))
+    exponents = pc.lyapunov_exponents(osc, force, start=(0.0, 1.0))
     period = float(force.period or math.nan)
     strobes = pc.simulate(osc, force, v0=1.0, t_end=400.5 * period).stroboscopic()
     x, v = float(strobes.x[400]), float(strobes.v[400])
@@ -111,24 +113,24 @@ def test_soft_stops_are_passed_through() -> None:
     multipliers = np.linalg.eigvals(np.stack(columns, axis=1))
 
     expected = np.sort(np.log(np.abs(multipliers)))[::-1] / period
-    np.testing.assert_allclose(found.exponents, expected, rtol=0, atol=1e-6)
-    assert found.errors.max() < 1e-9
+    np.testing.assert_allclose(exponents.exponents, expected, rtol=0, atol=1e-6)
+    assert exponents.errors.max() < 1e-9
 
 
 def test_after_sticking_both_are_minus_infinity() -> None:
     osc, force = pc.impact_oscillator(0.3), pc.cosine(2.7, constant=-0.8)
     assert len(pc.simulate(osc, force, v0=1.0, t_end=20.0).contacts) > 0
 
-    found = pc.lyapunov_exponents(osc, force, start=(0.0, 1.0), transient=10, periods=100)
+    exponents = pc.lyapunov_exponents(osc, force, start=(0.0, 1.0), transient=10, periods=100)
 
-    assert np.isneginf(found.exponents).all()
-    assert found.errors.tolist() == [0.0, 0.0]
+    assert np.isneginf(exponents.exponents).all()
+    assert exponents.errors.tolist() == [0.0, 0.0]
 
 
 def test_a_free_oscillator_has_its_damping_twice() -> None:
-    found = pc.lyapunov_exponents(pc.Oscillator(1.0, 0.1), pc.cosine(2.0))
+    exponents = pc.lyapunov_exponents(pc.Oscillator(1.0, 0.1), pc.cosine(2.0))
 
-    np.testing.assert_allclose(found.exponents, -0.1, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(exponents.exponents, -0.1, rtol=0, atol=1e-12)
     overdamped = pc.lyapunov_exponents(pc.Oscillator(1.0, 1.25), pc.cosine(2.0))
     np.testing.assert_allclose(overdamped.exponents, [-0.5, -2.0], rtol=0, atol=1e-9)
 
@@ -136,7 +138,7 @@ def test_a_free_oscillator_has_its_damping_twice() -> None:
 def test_the_measure_is_that_of_one_motion() -> None:
     osc, force = reference("2.8")
 
-    found = pc.sweep(
+    data = pc.sweep(
         "largest_lyapunov_exponent",
         osc,
         force,
@@ -147,9 +149,9 @@ def test_the_measure_is_that_of_one_motion() -> None:
     )
 
     one = pc.lyapunov_exponents(osc, force, start=(0.0, -1.0))
-    assert found.largest_lyapunov_exponent.values[1] == one.exponents[0]
+    assert data.largest_lyapunov_exponent.values[1] == one.exponents[0]
     # In a finite time, by what a direction gains once.
-    assert found.largest_lyapunov_exponent.values[0] == pytest.approx(-0.0887860, abs=1e-4)
+    assert data.largest_lyapunov_exponent.values[0] == pytest.approx(-0.0887860, abs=1e-4)
 
 
 def test_what_is_wrong_with_a_call_is_said() -> None:
@@ -163,10 +165,10 @@ def test_what_is_wrong_with_a_call_is_said() -> None:
 def test_as_many_impacts_as_the_periods_need_are_followed() -> None:
     osc, force = pc.impact_oscillator(restitution=0.8), pc.cosine(2.8)
 
-    found = pc.lyapunov_exponents(osc, force, start=(0.0, 1.0), transient=0, periods=1_500_000)
+    exponents = pc.lyapunov_exponents(osc, force, start=(0.0, 1.0), transient=0, periods=1_500_000)
 
     # More than the million after which a motion of a sweep is given up.
-    assert found.impact_rate * found.duration > 1_000_000
+    assert exponents.impact_rate * exponents.duration > 1_000_000
 
 
 def test_a_limit_of_impacts_is_blamed_by_its_name_with_how_far_it_came() -> None:
@@ -185,19 +187,21 @@ def test_a_force_of_two_frequencies_has_exponents_whose_sum_is_that_of_the_rule(
     force = pc.cosine(2.8) + pc.cosine(math.sqrt(3.0), amplitude=0.5)
     assert force.period is None
 
-    found = pc.lyapunov_exponents(osc, force, start=(0.0, 1.0), transient=100, periods=2000)
+    exponents = pc.lyapunov_exponents(osc, force, start=(0.0, 1.0), transient=100, periods=2000)
 
-    assert found.duration == pytest.approx(2000 * math.pi)
-    expected = -2.0 * 0.02 + 2.0 * found.impact_rate * math.log(0.8)
-    assert found.total == pytest.approx(expected, rel=1e-9)
-    assert found.exponents.sum() == pytest.approx(found.total, rel=1e-9)
+    assert exponents.duration == pytest.approx(2000 * math.pi)
+    expected = -2.0 * 0.02 + 2.0 * exponents.impact_rate * math.log(0.8)
+    assert exponents.total == pytest.approx(expected, rel=1e-9)
+    assert exponents.exponents.sum() == pytest.approx(exponents.total, rel=1e-9)
 
 
 def test_a_free_motion_has_the_exponents_of_its_losses() -> None:
     """At rest the oscillator forgets at the rate of its damping in either direction."""
-    found = pc.lyapunov_exponents(pc.Oscillator(stiffness=1.0, damping=0.1), None, start=(1.0, 0.0))
+    exponents = pc.lyapunov_exponents(
+        pc.Oscillator(stiffness=1.0, damping=0.1), None, start=(1.0, 0.0)
+    )
 
-    np.testing.assert_allclose(found.exponents, -0.1, rtol=1e-3)
-    assert found.total == pytest.approx(-0.2, rel=1e-9)
+    np.testing.assert_allclose(exponents.exponents, -0.1, rtol=1e-3)
+    assert exponents.total == pytest.approx(-0.2, rel=1e-9)
     with pytest.raises(pc.ParameterError, match="without a harmonic and without a stiffness"):
         pc.lyapunov_exponents(pc.Oscillator(stiffness=0.0), None)

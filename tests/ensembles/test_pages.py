@@ -83,11 +83,11 @@ def test_what_a_trillion_impacts_need_follows_from_the_rates() -> None:
 
 def test_a_list_with_an_exponent_follows_each_motion_once_more() -> None:
     def impacts(*names: str) -> int:
-        found = pc.sweep(
+        data = pc.sweep(
             names, pc.impact_oscillator(restitution=0.8), pc.cosine(2.5),
             over={"start.v0": [1.0]}, transient=10, periods=64,
         )  # fmt: skip
-        return int(found.attrs["n_impacts"])
+        return int(data.attrs["n_impacts"])
 
     once = impacts("period")
     assert impacts("period", "peak_displacement", "dissipated_energy") == once

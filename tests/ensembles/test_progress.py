@@ -143,10 +143,10 @@ def test_progress_is_reported_and_obeyed_within_two_seconds_for_chunks_of_any_le
             stack.enter_context(cluster)
             where = stack.enter_context(distributed.Client(cluster, set_as_default=False))
         began = time.monotonic()
-        found = pc.sweep(napping, OSC, FORCE, over=over, engine=where, n_workers=1, progress=stop)
+        data = pc.sweep(napping, OSC, FORCE, over=over, engine=where, n_workers=1, progress=stop)
         ended = time.monotonic()
 
-    assert found.attrs["complete"] == 0
+    assert data.attrs["complete"] == 0
     assert len(calls) == 2
     # Each chunk would have taken a quarter of an hour.
     assert calls[0] - began < 60.0
@@ -160,13 +160,13 @@ def at_work() -> set[threading.Thread]:
 def test_a_long_chunk_of_compiled_motions_is_given_up_where_it_is() -> None:
     # Threads of others, which wait.
     before = at_work()
-    found = pc.sweep(
+    data = pc.sweep(
         "peak_displacement", pc.Oscillator(stops=(pc.SoftStop(0, "below", 4.0),)), FORCE,
         over={"start.v0": np.linspace(1.0, 2.0, 500)}, periods=10**7, max_impacts=10**9,
         n_workers=1, progress=lambda *_: False,
     )  # fmt: skip
 
-    assert found.attrs["complete"] == 0
+    assert data.attrs["complete"] == 0
     until = time.monotonic() + 60.0
     while at_work() - before and time.monotonic() < until:
         time.sleep(0.1)
@@ -177,13 +177,13 @@ def test_a_long_chunk_of_compiled_motions_is_given_up_where_it_is() -> None:
 def test_long_work_is_announced_once_without_progress(
     clock: list[float], caplog: pytest.LogCaptureFixture
 ) -> None:
-    for report, told in ((None, 1), (False, 0)):
+    for report, reported in ((None, 1), (False, 0)):
         seen = of_chunks(report, size=10_000, todo=10_000)
         for _ in range(50):
             clock[0] += 1.0
             seen.chunk_done(1, 10)
         seen.close()
-        assert len(caplog.records) == told
+        assert len(caplog.records) == reported
         caplog.clear()
     short = of_chunks(None, size=100, todo=100)
     for _ in range(50):

@@ -73,12 +73,12 @@ def test_a_neighbour_moves_as_the_exponents_say() -> None:
 def test_basins_under_a_square_wave_know_their_motions() -> None:
     osc = pc.impact_oscillator(0.6, wall=-0.3, damping=0.1)
     x0, v0 = np.linspace(-0.2, 1.0, 4), np.linspace(-1.0, 1.0, 4)
-    found = pc.basins(osc, pc.square_wave(2.0), x0=x0, v0=v0, periods=300)
+    basins = pc.basins(osc, pc.square_wave(2.0), x0=x0, v0=v0, periods=300)
     run = pc.simulate(osc, pc.square_wave(2.0), x0=x0[1], v0=v0[2], periods=400)
     ends = run.stroboscopic().isel(period=slice(-20, None))
-    assert (found.basin == 0).all()
-    assert float(found.attractor_x0[0, 0]) == pytest.approx(float(ends.x[-1]), abs=1e-6)
-    assert float(found.attractor_v0[0, 0]) == pytest.approx(float(ends.v[-1]), abs=1e-6)
+    assert (basins.basin == 0).all()
+    assert float(basins.attractor_x0[0, 0]) == pytest.approx(float(ends.x[-1]), abs=1e-6)
+    assert float(basins.attractor_v0[0, 0]) == pytest.approx(float(ends.v[-1]), abs=1e-6)
 
 
 def test_strobes_in_contact_are_written_at_the_knots_that_they_pass(

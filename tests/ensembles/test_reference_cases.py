@@ -35,37 +35,39 @@ def period_of(osc: pc.Oscillator, force: pc.Forcing, path: str, value: float) ->
     """Return the period of the motion after a long time, slow as it is next to a doubling."""
     over, settling = {path: [value]}, 20_000
     start = [(0.0, 1.0 if osc.stops[0].side == "below" else -1.0)]
-    found = pc.bifurcation_diagram(
+    diagram = pc.bifurcation_diagram(
         osc, force, over=over, starts=start, follow=[], transient=settling, section="impacts"
     )
-    return int(found.period.values[0, 0])
+    return int(diagram.period.values[0, 0])
 
 
 def check_stable(case: dict[str, Any]) -> None:
     osc = pc.impact_oscillator(restitution="0.8", side="above")
-    found = pc.lyapunov_exponents(osc, pc.cosine("2.5"), start=(0.0, -1.0))
+    exponents = pc.lyapunov_exponents(osc, pc.cosine("2.5"), start=(0.0, -1.0))
 
-    np.testing.assert_allclose(found.exponents, numbers(case)[0], rtol=0, atol=case["tolerance"])
+    np.testing.assert_allclose(
+        exponents.exponents, numbers(case)[0], rtol=0, atol=case["tolerance"]
+    )
 
 
 def check_chaos(case: dict[str, Any]) -> None:
     osc = pc.impact_oscillator(restitution="0.8", side="above")
-    found = pc.lyapunov_exponents(osc, pc.cosine("2.8"), start=(0.0, -1.0), periods=200_000)
+    exponents = pc.lyapunov_exponents(osc, pc.cosine("2.8"), start=(0.0, -1.0), periods=200_000)
 
     largest, rate, smallest = numbers(case)
-    tolerance = case["tolerance"] + 4.0 * found.errors[0]
-    assert found.errors[0] < 0.001
-    np.testing.assert_allclose(found.exponents, [largest, smallest], rtol=0, atol=tolerance)
-    assert found.impact_rate == pytest.approx(rate, abs=tolerance)
+    tolerance = case["tolerance"] + 4.0 * exponents.errors[0]
+    assert exponents.errors[0] < 0.001
+    np.testing.assert_allclose(exponents.exponents, [largest, smallest], rtol=0, atol=tolerance)
+    assert exponents.impact_rate == pytest.approx(rate, abs=tolerance)
 
 
 def check_line(case: dict[str, Any]) -> None:
     osc = pc.impact_oscillator(restitution="0.7", wall="1.45789", side="above", damping="0.05")
     for boundary in numbers(case):
         x0 = [boundary - case["tolerance"], boundary + case["tolerance"]]
-        found = pc.basins(osc, pc.cosine("1.5"), x0=x0, v0=[0.0])
-        assert sorted(found.name.values.tolist()) == ["(0, 1)", "(1, 1)"]
-        assert sorted(found.basin.values[:, 0].tolist()) == [0, 1]
+        basins = pc.basins(osc, pc.cosine("1.5"), x0=x0, v0=[0.0])
+        assert sorted(basins.name.values.tolist()) == ["(0, 1)", "(1, 1)"]
+        assert sorted(basins.basin.values[:, 0].tolist()) == [0, 1]
 
 
 def check_grazing(case: dict[str, Any]) -> None:
@@ -74,12 +76,12 @@ def check_grazing(case: dict[str, Any]) -> None:
     for omega, amplitude in zip(("1", "0.7", "1.3"), numbers(case), strict=True):
         force = pc.cosine(omega, amplitude=0.5 * amplitude)
         # Far enough below it that the way there from rest does not strike either.
-        found = pc.sweep(
+        data = pc.sweep(
             "peak_displacement", osc, force, over={"forcing.amplitude": [0.5 * amplitude]},
             transient=400,
         )  # fmt: skip
         # Without impacts the response is proportional to the amplitude.
-        graze = 0.5 * amplitude / float(found.peak_displacement[0])
+        graze = 0.5 * amplitude / float(data.peak_displacement[0])
         assert graze == pytest.approx(amplitude, abs=case["tolerance"])
 
 
@@ -97,11 +99,11 @@ def check_fold(case: dict[str, Any]) -> None:
     )  # fmt: skip
 
     gaps = np.array([graze - 0.01, *np.linspace(1.2, 2.0, 5), fold - 0.01, fold + 0.01])
-    found = pc.basin_fractions(
+    shares = pc.basin_fractions(
         osc, force, over={path: gaps}, x0=(-4.0, 0.5), v0=(-4.0, 4.0), n_starts=100
     )
-    assert found.exists.values[0].tolist() == (gaps < fold).tolist()
-    assert found.exists.values[1].tolist() == (gaps > graze).tolist()
+    assert shares.exists.values[0].tolist() == (gaps < fold).tolist()
+    assert shares.exists.values[1].tolist() == (gaps > graze).tolist()
 
 
 def check_doubling(case: dict[str, Any]) -> None:

@@ -73,12 +73,12 @@ def test_an_answer_beyond_memory_needs_a_store_and_is_read_from_its_disk(
         pc.ParameterError, match=r"200 points.*1\.6e-06 GB; .*with store= it is kept"
     ):
         pc.sweep("impacts_per_period", OSC, FORCE, over=over, transient=5, periods=5)
-    found = pc.sweep(
+    data = pc.sweep(
         "impacts_per_period", OSC, FORCE, over=over, transient=5, periods=5, store=tmp_path / "a"
     )
 
-    assert found.identical(expected)
-    assert isinstance(found.impacts_per_period.values.base, np.memmap)
+    assert data.identical(expected)
+    assert isinstance(data.impacts_per_period.values.base, np.memmap)
     # The room beside the chunks goes with the answer.
     assert {entry.name for entry in (tmp_path / "a").iterdir()} == {
         "zarr.json", "done", "reasons", "impacts_per_period",
@@ -93,8 +93,8 @@ def test_a_large_answer_is_announced_before_the_work(
     over = {"forcing.omega": MANY[::200], "start.v0": [0.5, 1.0]}
 
     pc.sweep("impacts_per_period", OSC, FORCE, over=over, transient=5, periods=5)
-    (told,) = caplog.messages
-    assert re.fullmatch(r"200 points in chunks of \d.*, whose answer takes 1.6e-06 GB .*", told)
+    (reported,) = caplog.messages
+    assert re.fullmatch(r"200 points in chunks of \d.*, whose answer takes 1.6e-06 GB .*", reported)
     caplog.clear()
     pc.sweep("impacts_per_period", OSC, FORCE, over=over, transient=5, periods=5, progress=False)
     assert caplog.messages == []
@@ -126,7 +126,7 @@ def test_a_study_of_too_many_points_is_a_fault_of_its_file(tmp_path: Path) -> No
         encoding="utf-8",
     )
 
-    found = CliRunner().invoke(app, ["run", str(study), "--out", str(tmp_path / "out")])
+    result = CliRunner().invoke(app, ["run", str(study), "--out", str(tmp_path / "out")])
 
-    assert found.exit_code == 2
-    assert "2,000,000 x 2,000,000: 4,000,000,000,000 points, whose answer takes" in found.output
+    assert result.exit_code == 2
+    assert "2,000,000 x 2,000,000: 4,000,000,000,000 points, whose answer takes" in result.output

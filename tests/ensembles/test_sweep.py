@@ -21,12 +21,12 @@ OMEGA = "forcing.omega"
 
 
 def test_dimensions_are_called_what_was_asked_for_with_units() -> None:
-    found = pc.sweep("period", OSC, FORCE, over={"forcing.omega": [2.5, 2.67]}, start=(0.0, 1.0))
+    data = pc.sweep("period", OSC, FORCE, over={"forcing.omega": [2.5, 2.67]}, start=(0.0, 1.0))
 
-    assert found.period.dims == (OMEGA,)
-    assert found[OMEGA].attrs["units"] == "1/time"
-    assert found.period.values.tolist() == [1.0, 2.0]
-    assert found.attrs["complete"] == 1
+    assert data.period.dims == (OMEGA,)
+    assert data[OMEGA].attrs["units"] == "1/time"
+    assert data.period.values.tolist() == [1.0, 2.0]
+    assert data.attrs["complete"] == 1
 
 
 def test_built_in_measures_are_those_of_a_run() -> None:
@@ -46,17 +46,17 @@ def test_built_in_measures_are_those_of_a_run() -> None:
     # Few periods apart from a stable orbit: chaos would not agree with itself.
     over = {"oscillator.stops.0.restitution": [0.75, 0.8], "start.v0": [1.0, 0.5]}
     names = ["peak_impact_velocity", "impacts_per_period", "peak_displacement"]
-    found = pc.sweep(names, OSC, FORCE, over=over, start=(0.0, 1.0))
+    data = pc.sweep(names, OSC, FORCE, over=over, start=(0.0, 1.0))
 
     for name, measure in zip(names, (speed, rate, farthest), strict=True):
         own = pc.sweep(measure, OSC, FORCE, over=over, start=(0.0, 1.0))
         # Samples miss the farthest point by up to x'' dt^2 / 8.
-        np.testing.assert_allclose(found[name], own[measure.__name__], rtol=1e-7)
+        np.testing.assert_allclose(data[name], own[measure.__name__], rtol=1e-7)
 
 
 def test_a_period_of_an_orbit_loses_what_its_impact_loses() -> None:
     """Undamped and one impact a period: (1 - r^2) v^2 / 2."""
-    found = pc.sweep(
+    data = pc.sweep(
         ["dissipated_energy", "peak_impact_velocity", "impacts_per_period"],
         OSC,
         FORCE,
@@ -64,15 +64,15 @@ def test_a_period_of_an_orbit_loses_what_its_impact_loses() -> None:
         start=(0.0, 1.0),
     )
 
-    np.testing.assert_array_equal(found.impacts_per_period, 1.0)
-    v = found.peak_impact_velocity.values
-    np.testing.assert_allclose(found.dissipated_energy, 0.5 * (1 - 0.64) * v**2, rtol=1e-9)
+    np.testing.assert_array_equal(data.impacts_per_period, 1.0)
+    v = data.peak_impact_velocity.values
+    np.testing.assert_allclose(data.dissipated_energy, 0.5 * (1 - 0.64) * v**2, rtol=1e-9)
     # The equation has no length of its own with the wall at 0.
     np.testing.assert_allclose(v[1] / v[0], 2.0, rtol=1e-9)
 
 
 def test_the_main_resonance_grows_linearly() -> None:
-    found = pc.sweep(
+    data = pc.sweep(
         "growth_exponent",
         pc.impact_oscillator(),
         pc.sine(2),
@@ -81,7 +81,7 @@ def test_the_main_resonance_grows_linearly() -> None:
         periods=2000,
     )
 
-    np.testing.assert_allclose(found.growth_exponent, 1.0, atol=0.01)
+    np.testing.assert_allclose(data.growth_exponent, 1.0, atol=0.01)
 
 
 def test_each_motion_is_followed_once_for_all_measures_except_a_period_with_an_exponent() -> None:
@@ -112,7 +112,7 @@ def test_each_motion_is_followed_once_for_all_measures_except_a_period_with_an_e
 def test_growth_is_fitted_to_the_fastest_impact_of_each_interval() -> None:
     """Held against the impacts of the run itself."""
     osc, force, periods = pc.impact_oscillator(restitution=0.9), pc.cosine(2.8), 400
-    found = pc.sweep("growth_exponent", osc, force, over={}, start=(0.0, 1.0), transient=0,
+    data = pc.sweep("growth_exponent", osc, force, over={}, start=(0.0, 1.0), transient=0,
                      periods=periods)  # fmt: skip
     run = pc.simulate(osc, force, v0=1.0, periods=periods)
     edges = INTERVALS * run.t_end
@@ -122,13 +122,13 @@ def test_growth_is_fitted_to_the_fastest_impact_of_each_interval() -> None:
     hit = np.array(peaks) > 0.0
 
     expected = fit_power_law(middle[hit], np.array(peaks)[hit]).exponent
-    assert float(found.growth_exponent) == pytest.approx(expected, rel=1e-9)
+    assert float(data.growth_exponent) == pytest.approx(expected, rel=1e-9)
 
 
 def test_points_without_an_answer_hold_nan_and_say_why() -> None:
     first = r"3 of 4 points have no answer, the first at oscillator\.stops\.0\.restitution = 0\.8, "
     with pytest.warns(UserWarning, match=first + r"start\.x0 = -0\.1; the commonest reason"):
-        found = pc.sweep(
+        data = pc.sweep(
             "impacts_per_period",
             OSC,
             FORCE,
@@ -137,20 +137,20 @@ def test_points_without_an_answer_hold_nan_and_say_why() -> None:
             periods=10,
         )
 
-    assert np.isnan(found.impacts_per_period.values).tolist() == [[True, False], [True, True]]
-    assert found.point.values.tolist() == [0, 2, 3]
-    assert "use a SoftStop" in found.reason.values[0]
-    assert "restitution = 1.5" in found.reason.values[1]
+    assert np.isnan(data.impacts_per_period.values).tolist() == [[True, False], [True, True]]
+    assert data.point.values.tolist() == [0, 2, 3]
+    assert "use a SoftStop" in data.reason.values[0]
+    assert "restitution = 1.5" in data.reason.values[1]
 
 
 def test_the_traceback_of_a_measure_is_kept_and_the_sweep_goes_on() -> None:
     with pytest.warns(UserWarning, match=r"1 of 3 points have no answer.*RuntimeError: no answer"):
-        found = pc.sweep(failing, OSC, FORCE, over={"forcing.omega": [2.0, 2.6, 2.4]})
+        data = pc.sweep(failing, OSC, FORCE, over={"forcing.omega": [2.0, 2.6, 2.4]})
 
-    assert found.failing.values[[0, 2]].tolist() == [1.0, 1.0]
-    assert np.isnan(found.failing.values[1])
-    assert found.point.values.tolist() == [1]
-    assert 'raise RuntimeError("no answer here")' in found.reason.values[0]
+    assert data.failing.values[[0, 2]].tolist() == [1.0, 1.0]
+    assert np.isnan(data.failing.values[1])
+    assert data.point.values.tolist() == [1]
+    assert 'raise RuntimeError("no answer here")' in data.reason.values[0]
 
 
 def test_a_function_without_a_name_in_a_module_is_refused_by_processes_in_a_sentence() -> None:
@@ -168,11 +168,11 @@ def test_what_is_no_number_is_a_sentence_for_each_point_and_counted() -> None:
     with pytest.warns(
         UserWarning, match=r"2 of 3 points have no answer, .*omega = 2\.6; the reason"
     ):
-        found = pc.sweep(telling, OSC, FORCE, over={"forcing.omega": [2.0, 2.6, 2.7]})
+        data = pc.sweep(telling, OSC, FORCE, over={"forcing.omega": [2.0, 2.6, 2.7]})
 
-    assert found.attrs["failed"] == 2
-    assert "returned 'chaos', which is no number" in found.reason.values[0]
-    assert len(found.reason.values[0].splitlines()) == 1
+    assert data.attrs["failed"] == 2
+    assert "returned 'chaos', which is no number" in data.reason.values[0]
+    assert len(data.reason.values[0].splitlines()) == 1
     with pytest.warns(
         UserWarning, match=r"telling has no answer for any of 2 points; the reason \(2 of 2\)"
     ):
@@ -181,18 +181,18 @@ def test_what_is_no_number_is_a_sentence_for_each_point_and_counted() -> None:
 
 def test_a_motion_with_too_many_impacts_is_given_up() -> None:
     with pytest.warns(UserWarning, match="more than 50 impacts"):
-        found = pc.sweep(
+        data = pc.sweep(
             "period", OSC, FORCE, over={"start.v0": [1.0]}, start=(0.0, 1.0), max_impacts=50
         )
 
-    assert np.isnan(found.period.values[0])
-    assert found.reason.values[0] == "more than 50 impacts before the end"
+    assert np.isnan(data.period.values[0])
+    assert data.reason.values[0] == "more than 50 impacts before the end"
 
 
 def test_a_term_of_a_fourier_sum_may_vanish_inside_a_range() -> None:
     force = pc.fourier(2.5, cos=(1.0, 0.2))
 
-    found = pc.sweep(
+    data = pc.sweep(
         "peak_impact_velocity",
         OSC,
         force,
@@ -201,8 +201,8 @@ def test_a_term_of_a_fourier_sum_may_vanish_inside_a_range() -> None:
     )
 
     alone = pc.sweep("peak_impact_velocity", OSC, FORCE, over={"start.v0": [1.0]}, start=(0.0, 1.0))
-    assert found.peak_impact_velocity.values[0] == alone.peak_impact_velocity.values[0]
-    assert found.peak_impact_velocity.values[2] == alone.peak_impact_velocity.values[0]
+    assert data.peak_impact_velocity.values[0] == alone.peak_impact_velocity.values[0]
+    assert data.peak_impact_velocity.values[2] == alone.peak_impact_velocity.values[0]
 
 
 def test_a_sweep_can_be_stopped_and_returns_what_is_done() -> None:
@@ -212,7 +212,7 @@ def test_a_sweep_can_be_stopped_and_returns_what_is_done() -> None:
         done.append((points, total))
         return False
 
-    found = pc.sweep(
+    data = pc.sweep(
         failing,
         OSC,
         FORCE,
@@ -221,9 +221,9 @@ def test_a_sweep_can_be_stopped_and_returns_what_is_done() -> None:
         n_workers=1,
     )
 
-    assert found.attrs["complete"] == 0
+    assert data.attrs["complete"] == 0
     assert len(done) == 1
-    assert int(np.isfinite(found.failing.values).sum()) == done[0][0] == 16
+    assert int(np.isfinite(data.failing.values).sum()) == done[0][0] == 16
 
 
 @pytest.mark.parametrize(
@@ -273,9 +273,9 @@ def test_least_and_largest_displacement_are_the_extremes_of_the_run() -> None:
     osc, force = pc.impact_oscillator("0.7", wall="-0.2", damping="0.05"), pc.cosine("1.7")
     names = ["min_displacement", "max_displacement"]
 
-    found = pc.sweep(names, osc, force, over={"forcing.omega": [1.7]}, transient=20, periods=10)
+    data = pc.sweep(names, osc, force, over={"forcing.omega": [1.7]}, transient=20, periods=10)
 
     run = pc.simulate(osc, force, periods=30)
     exact = run.extremes("displacement", between=(run.t_end * 2 / 3, run.t_end))
-    assert found["min_displacement"].item() == pytest.approx(exact.minimum, abs=1e-12)
-    assert found["max_displacement"].item() == pytest.approx(exact.maximum, abs=1e-12)
+    assert data["min_displacement"].item() == pytest.approx(exact.minimum, abs=1e-12)
+    assert data["max_displacement"].item() == pytest.approx(exact.maximum, abs=1e-12)

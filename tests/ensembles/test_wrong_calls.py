@@ -102,13 +102,13 @@ def test_an_array_is_no_number_and_the_measure_is_named() -> None:
         return np.zeros((2, 2))
 
     with pytest.warns(UserWarning, match=r"measure = 'speeds': returned array\(.*is no number"):
-        found = pc.sweep(speeds, OSC, FORCE, over=OVER)
-    assert "\n" not in found.reason.values[0]
+        data = pc.sweep(speeds, OSC, FORCE, over=OVER)
+    assert "\n" not in data.reason.values[0]
 
 
 def test_a_sweep_without_axes_is_one_point(tmp_path: Path) -> None:
-    found = pc.sweep("period", OSC, FORCE, over={}, start=(0.0, 1.0), store=tmp_path / "a.zarr")
+    data = pc.sweep("period", OSC, FORCE, over={}, start=(0.0, 1.0), store=tmp_path / "a.zarr")
 
-    assert found.period.dims == ()
-    assert float(found.period) == 1.0
+    assert data.period.dims == ()
+    assert float(data.period) == 1.0
     assert float(pc.load_store(tmp_path / "a.zarr").period) == 1.0

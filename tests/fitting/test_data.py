@@ -264,9 +264,9 @@ def test_a_search_that_was_stopped_goes_on(plain: pc.Fit) -> None:
     ],
 )
 def test_faults_are_sentences(data: Any, more: dict[str, Any], words: str) -> None:
-    with pytest.raises(pc.ParameterError) as told:
+    with pytest.raises(pc.ParameterError) as reported:
         fitted(record() if data is None else data, **more)
-    assert words in str(told.value)
+    assert words in str(reported.value)
 
 
 def test_faults_of_files_name_their_lines(tmp_path: Path) -> None:
@@ -277,8 +277,8 @@ def test_faults_of_files_name_their_lines(tmp_path: Path) -> None:
         ("t,displacement\n", "no line of values"),
     ):
         path.write_text(text, encoding="utf-8")
-        with pytest.raises(pc.ParameterError, match=r"rig\.csv") as told:
+        with pytest.raises(pc.ParameterError, match=r"rig\.csv") as reported:
             fitted(path)
-        assert words in str(told.value)
+        assert words in str(reported.value)
     with pytest.raises(pc.ParameterError, match="no such file"):
         fitted(tmp_path / "none.csv")

@@ -90,10 +90,10 @@ def test_columns_may_be_named() -> None:
     ],
 )
 def test_faults_are_told_by_lines_all_at_once(text: str, words: list[str]) -> None:
-    with pytest.raises(ValueError, match=r".") as told:
+    with pytest.raises(ValueError, match=r".") as reported:
         read(text)
     for word in words:
-        assert word in str(told.value)
+        assert word in str(reported.value)
 
 
 def test_units_without_those_of_a_model_are_refused() -> None:

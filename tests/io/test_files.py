@@ -182,8 +182,8 @@ def test_the_size_of_a_large_file_is_announced_before_it_is_written(
     save_csv(run, tmp_path / "run.csv")
     save_netcdf(run, tmp_path / "run.nc", samples=2001)
 
-    told = re.findall(r"writing (\S+): about (\d+) MB", caplog.text)
-    assert [name for name, _ in told] == ["run.csv", "run.nc"]
+    reported = re.findall(r"writing (\S+): about (\d+) MB", caplog.text)
+    assert [name for name, _ in reported] == ["run.csv", "run.nc"]
 
 
 def test_the_announced_size_is_that_of_the_file(

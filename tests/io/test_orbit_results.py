@@ -181,15 +181,13 @@ def test_the_record_of_a_branch_follows_it_again(branch: Branch, tmp_path: Path)
 
 def test_the_dataset_of_an_ensemble_is_read_back(tmp_path: Path) -> None:
     with pytest.warns(UserWarning, match="1 of 3 points have no answer"):
-        found = pc.sweep(
-            "period", OSC, FORCE, over={"forcing.omega": [1.0, 1.1, -1.0]}, transient=9
-        )
+        data = pc.sweep("period", OSC, FORCE, over={"forcing.omega": [1.0, 1.1, -1.0]}, transient=9)
 
-    save_netcdf(found, tmp_path / "sweep.nc")
-    save_csv(found, tmp_path / "sweep.csv")
+    save_netcdf(data, tmp_path / "sweep.nc")
+    save_csv(data, tmp_path / "sweep.csv")
 
     again = load_netcdf(tmp_path / "sweep.nc")
-    xr.testing.assert_equal(again, found)
+    xr.testing.assert_equal(again, data)
     assert "forcing.omega,period" in (tmp_path / "sweep.csv").read_text()
     assert len(again.reason) == 1
 

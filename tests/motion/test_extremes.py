@@ -226,14 +226,14 @@ def test_all_values_of_a_run_lie_between_its_extremes() -> None:
     }  # fmt: skip
 
     for (name, stop), values in sampled.items():
-        found = run.extremes(cast("QuantityName", name), stop)
+        extrema = run.extremes(cast("QuantityName", name), stop)
         slack = 64 * EPS * np.abs(values).max()
-        assert found.minimum <= values.min() + slack, name
-        assert found.maximum >= values.max() - slack, name
+        assert extrema.minimum <= values.min() + slack, name
+        assert extrema.maximum >= values.max() - slack, name
         # 300 samples an oscillation come near, even at a jump.
         near = 0.05 * np.ptp(values)
-        assert found.minimum == pytest.approx(values.min(), abs=near), name
-        assert found.maximum == pytest.approx(values.max(), abs=near), name
+        assert extrema.minimum == pytest.approx(values.min(), abs=near), name
+        assert extrema.maximum == pytest.approx(values.max(), abs=near), name
 
 
 @pytest.mark.parametrize(

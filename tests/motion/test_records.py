@@ -324,9 +324,9 @@ def test_extremes_and_sections_see_what_lies_between_knots() -> None:
     times = np.linspace(0.0, run.t_end, 200_001)
     x, v = run(times)
     for name, values in (("displacement", x), ("velocity", v)):
-        found = run.extremes(name)  # type: ignore[arg-type]
-        assert found.minimum <= values.min() <= found.minimum + 1e-6
-        assert values.max() <= found.maximum <= values.max() + 1e-6
+        extrema = run.extremes(name)  # type: ignore[arg-type]
+        assert extrema.minimum <= values.min() <= extrema.minimum + 1e-6
+        assert values.max() <= extrema.maximum <= values.max() + 1e-6
     passages = run.section(at=0.05).t.values
     assert len(passages) == np.count_nonzero(np.diff(np.sign(x - 0.05)))
     assert np.abs(run(passages)[0] - 0.05).max() < 1e-13
@@ -336,20 +336,20 @@ def test_extremes_and_sections_see_what_lies_between_knots() -> None:
 def test_the_acceleration_has_both_limits_at_a_knot(kind: RecordKind) -> None:
     t, f = [0.0, 1.0, 2.0, 3.0], [0.0, 5.0, -5.0, 0.0]
     run = pc.simulate(pc.Oscillator(0.0, 0.0), pc.record(t, f, kind), t_end=3.0)
-    found = run.extremes("acceleration")
-    assert (found.minimum, found.maximum) == (-5.0, 5.0)
-    assert (found.t_minimum, found.t_maximum) == (2.0, 1.0)
+    extrema = run.extremes("acceleration")
+    assert (extrema.minimum, extrema.maximum) == (-5.0, 5.0)
+    assert (extrema.t_minimum, extrema.t_maximum) == (2.0, 1.0)
 
 
 def test_the_force_of_a_wall_in_contact_has_its_extremes_at_knots() -> None:
     force = pc.record([0.0, 1.0, 2.0, 3.0], [-1.0, -4.0, -2.0, -3.0])
     run = pc.simulate(pc.impact_oscillator(0.5), force, t_end=3.0)
-    found = run.extremes("stop_force")
-    assert (found.minimum, found.maximum) == (1.0, 4.0)
-    assert (found.t_minimum, found.t_maximum) == (0.0, 1.0)
+    extrema = run.extremes("stop_force")
+    assert (extrema.minimum, extrema.maximum) == (1.0, 4.0)
+    assert (extrema.t_minimum, extrema.t_maximum) == (0.0, 1.0)
     jumps = pc.record([0.0, 1.0, 2.0, 3.0], [-1.0, -4.0, -2.0, -3.0], "hold")
-    found = pc.simulate(pc.impact_oscillator(0.5), jumps, t_end=2.5).extremes("stop_force")
-    assert (found.minimum, found.maximum) == (1.0, 4.0)
+    extrema = pc.simulate(pc.impact_oscillator(0.5), jumps, t_end=2.5).extremes("stop_force")
+    assert (extrema.minimum, extrema.maximum) == (1.0, 4.0)
 
 
 def test_before_and_after_a_record_its_ends_hold_or_nothing_acts() -> None:

@@ -150,7 +150,7 @@ def test_a_motion_settles_on_the_orbit_with_sticking(speeds: tuple[float, ...]) 
 
 def test_exponents_keep_their_sum_rule() -> None:
     osc = pc.impact_oscillator(STEEL, wall="0.2", side="above", damping="0.05")
-    found = pc.lyapunov_exponents(osc, pc.cosine("2.5"), periods=500)
+    exponents = pc.lyapunov_exponents(osc, pc.cosine("2.5"), periods=500)
     run = pc.simulate(osc, pc.cosine("2.5"), periods=2000)
 
     logs = []
@@ -158,7 +158,7 @@ def test_exponents_keep_their_sum_rule() -> None:
         slope = -0.2 if 0.5 < u < 1 else -0.1 if 1 < u < 3 else 0.0
         logs.append(math.log(r_of(STEEL, u) * (r_of(STEEL, u) + slope * u)))
     mean = sum(logs) / run.t_end - 0.1
-    assert float(found.exponents.sum()) == pytest.approx(mean, rel=0.05)
+    assert float(exponents.exponents.sum()) == pytest.approx(mean, rel=0.05)
 
 
 @given(
@@ -205,12 +205,12 @@ def test_a_sweep_with_a_table_is_that_of_single_runs() -> None:
     osc = pc.impact_oscillator(STEEL, wall="0.2", side="above", damping="0.05")
     omegas = [2.3, 2.4, 2.5]
 
-    found = pc.sweep(
+    data = pc.sweep(
         "peak_impact_velocity", osc, pc.cosine("2.5"), over={"forcing.omega": omegas},
         transient=20, periods=30,
     )  # fmt: skip
 
-    for omega, peak in zip(omegas, found.peak_impact_velocity.values.ravel(), strict=True):
+    for omega, peak in zip(omegas, data.peak_impact_velocity.values.ravel(), strict=True):
         run = pc.simulate(osc, pc.cosine(omega), periods=50)
         late = run.impacts.t >= 40 * math.pi / omega
         assert peak == np.abs(run.impacts.v_before[late]).max()

@@ -57,11 +57,11 @@ def test_the_graze_is_that_of_the_motion_without_impacts(branch: Branch) -> None
 
     osc = pc.impact_oscillator(0.7, wall=-SWING, damping=DAMPING)
     alone = analysed_graze(pc.find_orbit(osc, graze.orbit.forcing, 0), WALL)
-    told = graze.graze
-    assert told is not None
-    assert told.scenario == alone.scenario
-    assert told.acceleration == pytest.approx(alone.acceleration, rel=1e-9)
-    assert told.impact_rate == pytest.approx(alone.impact_rate, rel=1e-6)
+    reported = graze.graze
+    assert reported is not None
+    assert reported.scenario == alone.scenario
+    assert reported.acceleration == pytest.approx(alone.acceleration, rel=1e-9)
+    assert reported.impact_rate == pytest.approx(alone.impact_rate, rel=1e-6)
 
 
 def test_beyond_it_there_is_no_motion(orbit: pc.PeriodicOrbit) -> None:

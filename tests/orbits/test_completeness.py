@@ -33,22 +33,22 @@ def test_what_is_seen_seldom_tells_of_what_is_unseen(
 
 
 def test_a_search_tells_its_starts_and_its_estimate() -> None:
-    found = pc.find_orbits(OSC, FORCE, 3, 3)
+    orbits = pc.find_orbits(OSC, FORCE, 3, 3)
 
-    assert isinstance(found, list)
-    assert found.n_searches >= 200
-    assert f"{len(found)} periodic orbits from {found.n_searches:,} starts" in repr(found)
-    assert "unseen" in repr(found)
-    again = pickle.loads(pickle.dumps(found))
-    assert (again.unseen_estimate, again.n_searches) == (found.unseen_estimate, found.n_searches)
-    assert len(again) == len(found)
+    assert isinstance(orbits, list)
+    assert orbits.n_searches >= 200
+    assert f"{len(orbits)} periodic orbits from {orbits.n_searches:,} starts" in repr(orbits)
+    assert "unseen" in repr(orbits)
+    again = pickle.loads(pickle.dumps(orbits))
+    assert (again.unseen_estimate, again.n_searches) == (orbits.unseen_estimate, orbits.n_searches)
+    assert len(again) == len(orbits)
 
 
 def test_closed_forms_leave_nothing_unseen() -> None:
-    found = pc.find_orbits(OSC, FORCE, 1, 2)
+    orbits = pc.find_orbits(OSC, FORCE, 1, 2)
 
-    assert (found.unseen_estimate, found.n_searches) == (0.0, 0)
-    assert found.completeness().endswith("from closed forms")
+    assert (orbits.unseen_estimate, orbits.n_searches) == (0.0, 0)
+    assert orbits.completeness().endswith("from closed forms")
 
 
 def test_effort_multiplies_the_starts() -> None:
@@ -64,9 +64,9 @@ def test_effort_multiplies_the_starts() -> None:
 
 
 def test_a_search_that_is_cut_short_has_no_estimate() -> None:
-    found = pc.find_orbits(OSC, FORCE, 3, 3, progress=lambda done, _: done < 5)
+    orbits = pc.find_orbits(OSC, FORCE, 3, 3, progress=lambda done, _: done < 5)
 
-    assert isinstance(found, FoundOrbits)
-    assert found.n_searches == 5
-    assert math.isnan(found.unseen_estimate)
-    assert "unseen" not in repr(found)
+    assert isinstance(orbits, FoundOrbits)
+    assert orbits.n_searches == 5
+    assert math.isnan(orbits.unseen_estimate)
+    assert "unseen" not in repr(orbits)

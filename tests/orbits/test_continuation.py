@@ -140,9 +140,9 @@ def test_strong_resonances_of_a_conservative_family() -> None:
 
     branch = pc.continue_orbit(orbit, over={"forcing.omega": (2.2, 3.8)})
 
-    found = points(branch, "strong_resonance")
-    assert len(found) == 2
-    for point, trace in zip(found, [0.0, -1.0], strict=True):
+    located = points(branch, "strong_resonance")
+    assert len(located) == 2
+    for point, trace in zip(located, [0.0, -1.0], strict=True):
         both = single_impact_orbits(osc, pc.cosine(point.value))
         apart = [abs(np.trace(each.monodromy) - trace) for each in both]
         assert min(apart) < 1e-8
@@ -220,16 +220,16 @@ def test_what_was_followed_is_returned_when_the_points_are_used_up() -> None:
 
 def test_progress_is_told_and_may_stop_it() -> None:
     orbit = pc.find_orbit(pc.impact_oscillator(0.8), pc.cosine(2.5))
-    told: list[tuple[float, float]] = []
+    reported: list[tuple[float, float]] = []
 
     def until_ten(done: float, total: float) -> bool:
-        told.append((done, total))
+        reported.append((done, total))
         return done < 10
 
     branch = pc.continue_orbit(orbit, over={"forcing.omega": (2.4, 2.6)}, progress=until_ten)
 
     assert branch.end_reason == "stopped by progress"
-    assert told == [(k + 1, 4000) for k in range(10)]
+    assert reported == [(k + 1, 4000) for k in range(10)]
     assert len(branch) == 11
 
 
@@ -280,9 +280,9 @@ def test_bad_input_is_named() -> None:
 def test_a_doubled_family_ends_at_its_origin_far_from_where_it_was_begun() -> None:
     """Newton's method gains a factor of two a step only where the shorter orbit crosses."""
     osc = pc.impact_oscillator("0.8", wall="0.2", side="above", damping="0.05")
-    found = pc.find_orbits(osc, pc.cosine("2.8"), max_periods=4)
-    (doubled,) = (each for each in found if (each.n_impacts, each.n_periods) == (2, 4))
-    single = max((each for each in found if (each.n_impacts, each.n_periods) == (1, 2)),
+    orbits = pc.find_orbits(osc, pc.cosine("2.8"), max_periods=4)
+    (doubled,) = (each for each in orbits if (each.n_impacts, each.n_periods) == (2, 4))
+    single = max((each for each in orbits if (each.n_impacts, each.n_periods) == (1, 2)),
                  key=lambda each: each.min_impact_speed)  # fmt: skip
 
     followed = pc.continue_orbit(doubled, over={"forcing.omega": (2.6, 3.2)})

@@ -50,8 +50,8 @@ def test_curves_of_folds_at_a_soft_stop_end_in_a_cusp(soft: Branch) -> None:
     osc = pc.Oscillator(1.0, "0.05", (pc.SoftStop(1.0, "above", 9.0),))
     for part, count in ((0.995, 2), (1.005, 0)):
         orbit = pc.find_orbit(osc, pc.cosine(1.45, amplitude=part * one.values[1]))
-        found = pc.continue_orbit(orbit, over={OMEGA: (1.45, 1.55)})
-        assert len(points(found, "fold")) == count
+        branch = pc.continue_orbit(orbit, over={OMEGA: (1.45, 1.55)})
+        assert len(points(branch, "fold")) == count
 
 
 def test_a_curve_of_folds_may_close(soft: Branch) -> None:

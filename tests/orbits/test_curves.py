@@ -286,10 +286,10 @@ def test_the_order_of_the_range_is_that_of_the_rows(branch: Branch) -> None:
 
 def test_what_was_followed_is_returned_when_it_is_stopped(branch: Branch) -> None:
     (fold,) = points(branch, "fold")
-    told: list[tuple[float, float]] = []
+    reported: list[tuple[float, float]] = []
 
     def stop(done: float, total: float) -> bool:
-        told.append((done, total))
+        reported.append((done, total))
         return done < 4
 
     short = pc.continue_curve(fold, PLANE, max_points=3)
@@ -298,7 +298,7 @@ def test_what_was_followed_is_returned_when_it_is_stopped(branch: Branch) -> Non
     assert "max_points = 3 reached" in short.end_reason
     assert 4 <= len(short) <= 9
     assert "stopped by progress" in stopped.end_reason
-    assert told[0] == (1, 4000)
+    assert reported[0] == (1, 4000)
     assert len(stopped) < len(short)
 
 

@@ -128,10 +128,10 @@ def test_plastic_impacts_stick_or_take_off_at_once() -> None:
     """With r = 0 an orbit that takes off at once keeps one multiplier, one that sticks none."""
     takes_off = pc.impact_oscillator(0, wall="-0.1")
     force = pc.cosine(1)
-    found = pc.find_orbits(takes_off, force, formal=True)
+    orbits = pc.find_orbits(takes_off, force, formal=True)
 
-    assert found
-    for orbit in found:
+    assert orbits
+    for orbit in orbits:
         if orbit.n_impacts == 0:
             continue
         assert orbit.multipliers[1] == 0.0

@@ -24,10 +24,10 @@ def test_intervals_are_those_of_the_sign_on_a_fine_grid(seed: int, sign: float) 
     phases = 1.3 * np.outer(t, np.arange(1, 2 + seed))
     value = constant + np.cos(phases) @ cos + np.sin(phases) @ sin
 
-    found = grazing_intervals(law(OSC, force), constant, sign)
+    intervals = grazing_intervals(law(OSC, force), constant, sign)
 
     inside = np.zeros(len(t), dtype=np.bool_)
-    for begin, end in found:
+    for begin, end in intervals:
         assert 0.0 <= begin < force.period
         inside |= (t > begin) & (t < end)
         inside |= (t + force.period > begin) & (t + force.period < end)
@@ -54,10 +54,10 @@ def test_intervals_under_a_record_are_those_of_the_sign_on_a_fine_grid(
     free = pc.simulate(pc.Oscillator(), force, t_end=force.period)
     value = constant + free.forces(t)["forcing"].values
 
-    found = grazing_intervals(law(OSC, force), constant, sign)
+    intervals = grazing_intervals(law(OSC, force), constant, sign)
 
     inside = np.zeros(len(t), dtype=np.bool_)
-    for begin, end in found:
+    for begin, end in intervals:
         assert 0.0 <= begin < force.period
         inside |= (t > begin) & (t < end)
         inside |= (t + force.period > begin) & (t + force.period < end)

@@ -53,10 +53,10 @@ def distances(points: Floats, branches: tuple[pc.ManifoldBranch, ...], scale: Fl
 
 
 def test_manifolds_of_free_motion_are_straight_lines() -> None:
-    found = pc.manifolds(saddle_of_the_pendulum(1.0), length=10.0)
+    curves = pc.manifolds(saddle_of_the_pendulum(1.0), length=10.0)
 
-    for branch in found.branches:
-        x, v = (branch.points - found.saddles[0]).T
+    for branch in curves.branches:
+        x, v = (branch.points - curves.saddles[0]).T
         slope = GROWING if branch.kind == "unstable" else FALLING
         assert branch.end_reason == "length"
         assert len(branch.pieces) == 1
@@ -87,12 +87,12 @@ def test_local_manifold_has_the_curvature_of_the_map() -> None:
 
 
 def test_first_points_lie_along_the_eigenvectors(flip: pc.PeriodicOrbit) -> None:
-    found = pc.manifolds(flip, cycle=0.37, length=0.5)
+    curves = pc.manifolds(flip, cycle=0.37, length=0.5)
     step = pc.stroboscopic_map(flip.oscillator, flip.forcing, cycle=0.37)  # type: ignore[arg-type]
-    matrix = step.jacobian(*found.saddles[0])
+    matrix = step.jacobian(*curves.saddles[0])
 
-    for branch in found.branches:
-        multiplier = found.multipliers[0 if branch.kind == "unstable" else 1]
+    for branch in curves.branches:
+        multiplier = curves.multipliers[0 if branch.kind == "unstable" else 1]
         tangent = branch.points[1] - branch.points[0]
         tangent /= np.hypot(*tangent)
         np.testing.assert_allclose(matrix @ tangent, multiplier * tangent, atol=0.02)
@@ -102,7 +102,7 @@ def test_first_points_lie_along_the_eigenvectors(flip: pc.PeriodicOrbit) -> None
 def test_manifolds_of_a_wall_oscillator_are_invariant(
     flip: pc.PeriodicOrbit, section: Literal["stroboscopic", "impact"]
 ) -> None:
-    found = pc.manifolds(
+    curves = pc.manifolds(
         flip,
         section=section,
         cycle=0.37,
@@ -114,23 +114,23 @@ def test_manifolds_of_a_wall_oscillator_are_invariant(
     if section == "stroboscopic":
         step = pc.stroboscopic_map(flip.oscillator, flip.forcing, cycle=0.37)
 
-    for branches, far in ((found.stable, 4.0), (found.unstable, 0.8)):
+    for branches, far in ((curves.stable, 4.0), (curves.unstable, 0.8)):
         for branch in branches:
             points = branch.points[branch.arclength < far][5::40]
             images = np.stack(step(*points.T), axis=1)
             # Chords of 0.004 that turn by 0.15 stay within 0.004 * 0.15 / 8 of their arc.
-            assert distances(images, branches, found.scale).max() < 1e-4
+            assert distances(images, branches, curves.scale).max() < 1e-4
 
 
 def test_manifolds_between_soft_stops_are_invariant(bilinear: pc.PeriodicOrbit) -> None:
-    found = pc.manifolds(bilinear, length=6.0, spacing=0.01)
+    curves = pc.manifolds(bilinear, length=6.0, spacing=0.01)
     step = pc.stroboscopic_map(bilinear.oscillator, bilinear.forcing)  # type: ignore[arg-type]
 
-    for branches, far in ((found.stable, 6.0), (found.unstable, 0.2)):
+    for branches, far in ((curves.stable, 6.0), (curves.unstable, 0.2)):
         for branch in branches:
             points = branch.points[branch.arclength < far][5::20]
             images = np.stack(step(*points.T), axis=1)
-            assert distances(images, branches, found.scale).max() < 3e-4
+            assert distances(images, branches, curves.scale).max() < 3e-4
 
 
 def test_elastic_manifolds_are_mirror_images_in_time() -> None:
@@ -139,27 +139,27 @@ def test_elastic_manifolds_are_mirror_images_in_time() -> None:
     One of them is grown by the map alone, the other one by its inverse alone.
     """
     orbit = pc.find_orbit(pc.impact_oscillator(), pc.cosine(2.7))
-    found = pc.manifolds(orbit, section="impact", length=3.0, spacing=0.005)
+    curves = pc.manifolds(orbit, section="impact", length=3.0, spacing=0.005)
 
-    for branches, others in ((found.stable, found.unstable), (found.unstable, found.stable)):
+    for branches, others in ((curves.stable, curves.unstable), (curves.unstable, curves.stable)):
         for branch in branches:
             mirrored = branch.points[5::60] * [-1.0, 1.0] % [1.0, np.inf]
             inside = branch.arclength[5::60] < 2.9
-            assert distances(mirrored[inside], others, found.scale).max() < 1e-4
+            assert distances(mirrored[inside], others, curves.scale).max() < 1e-4
 
 
 def test_motions_on_the_stable_manifold_approach_the_orbit(flip: pc.PeriodicOrbit) -> None:
     """Seen by `simulate` alone, which knows no inverse map."""
-    found = pc.manifolds(flip, cycle=0.37, length=4.0, kinds=("stable",))
+    curves = pc.manifolds(flip, cycle=0.37, length=4.0, kinds=("stable",))
     period = flip.period
 
-    for branch in found.stable:
+    for branch in curves.stable:
         for x, v in branch.points[10::150]:
             run = pc.simulate(
                 flip.oscillator, flip.forcing, x, v, 0.37 * period, t_end=30.37 * period
             )
             t = (np.arange(31) + 0.37) * period
-            away = np.hypot(*((np.stack(run(t), axis=1) - found.saddles[0]) / found.scale).T)
+            away = np.hypot(*((np.stack(run(t), axis=1) - curves.saddles[0]) / curves.scale).T)
             # Rounding leaves the saddle again by 1.73 a period.
             assert away.min() < 1e-5
 
@@ -183,11 +183,11 @@ def test_manifolds_cross_from_the_homoclinic_tangency_on(
     phase = math.atan2(-(1.0 + restitution) * omega, abs(m)) - cmath.phase(response)
     cycle = phase / (2.0 * math.pi) + 0.02
 
-    found = pc.manifolds(orbit, cycle=cycle, length=8.0, spacing=0.002, kinds=("unstable",))
+    curves = pc.manifolds(orbit, cycle=cycle, length=8.0, spacing=0.002, kinds=("unstable",))
 
-    branch = next(branch for branch in found.unstable if branch.side == 1)
+    branch = next(branch for branch in curves.unstable if branch.side == 1)
     # The first piece leads to the wall, the second one off it. Beyond the stable line?
-    x, v = (branch.pieces[1] - found.saddles[0]).T
+    x, v = (branch.pieces[1] - curves.saddles[0]).T
     beyond = v - FALLING * x
     assert beyond.max() > 0.0
     assert bool(beyond.min() < 0.0) is meets
@@ -195,71 +195,71 @@ def test_manifolds_cross_from_the_homoclinic_tangency_on(
 
 def test_manifolds_are_cut_where_they_jump() -> None:
     orbit = saddle_of_the_pendulum(1.5, pc.Wall(-1, "below", 0.8), pc.Wall(1, "above", 0.8))
-    found = pc.manifolds(orbit, length=10.0, spacing=0.02)
+    curves = pc.manifolds(orbit, length=10.0, spacing=0.02)
 
-    for branch in found.branches:
+    for branch in curves.branches:
         assert len(branch.pieces) > 1
         for before, after in zip(branch.pieces[:-1], branch.pieces[1:], strict=True):
-            assert np.hypot(*((after[0] - before[-1]) / found.scale)) > 0.02
+            assert np.hypot(*((after[0] - before[-1]) / curves.scale)) > 0.02
         for piece in branch.pieces:
-            assert np.hypot(*(np.diff(piece, axis=0) / found.scale).T).max() <= 0.02
+            assert np.hypot(*(np.diff(piece, axis=0) / curves.scale).T).max() <= 0.02
 
 
 def test_unstable_manifold_that_falls_onto_an_attractor_collapses(flip: pc.PeriodicOrbit) -> None:
-    found = pc.manifolds(flip, cycle=0.37, length=30.0, kinds=("unstable",))
+    curves = pc.manifolds(flip, cycle=0.37, length=30.0, kinds=("unstable",))
     orbit = pc.find_orbit(flip.oscillator, flip.forcing, n_impacts=2, n_periods=2)
     x, v = orbit.trajectory(2)(
         (math.ceil(orbit.t0 / flip.period) + 0.37 + np.arange(2)) * flip.period
     )
 
-    assert [branch.end_reason for branch in found.unstable] == ["collapse"] * 2
-    for branch in found.unstable:
+    assert [branch.end_reason for branch in curves.unstable] == ["collapse"] * 2
+    for branch in curves.unstable:
         assert np.hypot(branch.points[-1, 0] - x, branch.points[-1, 1] - v).min() < 1e-4
 
 
 def test_restitution_of_0_ends_the_stable_manifold() -> None:
     orbit = saddle_of_the_pendulum(1.0, pc.Wall(-1, "below", 0.0), pc.Wall(1, "above", 0.0))
-    found = pc.manifolds(orbit, length=50.0, kinds=("stable",))
+    curves = pc.manifolds(orbit, length=50.0, kinds=("stable",))
 
-    assert {branch.end_reason for branch in found.stable} == {"no_image"}
+    assert {branch.end_reason for branch in curves.stable} == {"no_image"}
 
 
 def test_an_orbit_of_two_periods_has_two_saddle_points() -> None:
     orbit = pc.find_orbit(pc.impact_oscillator(0.8), pc.cosine(4.8), n_impacts=1, n_periods=2)
 
-    found = pc.manifolds(orbit, cycle=0.4, length=1.0)
+    curves = pc.manifolds(orbit, cycle=0.4, length=1.0)
 
-    assert len(found.saddles) == 2
-    assert len(found.branches) == 8
-    assert {branch.saddle for branch in found.branches} == {0, 1}
+    assert len(curves.saddles) == 2
+    assert len(curves.branches) == 8
+    assert {branch.saddle for branch in curves.branches} == {0, 1}
 
 
 def test_to_xarray_holds_all_points(flip: pc.PeriodicOrbit) -> None:
-    found = pc.manifolds(flip, section="impact", length=1.0)
-    data = found.to_xarray()
+    curves = pc.manifolds(flip, section="impact", length=1.0)
+    data = curves.to_xarray()
 
-    assert data.sizes["point"] == sum(len(branch) for branch in found.branches)
-    assert data.kind.values.tolist() == [branch.kind for branch in found.branches]
+    assert data.sizes["point"] == sum(len(branch) for branch in curves.branches)
+    assert data.kind.values.tolist() == [branch.kind for branch in curves.branches]
     assert data.attrs["stop"] == 0
 
 
 def test_progress_is_told_and_stops(flip: pc.PeriodicOrbit) -> None:
-    told: list[tuple[float, float]] = []
+    reported: list[tuple[float, float]] = []
 
     def stop_at_once(done: float, total: float) -> bool:
-        told.append((done, total))
+        reported.append((done, total))
         return False
 
-    found = pc.manifolds(flip, cycle=0.37, progress=stop_at_once)
+    curves = pc.manifolds(flip, cycle=0.37, progress=stop_at_once)
 
-    assert told[0][1] == 4.0
-    assert [branch.end_reason for branch in found.branches] == ["interrupted"]
+    assert reported[0][1] == 4.0
+    assert [branch.end_reason for branch in curves.branches] == ["interrupted"]
 
 
 def test_no_more_points_are_made_than_allowed(flip: pc.PeriodicOrbit) -> None:
-    found = pc.manifolds(flip, cycle=0.37, length=15.0, max_points=300)
+    curves = pc.manifolds(flip, cycle=0.37, length=15.0, max_points=300)
 
-    for branch in found.branches:
+    for branch in curves.branches:
         assert len(branch) <= 300
         assert branch.end_reason == "max_points"
         # What there was no room to refine is left out, not cut to pieces.

@@ -175,9 +175,9 @@ def test_the_chart_under_a_square_wave_misses_no_attractor() -> None:
     assert chart.missed == ()
     (family,) = [f for f in chart.families if f.n_impacts == 1]
     assert family.stable_ranges == ((2.0, 2.1),)
-    found = pc.find_orbit(HARD, pc.square_wave("2.1"))
+    orbit = pc.find_orbit(HARD, pc.square_wave("2.1"))
     speeds = [speed[-1] for speed in chart.impact_velocity]
-    assert np.nanmin(np.abs(np.array(speeds) + float(found.impacts.v_before[0]))) < 1e-10
+    assert np.nanmin(np.abs(np.array(speeds) + float(orbit.impacts.v_before[0]))) < 1e-10
 
 
 @pytest.mark.parametrize(

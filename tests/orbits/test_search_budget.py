@@ -16,32 +16,32 @@ FORCE = pc.cosine(2.7)
 
 
 def test_find_orbits_tells_of_each_start() -> None:
-    told: list[tuple[float, float]] = []
+    reported: list[tuple[float, float]] = []
 
     def report(done: float, total: float) -> bool:
-        told.append((done, total))
+        reported.append((done, total))
         return True
 
     orbits = pc.find_orbits(OSC, FORCE, 2, 2, progress=report)
 
-    total = told[0][1]
+    total = reported[0][1]
     # It ends as soon as few orbits are estimated to be unseen.
     assert orbits.unseen_estimate < 0.25 or orbits.n_searches == total
     assert orbits.n_searches <= total
-    assert told == [(float(k + 1), total) for k in range(orbits.n_searches)]
+    assert reported == [(float(k + 1), total) for k in range(orbits.n_searches)]
     assert repr(orbits) == repr(pc.find_orbits(OSC, FORCE, 2, 2))
 
 
 def test_find_orbits_stops_and_returns_what_is_found() -> None:
-    told: list[float] = []
+    reported: list[float] = []
 
     def report(done: float, _: float) -> bool:
-        told.append(done)
+        reported.append(done)
         return done < 3
 
     some = pc.find_orbits(OSC, FORCE, 3, 4, progress=report)
 
-    assert told == [1.0, 2.0, 3.0]
+    assert reported == [1.0, 2.0, 3.0]
     # Those from closed forms come first.
     assert {1} <= {orbit.n_impacts for orbit in some}
 

@@ -46,15 +46,15 @@ def run_to(
 def test_each_state_leads_to_the_stop_without_velocity(name: str) -> None:
     osc, force = SYSTEMS[name]
 
-    found = pc.singularity_set(osc, force)
+    curves = pc.singularity_set(osc, force)
 
-    assert len(found) > 0
-    for curve in found:
+    assert len(curves) > 0
+    for curve in curves:
         at = float(osc.stops[curve.touched].at)
         for i in np.linspace(0, len(curve) - 1, 12).astype(int)[1:-1]:
             # Just before, where it is no question whether rounding makes it an impact.
             short = min(1e-3, 0.01 * curve.duration[i])
-            x, v = run_to(found, curve, int(i), 1.0 - short / curve.duration[i])
+            x, v = run_to(curves, curve, int(i), 1.0 - short / curve.duration[i])
             # With the acceleration b and the jerk j: x = b s^2 / 2 - j s^3 / 6, v = b s - ...
             assert abs(x - at) == pytest.approx(0.5 * abs(v) * short, rel=0.03, abs=2 * short**3)
             assert abs(v) < 20.0 * short
@@ -63,11 +63,11 @@ def test_each_state_leads_to_the_stop_without_velocity(name: str) -> None:
 @pytest.mark.parametrize("name", ["wall at the equilibrium", "wall above", "two harmonics"])
 def test_graze_is_exact_in_the_closed_form(name: str) -> None:
     osc, force = SYSTEMS[name]
-    found = pc.singularity_set(osc, force)
+    curves = pc.singularity_set(osc, force)
 
-    for curve in found:
+    for curve in curves:
         for i in np.linspace(0, len(curve) - 1, 20).astype(int)[1:-1]:
-            x, v = run_to(found, curve, int(i), 1.0)
+            x, v = run_to(curves, curve, int(i), 1.0)
 
             # A graze that rounding makes an impact has a velocity of the root of that.
             assert abs(x - float(osc.stops[curve.touched].at)) < 1e-13
@@ -146,10 +146,10 @@ def test_jumps_of_the_impact_map_lie_on_the_set() -> None:
 
 def test_second_iterate_is_the_preimage_of_the_first() -> None:
     osc, force = SYSTEMS["wall at the equilibrium"]
-    found = pc.singularity_set(osc, force, n_iterates=2)
-    first = [curve for curve in found if curve.iterate == 1]
+    curves = pc.singularity_set(osc, force, n_iterates=2)
+    first = [curve for curve in curves if curve.iterate == 1]
     states = np.concatenate([np.column_stack([c.cycle % 1.0, c.v_after]) for c in first])
-    second = [curve for curve in found if curve.iterate == 2]
+    second = [curve for curve in curves if curve.iterate == 2]
 
     assert second
     for curve in second:
@@ -203,9 +203,9 @@ def test_curves_end_at_the_chatter_with_zero_velocity_at_its_release() -> None:
 
 def test_grazes_that_come_back_exactly_are_no_noise() -> None:
     """For r = 1 and the third harmonic each graze is followed by another (eq. 24 of the paper)."""
-    found = pc.singularity_set(pc.impact_oscillator(), pc.sine(3), n_iterates=3)
+    curves = pc.singularity_set(pc.impact_oscillator(), pc.sine(3), n_iterates=3)
 
-    assert len(found) < 30
+    assert len(curves) < 30
 
 
 def test_wall_that_is_never_left_is_grazed_by_nothing() -> None:
@@ -225,19 +225,19 @@ def test_grazes_at_all_instants_make_closed_curves() -> None:
 
 
 def test_curves_without_number_are_cut_off_and_say_so() -> None:
-    found = pc.singularity_set(PENDULUM, pc.cosine(1.0, amplitude=1.4), max_points=3000)
+    curves = pc.singularity_set(PENDULUM, pc.cosine(1.0, amplitude=1.4), max_points=3000)
 
-    assert sum(len(curve) for curve in found) < 6100
-    assert "unresolved" in {curve.ends for curve in found}
+    assert sum(len(curve) for curve in curves) < 6100
+    assert "unresolved" in {curve.ends for curve in curves}
 
 
 def test_to_xarray_holds_all_points() -> None:
-    found = pc.singularity_set(WALL, pc.cosine(2.5), n_iterates=2)
-    data = found.to_xarray()
+    curves = pc.singularity_set(WALL, pc.cosine(2.5), n_iterates=2)
+    data = curves.to_xarray()
 
-    assert data.sizes["point"] == sum(len(curve) for curve in found)
-    assert data.iterate.values.tolist() == [curve.iterate for curve in found]
-    np.testing.assert_array_equal(data.v_after[data.number == 1], found[1].v_after)
+    assert data.sizes["point"] == sum(len(curve) for curve in curves)
+    assert data.iterate.values.tolist() == [curve.iterate for curve in curves]
+    np.testing.assert_array_equal(data.v_after[data.number == 1], curves[1].v_after)
 
 
 @pytest.mark.parametrize(

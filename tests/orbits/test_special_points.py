@@ -21,29 +21,15 @@ def grazing() -> Branch:
 
 
 def test_a_special_point_says_whether_its_orbit_is_formal(grazing: Branch) -> None:
-    told = {point.kind: (point.admissible, "formal" in repr(point))
+    reported = {point.kind: (point.admissible, "formal" in repr(point))
             for point in grazing.special_points}  # fmt: skip
 
-    assert told == {
+    assert reported == {
         "fold": (True, False),
         "grazing": (True, False),
         # Beyond the graze.
         "period_doubling": (False, True),
     }
-
-
-def test_a_graze_is_no_penetration() -> None:
-    """By rounding the flights in a grazed soft stop have negative durations."""
-    stops = (pc.SoftStop("0.588", "above", 20, "0.1"), pc.SoftStop("-0.588", "below", 20, "0.1"))
-    osc, force = pc.Oscillator("-0.3", 0, stops), pc.cosine("0.952", amplitude="0.496")
-    branch = pc.continue_orbit(
-        pc.find_orbit(osc, force, n_impacts=0), over={"forcing.constant": (-0.18, 0.18)}
-    )
-
-    grazes = [point for point in branch.special_points if point.kind == "grazing"]
-
-    assert len(grazes) == 4
-    assert all(point.admissible for point in grazes)
 
 
 def test_a_graze_of_a_formal_orbit_stays_formal(grazing: Branch) -> None:

@@ -149,10 +149,10 @@ def test_restitution_is_followed_to_plastic_impacts() -> None:
 
 
 def test_an_orbit_at_the_end_of_the_range_is_followed_one_way(over_frequency: Branch) -> None:
-    found = pc.continue_orbit(over_frequency[0], over={OMEGA: (0.2, 0.3)})
+    branch = pc.continue_orbit(over_frequency[0], over={OMEGA: (0.2, 0.3)})
 
-    assert found.values[0] == 0.2
-    assert found.end_reason == "forcing.omega = 0.3 reached"
+    assert branch.values[0] == 0.2
+    assert branch.end_reason == "forcing.omega = 0.3 reached"
 
 
 def test_progress_and_limits(over_frequency: Branch) -> None:

@@ -123,7 +123,8 @@ def test_walls_that_move_together_meet_where_their_gap_closes() -> None:
 def test_a_response_over_a_tied_parameter() -> None:
     damped = pc.impact_oscillator("0.8", wall=1, side="above", damping="0.05")
     force = pc.base_excitation("0.4", 1.0)
-    tied = pc.response_curve(damped, force, over={"base_omega": (0.9, 1.1)}, max_impacts=1)
+    over = {"base_omega": (0.9, 1.1)}
+    tied = pc.response_curve(damped, force, over, max_impacts=1, max_periods=1, n_seeds=1)
     for branch in tied.branches:
         for value, orbit in zip(branch.values[::20], branch.orbits[::20], strict=True):
             assert orbit.forcing is not None

@@ -202,9 +202,9 @@ def test_the_page_says_what_it_was_read_from(tmp_path: Path) -> None:
 def test_every_passage_is_covered_by_records_or_a_reason(tmp_path: Path) -> None:
     claims = {id: replace(HOLDS, id=id) for id in ("eq9", "eq33")}
     text = coverage_page(claims)
-    found = outline(text)
+    outlines = outline(text)
 
-    assert {passage.id for passage in passages()} <= set(found.ids)
+    assert {passage.id for passage in passages()} <= set(outlines.ids)
     examined = sum(passage.is_examined for passage in passages())
     total = len(passages())
     assert f"Of {total} passages, {examined} are examined" in text

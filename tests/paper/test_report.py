@@ -95,14 +95,14 @@ def outline(text: str) -> Outline:
 
 
 def test_the_page_needs_nothing_from_outside(tmp_path: Path) -> None:
-    found = outline(page(result(tmp_path, HOLDS, FAILS, CORRECTED, OPEN)))
+    outlines = outline(page(result(tmp_path, HOLDS, FAILS, CORRECTED, OPEN)))
 
-    local = [address for address in found.addresses if not address.startswith(("#", "data:"))]
+    local = [address for address in outlines.addresses if not address.startswith(("#", "data:"))]
     views = {address for address in local if address.startswith("?")}
     assert {f"?verdict={kind}#records" for kind in COUNTS} <= views
     assert set(local) - views == OTHER_PAGES
-    assert {a[1:] for a in found.addresses if a.startswith("#")} <= set(found.ids)
-    assert len(set(found.ids)) == len(found.ids)
+    assert {a[1:] for a in outlines.addresses if a.startswith("#")} <= set(outlines.ids)
+    assert len(set(outlines.ids)) == len(outlines.ids)
 
 
 def test_verdicts_are_counted_from_the_evidence(tmp_path: Path) -> None:

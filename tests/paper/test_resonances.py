@@ -57,14 +57,14 @@ def test_the_series_of_flights_is_what_fast_flights_gain(text: str) -> None:
     """Flights at V = 1e12 in ninety digits, which share nothing with the series."""
     omega = Fraction(text)
     p, q = order(omega)
-    found = energy_gain(omega)
-    assert (found.power, found.waves) == (q - 2, (-q, q))
+    gains = energy_gain(omega)
+    assert (gains.power, gains.waves) == (q - 2, (-q, q))
     if omega == 1:
-        assert found.size == pytest.approx(math.pi / 2, rel=1e-15)
+        assert gains.size == pytest.approx(math.pi / 2, rel=1e-15)
         return
     with mp.workdps(90):
         measured = exact_strength(mp.mpf(omega.numerator) / omega.denominator, p, q)
-    assert found.size == pytest.approx(2.0 * math.pi * p * q * abs(float(measured)), rel=1e-12)
+    assert gains.size == pytest.approx(2.0 * math.pi * p * q * abs(float(measured)), rel=1e-12)
 
 
 def test_an_odd_harmonic_gains_nothing_at_any_order_followed() -> None:

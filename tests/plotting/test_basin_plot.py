@@ -77,14 +77,14 @@ def test_manifolds_of_a_saddle_are_drawn_over_them(basins: xr.Dataset) -> None:
         for orbit in pc.find_orbits(OSC, FORCE, max_impacts=1, max_periods=1)
         if orbit.stability == "unstable"
     )
-    found = pc.manifolds(saddle, length=2.0)
+    curves = pc.manifolds(saddle, length=2.0)
     curve = np.array([[0.0, 0.0], [1.0, 1.0]])
 
-    by_result = plot_basins(basins, new_axes(), manifolds=found)
+    by_result = plot_basins(basins, new_axes(), manifolds=curves)
     by_hand = plot_basins(basins, new_axes(), manifolds={"stable": [curve], "unstable": curve})
     bare = plot_basins(basins, new_axes(), manifolds=[curve])
 
-    pieces = sum(len(branch.pieces) for branch in found.branches)
+    pieces = sum(len(branch.pieces) for branch in curves.branches)
     assert len(by_result.lines) == pieces + 2
     assert texts(by_result)[-2:] == ["stable manifold", "unstable manifold"]
     assert [line.get_linestyle() for line in by_hand.lines[:2]] == ["-", "--"]
@@ -132,16 +132,16 @@ def test_what_cannot_be_drawn_is_told(basins: xr.Dataset) -> None:
 
 def test_fractions_are_stacked_and_named() -> None:
     gap = "oscillator.stops.0.at"
-    found = pc.basin_fractions(
+    shares = pc.basin_fractions(
         OSC, FORCE, over={gap: [0.6, 1.2, 2.0]}, x0=(-4.0, 0.5), v0=(-4.0, 4.0), n_starts=100
     )
 
-    ax = plot_fractions(found, new_axes(), units=Units("m", "s"))
+    ax = plot_fractions(shares, new_axes(), units=Units("m", "s"))
 
     assert ax.get_xlabel() == "place of the stop (m)"
     assert texts(ax) == ["(1, 1)", "(0, 1)"]
     lower, upper = (patch.get_data() for patch in ax.patches)
-    np.testing.assert_allclose(lower.values, found.fraction.values[0])
+    np.testing.assert_allclose(lower.values, shares.fraction.values[0])
     np.testing.assert_allclose(upper.values, 1.0)
     with pytest.raises(pc.ParameterError, match="basin_fractions"):
-        plot_fractions(found.drop_vars("fraction"), new_axes())
+        plot_fractions(shares.drop_vars("fraction"), new_axes())

@@ -111,8 +111,8 @@ def test_where_fewer_stops_are_met_the_least_velocity_is_of_those() -> None:
 
 def test_the_line_is_broken_where_an_impact_more_is_made() -> None:
     gear = pc.backlash_oscillator(gap=0.36, stiffness=10.7, damping=0.074, stop_damping=0.05)
-    found = pc.find_orbits(gear, pc.cosine(1.06, amplitude=1.17, constant=0.41), 2, 2)
-    orbit = next(each for each in found if each.sequence == (1, 0))
+    orbits = pc.find_orbits(gear, pc.cosine(1.06, amplitude=1.17, constant=0.41), 2, 2)
+    orbit = next(each for each in orbits if each.sequence == (1, 0))
     branch = pc.continue_orbit(orbit, over={"forcing.omega": (0.636, 1.696)})
     met = (~np.isnan(branch.impact_velocity)).sum(axis=1)
     jumps = np.flatnonzero(np.diff(met))

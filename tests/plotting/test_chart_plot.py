@@ -96,7 +96,7 @@ def test_axes_are_named_and_measured() -> None:
 
 def test_a_measure_is_drawn_over_one_parameter() -> None:
     with pytest.warns(UserWarning, match="1 of 3 points have no answer"):
-        found = pc.sweep(
+        data = pc.sweep(
             ["period", "peak_impact_velocity"],
             pc.impact_oscillator(0.8),
             pc.cosine(2.5),
@@ -104,13 +104,13 @@ def test_a_measure_is_drawn_over_one_parameter() -> None:
             start=(0.0, 1.0),
         )
 
-    ax = plot_sweep(found, "peak_impact_velocity", new_axes())
+    ax = plot_sweep(data, "peak_impact_velocity", new_axes())
 
     (line,) = ax.lines
-    order = np.argsort(found["forcing.omega"].values)
-    np.testing.assert_array_equal(line.get_ydata(), found.peak_impact_velocity.values[order])
+    order = np.argsort(data["forcing.omega"].values)
+    np.testing.assert_array_equal(line.get_ydata(), data.peak_impact_velocity.values[order])
     assert ax.get_ylabel() == "peak impact velocity (dimensionless)"
-    assert plot_sweep(found, ax=new_axes()).get_ylabel() == "forcing periods of the orbit"
+    assert plot_sweep(data, ax=new_axes()).get_ylabel() == "forcing periods of the orbit"
 
 
 def test_axes_are_named_by_the_short_form_where_there_is_one_harmonic() -> None:
@@ -140,7 +140,7 @@ def test_a_column_of_a_table_is_not_the_table(plot) -> None:  # type: ignore[no-
 
 
 def test_a_period_of_free_motions_is_a_time() -> None:
-    found = pc.sweep(
+    data = pc.sweep(
         "period",
         pc.Oscillator(1),
         over={"oscillator.stiffness": [1.0, 4.0]},
@@ -148,7 +148,7 @@ def test_a_period_of_free_motions_is_a_time() -> None:
         section={"at": 0.0},
     )
 
-    ax = plot_sweep(found, ax=new_axes(), units=Units("m", "s"))
+    ax = plot_sweep(data, ax=new_axes(), units=Units("m", "s"))
 
     assert ax.get_ylabel() == "period (s)"
     assert ax.get_xlabel() == "stiffness $k$ (1/s^2)"

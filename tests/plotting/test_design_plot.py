@@ -20,10 +20,10 @@ def test_a_design_shows_its_values_between_the_ends_of_their_ranges() -> None:
 
     ax = plotting.plot_design(best, Figure().add_subplot())
 
-    told = [text.get_text() for text in ax.texts]
-    assert "stiffness of the stop (N/m)" in told
-    assert "damping of the stop (N s/m)" in told
-    assert {"5", "100", "0", "1"} <= set(told)
+    reported = [text.get_text() for text in ax.texts]
+    assert "stiffness of the stop (N/m)" in reported
+    assert "damping of the stop (N s/m)" in reported
+    assert {"5", "100", "0", "1"} <= set(reported)
     assert ax.get_xlabel() == f"least peak stop force (N): {best.value:.6g}"
     places = [line.get_xdata()[0] for line in ax.lines if len(line.get_xdata()) == 1]
     shares = [(best.values[path] - low) / (high - low) for path, (low, high) in best.bounds.items()]

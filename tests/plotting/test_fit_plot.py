@@ -43,7 +43,7 @@ def test_another_quantity_and_a_window(fit: pc.Fit) -> None:
     figure = plotting.plot_fit(
         fit, quantity="velocity", window=(5, 10), parameters=(RESTITUTION, GAP)
     )
-    assert figure.axes[0].get_ylabel() == "velocity (dimensionless)"
+    assert figure.axes[0].get_ylabel() == "velocity\n(dimensionless)"
     assert figure.axes[0].get_xlim() == (5, 10)
     assert "restitution" in figure.axes[3].get_xlabel()
 
@@ -77,6 +77,17 @@ def test_another_record_and_entries_into_a_soft_stop() -> None:
     assert entries.get_fillstyle() == "none"
     with pytest.raises(pc.ParameterError, match="none of the 2 records, counted from 0"):
         plotting.plot_fit(fit, record=2)
+
+
+def test_a_parameter_with_a_name_of_its_own_stands_on_the_axis() -> None:
+    k = pc.parameter("k", 1.2)
+    t = np.linspace(0, 20, 100)
+    x = np.exp(-0.05 * t) * np.cos(t) + 0.01 * np.sin(37 * t**2)
+    data = {"t": t, "displacement": x}
+    fit = pc.fit(data, pc.Oscillator(k, "0.04"), free={"k": 1.1, "oscillator.damping": 0.04})
+    beside = plotting.plot_fit(fit).axes[-1]
+    assert beside.get_xlabel() == "k"
+    assert plotting.plot_profiles(fit, parameters=["k"], n=3).axes[0].get_xlabel() == "k"
 
 
 def test_profiles_stand_beside_the_parabolas_of_the_errors(fit: pc.Fit) -> None:

@@ -129,8 +129,8 @@ def test_multipliers_of_a_branch_are_coloured_and_not_joined_over_infinity(
 
 
 def test_singularity_set_is_drawn_in_one_cycle() -> None:
-    found = pc.singularity_set(pc.impact_oscillator(0.8), pc.cosine(2.7), n_iterates=2)
-    ax = plot_singularity_set(found, new_axes())
+    curves = pc.singularity_set(pc.impact_oscillator(0.8), pc.cosine(2.7), n_iterates=2)
+    ax = plot_singularity_set(curves, new_axes())
 
     assert ax.get_xlim() == (0.0, 1.0)
     for line in ax.lines:
@@ -144,29 +144,29 @@ def test_singularity_set_is_drawn_in_one_cycle() -> None:
 
 
 def test_several_sets_share_axes_and_labels() -> None:
-    found = pc.singularity_set(pc.impact_oscillator(0.8), pc.cosine(2.7))
-    ax = plot_singularity_set(found, plot_singularity_set(found, new_axes()))
+    curves = pc.singularity_set(pc.impact_oscillator(0.8), pc.cosine(2.7))
+    ax = plot_singularity_set(curves, plot_singularity_set(curves, new_axes()))
 
     assert ax.get_legend_handles_labels()[1] == ["touch at impact 1"]
 
 
 @pytest.mark.parametrize("section", ["stroboscopic", "impact"])
 def test_manifolds_are_drawn_with_gaps_at_their_cuts(orbit: pc.PeriodicOrbit, section: str) -> None:
-    found = pc.manifolds(orbit, section=section, cycle=0.37, length=5.0)  # type: ignore[arg-type]
-    ax = plot_manifolds(found, new_axes())
+    curves = pc.manifolds(orbit, section=section, cycle=0.37, length=5.0)  # type: ignore[arg-type]
+    ax = plot_manifolds(curves, new_axes())
 
     drawn = lines_of(ax)
     assert {"unstable manifold", "stable manifold", "saddle"} <= set(drawn)
     for kind in ("unstable", "stable"):
         x, y = drawn[f"{kind} manifold"]
-        steps = np.hypot(np.diff(x) / found.scale[0], np.diff(y) / found.scale[1])
+        steps = np.hypot(np.diff(x) / curves.scale[0], np.diff(y) / curves.scale[1])
         assert np.nanmax(steps) <= 0.01
-        assert np.isfinite(x).sum() == sum(len(b) for b in found.branches if b.kind == kind)
+        assert np.isfinite(x).sum() == sum(len(b) for b in curves.branches if b.kind == kind)
 
 
 def test_set_and_manifolds_share_a_picture_and_its_legend(orbit: pc.PeriodicOrbit) -> None:
-    found = pc.manifolds(orbit, section="impact", length=1.0)
-    ax = plot_manifolds(found)
+    curves = pc.manifolds(orbit, section="impact", length=1.0)
+    ax = plot_manifolds(curves)
     osc, force = pc.impact_oscillator(0.8), pc.cosine(2.7)
     plot_singularity_set(pc.singularity_set(osc, force), ax)
     (legend,) = ax.figure.legends

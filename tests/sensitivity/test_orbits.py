@@ -71,19 +71,19 @@ def test_forced_orbits(case: str) -> None:
     osc, force, own = CASES[case]
     orbit = pc.find_orbit(osc, force)
     paths = (*ALWAYS, *own)
-    found = orbit.sensitivity(paths)
+    derivatives = orbit.sensitivity(paths)
     for p, path in enumerate(paths):
         wanted = difference(orbit, path)
-        np.testing.assert_allclose(found.period[p], wanted["period"], **CLOSE)
-        np.testing.assert_allclose(found.impacts.t[:, p], wanted["t"], **CLOSE)
-        np.testing.assert_allclose(found.impacts.v_before[:, p], wanted["v_before"], **CLOSE)
-        np.testing.assert_allclose(found.impacts.v_after[:, p], wanted["v_after"], **CLOSE)
+        np.testing.assert_allclose(derivatives.period[p], wanted["period"], **CLOSE)
+        np.testing.assert_allclose(derivatives.impacts.t[:, p], wanted["t"], **CLOSE)
+        np.testing.assert_allclose(derivatives.impacts.v_before[:, p], wanted["v_before"], **CLOSE)
+        np.testing.assert_allclose(derivatives.impacts.v_after[:, p], wanted["v_after"], **CLOSE)
         # Of the multipliers, which have a root where two meet, their sum and product have none.
-        trace = found.multipliers[:, p].sum()
-        determinant = (orbit.multipliers[::-1] * found.multipliers[:, p]).sum()
+        trace = derivatives.multipliers[:, p].sum()
+        determinant = (orbit.multipliers[::-1] * derivatives.multipliers[:, p]).sum()
         np.testing.assert_allclose(trace, wanted["trace"], **CLOSE)
         np.testing.assert_allclose(determinant, wanted["determinant"], **CLOSE)
-        np.testing.assert_allclose(found.of("max_displacement")[p], wanted["max"], **CLOSE)
+        np.testing.assert_allclose(derivatives.of("max_displacement")[p], wanted["max"], **CLOSE)
 
 
 CYCLE = pc.Oscillator(1, "-0.05", stops=(pc.Wall(at=1, side="above", restitution="0.7"),))
@@ -107,14 +107,14 @@ def test_orbits_against_the_oracle(case: str, path: str) -> None:
     osc, force = (CYCLE, None) if case == "cycle" else CASES[case][:2]
     orbit = pc.find_orbit(osc, force)
     assert orbit.n_impacts == 1
-    found = orbit.sensitivity([path])
+    derivatives = orbit.sensitivity([path])
     wanted = orbit_differences(orbit, path)
     close: dict[str, Any] = {"rel": 1e-10, "abs": 1e-13}
-    assert found.t0[0] == pytest.approx(wanted.t0, **close)
-    assert found.impacts.v_after[0, 0] == pytest.approx(wanted.v0, **close)
-    assert found.period[0] == pytest.approx(wanted.period, **close)
-    trace = found.multipliers[:, 0].sum()
-    determinant = (orbit.multipliers[::-1] * found.multipliers[:, 0]).sum()
+    assert derivatives.t0[0] == pytest.approx(wanted.t0, **close)
+    assert derivatives.impacts.v_after[0, 0] == pytest.approx(wanted.v0, **close)
+    assert derivatives.period[0] == pytest.approx(wanted.period, **close)
+    trace = derivatives.multipliers[:, 0].sum()
+    determinant = (orbit.multipliers[::-1] * derivatives.multipliers[:, 0]).sum()
     # Of free motion the map of (t, v) has the multiplier 1 of the instants too.
     assert trace == pytest.approx(wanted.trace, **close)
     assert determinant == pytest.approx(wanted.determinant, **close)
@@ -122,26 +122,26 @@ def test_orbits_against_the_oracle(case: str, path: str) -> None:
 
 def test_a_column_closes_after_a_period() -> None:
     orbit = pc.find_orbit(WALL, pc.cosine(2))
-    found = orbit.sensitivity(["oscillator.stops.0.at", "oscillator.damping"])
-    run = found.motion.run
-    begin, end = (np.array(found(t)) for t in (run.t0, run.t_end))
+    derivatives = orbit.sensitivity(["oscillator.stops.0.at", "oscillator.damping"])
+    run = derivatives.motion.run
+    begin, end = (np.array(derivatives(t)) for t in (run.t0, run.t_end))
     np.testing.assert_allclose(begin, end, atol=1e-13)
 
 
 def test_the_period_of_a_limit_cycle() -> None:
     orbit = pc.find_orbit(CYCLE)
     paths = ["oscillator.damping", "oscillator.stiffness", "oscillator.stops.0.at"]
-    found = orbit.sensitivity(paths)
+    derivatives = orbit.sensitivity(paths)
     # A longer wall at the same rates: all lengths grow, no time.
-    np.testing.assert_allclose(found.period[2], 0.0, atol=1e-13)
-    np.testing.assert_allclose(found.v0[2], orbit.v0, rtol=1e-12)
+    np.testing.assert_allclose(derivatives.period[2], 0.0, atol=1e-13)
+    np.testing.assert_allclose(derivatives.v0[2], orbit.v0, rtol=1e-12)
     for p, path in enumerate(paths[:2]):
         wanted = difference(orbit, path)
-        np.testing.assert_allclose(found.period[p], wanted["period"], **CLOSE)
-        np.testing.assert_allclose(found.impacts.v_after[:, p], wanted["v_after"], **CLOSE)
+        np.testing.assert_allclose(derivatives.period[p], wanted["period"], **CLOSE)
+        np.testing.assert_allclose(derivatives.impacts.v_after[:, p], wanted["v_after"], **CLOSE)
         # Of the multipliers, which have a root where two meet, their sum and product have none.
-        trace = found.multipliers[:, p].sum()
-        determinant = (orbit.multipliers[::-1] * found.multipliers[:, p]).sum()
+        trace = derivatives.multipliers[:, p].sum()
+        determinant = (orbit.multipliers[::-1] * derivatives.multipliers[:, p]).sum()
         np.testing.assert_allclose(trace, wanted["trace"], **CLOSE)
         np.testing.assert_allclose(determinant, wanted["determinant"], **CLOSE)
 
@@ -166,20 +166,20 @@ def test_an_orbit_with_sticking_is_the_run_that_comes_to_it() -> None:
     orbit = pc.find_orbit(osc, force, n_impacts=math.inf)
     assert np.isinf(orbit.n_impacts)
     paths = ["oscillator.stops.0.at", "oscillator.damping", "forcing.amplitude"]
-    found = orbit.sensitivity(paths)
+    derivatives = orbit.sensitivity(paths)
     # The contact ends all memory of the start.
     run = pc.simulate(osc, force, "-0.1", "0.5", t_end=orbit.t0 + 3.5 * orbit.period)
     t = orbit.t0 + np.array([0.1, 0.6, 0.9]) * orbit.period
     later = np.array(run.sensitivity(paths)(t + 2 * orbit.period))
-    np.testing.assert_allclose(np.array(found(t)), later, rtol=1e-9, atol=1e-9)
-    assert not found.multipliers.any()
+    np.testing.assert_allclose(np.array(derivatives(t)), later, rtol=1e-9, atol=1e-9)
+    assert not derivatives.multipliers.any()
 
 
 def test_multipliers_that_are_equal_have_no_derivative() -> None:
     orbit = pc.find_orbit(pc.Oscillator(1, 1), pc.cosine(2), n_impacts=0)
-    found = orbit.sensitivity(["oscillator.damping"])
-    assert np.isnan(found.multipliers).all()
-    assert np.isfinite(found.x0).all()
+    derivatives = orbit.sensitivity(["oscillator.damping"])
+    assert np.isnan(derivatives.multipliers).all()
+    assert np.isfinite(derivatives.x0).all()
 
 
 @pytest.mark.parametrize("kind", ["fold", "period_doubling"])
@@ -200,11 +200,13 @@ def test_special_points(kind: str) -> None:
 
 def test_the_response_of_a_linear_oscillator() -> None:
     orbit = pc.find_orbit(pc.Oscillator(damping="0.1"), pc.cosine(2), n_impacts=0)
-    found = orbit.sensitivity(["forcing.amplitude", "oscillator.damping"])
+    derivatives = orbit.sensitivity(["forcing.amplitude", "oscillator.damping"])
     # x + i v / w = exp(-i w t) / (K - w^2 + 2 i a w).
     gain = 1 / (1 - 4 + 0.4j)
-    np.testing.assert_allclose([found.x0[0], found.v0[0]], [gain.real, -2 * gain.imag], rtol=1e-12)
+    np.testing.assert_allclose(
+        [derivatives.x0[0], derivatives.v0[0]], [gain.real, -2 * gain.imag], rtol=1e-12
+    )
     slope = -4j * gain**2
     np.testing.assert_allclose(
-        [found.x0[1], found.v0[1]], [slope.real, -2 * slope.imag], rtol=1e-12
+        [derivatives.x0[1], derivatives.v0[1]], [slope.real, -2 * slope.imag], rtol=1e-12
     )

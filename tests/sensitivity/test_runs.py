@@ -28,20 +28,20 @@ def assert_close(found: Floats, wanted: Floats, close: float = CLOSE) -> None:
 
 def check(run: pc.Trajectory, *paths: str, close: float = CLOSE) -> pc.Trajectory:
     """Compare all derivatives of a run with differences of the oracle."""
-    found = run.sensitivity(paths)
-    assert found.differentiable
+    derivatives = run.sensitivity(paths)
+    assert derivatives.differentiable
     events = np.unique(run.record[0][:, 0])
     middles = 0.5 * (events[1:] + events[:-1])
     times = [float(t) for t in [*middles[:3], *middles[-2:], run.t_end]]
-    dx, dv = found(times)
+    dx, dv = derivatives(times)
     for p, path in enumerate(paths):
         wanted = differences(run, path, times=times)
-        assert_close(found.impacts.t[:, p], wanted.t, close)
-        assert_close(found.impacts.v_before[:, p], wanted.v_before, close)
-        assert_close(found.impacts.v_after[:, p], wanted.v_after, close)
-        assert_close(found.crossings.t[:, p], wanted.crossings, close)
-        assert_close(found.contacts.start[:, p], wanted.start, close)
-        assert_close(found.contacts.release[:, p], wanted.release, close)
+        assert_close(derivatives.impacts.t[:, p], wanted.t, close)
+        assert_close(derivatives.impacts.v_before[:, p], wanted.v_before, close)
+        assert_close(derivatives.impacts.v_after[:, p], wanted.v_after, close)
+        assert_close(derivatives.crossings.t[:, p], wanted.crossings, close)
+        assert_close(derivatives.contacts.start[:, p], wanted.start, close)
+        assert_close(derivatives.contacts.release[:, p], wanted.release, close)
         assert_close(dx[:, p], wanted.x, close)
         assert_close(dv[:, p], wanted.v, close)
     return run
@@ -136,11 +136,11 @@ def impacts_of_a_long_run(paths: list[str]) -> None:
     """Compare the derivatives of fifty impacts."""
     osc = pc.Oscillator(damping="0.05", stops=(WALL,))
     run = pc.simulate(osc, pc.cosine(2), v0="0.5", max_impacts=50)
-    found = run.sensitivity(paths)
+    derivatives = run.sensitivity(paths)
     for p, path in enumerate(paths):
         wanted = differences(run, path, max_impacts=50)
-        assert_close(found.impacts.t[:, p], wanted.t)
-        assert_close(found.impacts.v_after[:, p], wanted.v_after)
+        assert_close(derivatives.impacts.t[:, p], wanted.t)
+        assert_close(derivatives.impacts.v_after[:, p], wanted.v_after)
 
 
 def test_fifty_impacts_of_a_motion_that_is_not_chaotic() -> None:
@@ -169,17 +169,17 @@ def test_a_chatter_and_a_release(paths: tuple[str, ...], t_end: float) -> None:
     run = chattering(t_end)
     assert len(run.contacts) == (2 if t_end > 10 else 1)
     assert np.isfinite(run.contacts.release[0])
-    found = run.sensitivity(paths)
+    derivatives = run.sensitivity(paths)
     rest = float(run.contacts.start[0] + 0.01)
     later = float(run.contacts.release[0] + 0.5)
-    dx, dv = found([rest, later])
+    dx, dv = derivatives([rest, later])
     for p, path in enumerate(paths):
         wanted = differences(run, path, times=[rest, later])
         n = int(run.contacts.n_impacts[0])
-        assert_close(found.impacts.t[:n, p], wanted.t[:n])
-        assert_close(found.impacts.v_after[:n, p], wanted.v_after[:n])
-        assert_close(found.contacts.start[:, p], wanted.start)
-        assert_close(found.contacts.release[:, p], wanted.release)
+        assert_close(derivatives.impacts.t[:n, p], wanted.t[:n])
+        assert_close(derivatives.impacts.v_after[:n, p], wanted.v_after[:n])
+        assert_close(derivatives.contacts.start[:, p], wanted.start)
+        assert_close(derivatives.contacts.release[:, p], wanted.release)
         assert_close(dx[:, p], wanted.x)
         assert_close(dv[:, p], wanted.v)
 
@@ -282,10 +282,10 @@ def test_a_start_in_contact() -> None:
 
 def test_at_rest_on_a_wall_with_nothing_to_hold_it_there() -> None:
     osc = pc.Oscillator(stops=(pc.Wall(at=0, side="below", restitution="0.5"),))
-    found = pc.simulate(osc, t_end=3).sensitivity(["start.v0", "oscillator.stiffness"])
-    assert not found.differentiable
-    np.testing.assert_array_equal(found.grazes.sides, [0, 0])
-    dx, dv = found(2.0)
+    derivatives = pc.simulate(osc, t_end=3).sensitivity(["start.v0", "oscillator.stiffness"])
+    assert not derivatives.differentiable
+    np.testing.assert_array_equal(derivatives.grazes.sides, [0, 0])
+    dx, dv = derivatives(2.0)
     # Away from the wall it would fly, and into it rebound.
     np.testing.assert_array_equal(dx, [np.nan, 0])
     np.testing.assert_array_equal(dv, [np.nan, 0])
@@ -302,13 +302,13 @@ def grazing(speed: str) -> pc.Trajectory:
 
 
 def test_a_graze_is_not_differentiable() -> None:
-    found = grazing("1").sensitivity(["start.v0", "oscillator.damping"])
-    assert not found.differentiable
-    np.testing.assert_allclose(found.grazes.t, [0.5 * np.pi])
-    assert "square root" in found.reason
-    assert "start.v0 falls, oscillator.damping grows" in found.reason
-    assert "1.570796327" in repr(found)
-    dx, dv = found([1.5, 1.6])
+    derivatives = grazing("1").sensitivity(["start.v0", "oscillator.damping"])
+    assert not derivatives.differentiable
+    np.testing.assert_allclose(derivatives.grazes.t, [0.5 * np.pi])
+    assert "square root" in derivatives.reason
+    assert "start.v0 falls, oscillator.damping grows" in derivatives.reason
+    assert "1.570796327" in repr(derivatives)
+    dx, dv = derivatives([1.5, 1.6])
     assert np.isfinite(dx[0]).all()
     assert np.isfinite(dv[0]).all()
     assert np.isnan(dx[1]).all()
@@ -316,10 +316,10 @@ def test_a_graze_is_not_differentiable() -> None:
 
 
 def test_the_side_of_a_graze_without_an_impact_has_a_derivative() -> None:
-    found = grazing("1").sensitivity(["start.v0", "oscillator.stops.0.at", "start.t0"])
+    derivatives = grazing("1").sensitivity(["start.v0", "oscillator.stops.0.at", "start.t0"])
     # x = v sin(t - t0), and a start that is later does not reach further.
-    np.testing.assert_array_equal(found.grazes.sides, [-1, 1, 0])
-    dx, dv = found.one_sided()([3, 5])
+    np.testing.assert_array_equal(derivatives.grazes.sides, [-1, 1, 0])
+    dx, dv = derivatives.one_sided()([3, 5])
     np.testing.assert_allclose(dx[:, :2], [[np.sin(3), 0], [np.sin(5), 0]], rtol=1e-13, atol=1e-15)
     np.testing.assert_allclose(dv[:, :2], [[np.cos(3), 0], [np.cos(5), 0]], rtol=1e-13, atol=1e-15)
     assert np.isnan(dx[:, 2]).all()
@@ -335,10 +335,10 @@ def test_the_square_root_beyond_a_graze(side: Literal["above", "below"]) -> None
     osc = pc.Oscillator(stops=walls)
     run = pc.simulate(osc, v0=sign, t_end=6)
     path = "oscillator.stops.0.at"
-    found = run.sensitivity([path, "start.v0"])
-    assert len(found.grazes) == 1
-    assert found.grazes.sides.tolist() == [sign, -sign]
-    root = found.square_root()
+    derivatives = run.sensitivity([path, "start.v0"])
+    assert len(derivatives.grazes) == 1
+    assert derivatives.grazes.sides.tolist() == [sign, -sign]
+    root = derivatives.square_root()
     assert len(run.impacts) >= 1
     steps = np.array([1e-10, 4e-10])
     ends, first = [], []
@@ -356,12 +356,12 @@ def test_the_square_root_beyond_a_graze(side: Literal["above", "below"]) -> None
 
 def test_beyond_a_second_graze_nothing_is_known_of_the_root() -> None:
     osc = pc.Oscillator(stops=(pc.Wall(at=1, side="above", restitution="0.8"),))
-    found = pc.simulate(osc, v0=1, t_end=10).sensitivity(["start.v0"])
-    assert len(found.grazes) == 2
-    root = found.square_root()(np.array([7.0, 9.0]))[0]
+    derivatives = pc.simulate(osc, v0=1, t_end=10).sensitivity(["start.v0"])
+    assert len(derivatives.grazes) == 2
+    root = derivatives.square_root()(np.array([7.0, 9.0]))[0]
     assert np.isfinite(root[0, 0])
     assert np.isnan(root[1, 0])
-    assert np.isfinite(found.one_sided()(9.0)[0]).all()
+    assert np.isfinite(derivatives.one_sided()(9.0)[0]).all()
 
 
 @pytest.mark.parametrize("speed", ["0.99999", "1.00001"])
@@ -373,9 +373,11 @@ def test_a_graze_of_a_soft_stop_is_differentiable() -> None:
     stop = pc.SoftStop(at=1, side="above", stiffness=30, damping=1)
     run = pc.simulate(pc.Oscillator(stops=(stop,)), v0=1, t_end=6)
     assert len(run.grazes) == 1
-    found = run.sensitivity(["start.v0"])
-    assert found.differentiable
-    np.testing.assert_allclose(np.array(found(6.0))[:, 0], [np.sin(6.0), np.cos(6.0)], rtol=1e-12)
+    derivatives = run.sensitivity(["start.v0"])
+    assert derivatives.differentiable
+    np.testing.assert_allclose(
+        np.array(derivatives(6.0))[:, 0], [np.sin(6.0), np.cos(6.0)], rtol=1e-12
+    )
 
 
 @pytest.mark.parametrize(

@@ -119,19 +119,19 @@ def test_one_coordinate_has_the_sensitivities_of_the_oscillator(name: str) -> No
     halves = np.array([2.0 if path.endswith("damping") else 1.0 for path in paths])
     run, other = (pc.simulate(one, force, **limits) for one in (osc, of_mass_one(osc)))
     wanted = run.sensitivity(paths)
-    found = other.sensitivity([as_structure(path) for path in paths])
+    derivatives = other.sensitivity([as_structure(path) for path in paths])
 
     for table, column in (
         ("impacts", "t"), ("impacts", "v_before"), ("impacts", "v_after"), ("crossings", "t"),
         ("crossings", "v"), ("contacts", "start"), ("contacts", "release"),
     ):  # fmt: skip
-        one, two = (getattr(getattr(d, table), column) for d in (wanted, found))
+        one, two = (getattr(getattr(d, table), column) for d in (wanted, derivatives))
         assert_close(two * halves, one)
     times = np.linspace(run.t0, run.t_end, 37)
-    for one, two in zip(wanted(times), found(times), strict=True):
+    for one, two in zip(wanted(times), derivatives(times), strict=True):
         assert_close(two[:, 0] * halves, one)
     for measure in get_args(MovedMeasure):
-        one, two = wanted.of(measure), found.of(measure) * halves
+        one, two = wanted.of(measure), derivatives.of(measure) * halves
         assert_close(two[:, None], one[:, None], 1e-9)
 
 

@@ -61,7 +61,7 @@ def test_strobes_are_those_of_plain_runs_to_the_bit(
 ) -> None:
     values = [0.8, 0.9, 1.1]
 
-    found = pc.bifurcation_diagram(
+    diagram = pc.bifurcation_diagram(
         structure, loads, over={OMEGA: values}, on=on, follow=(), transient=30, points=90,
         start=([0, 0], [0.1, 0]),
     )  # fmt: skip
@@ -69,8 +69,8 @@ def test_strobes_are_those_of_plain_runs_to_the_bit(
     for i, omega in enumerate(values):
         run, period = followed(structure, omega, 120, x0=[0, 0], v0=[0.1, 0])
         y, v = run.displacement(on, 30 * period + np.arange(90) * period)
-        assert found.x.values[0, i].tobytes() == y.tobytes()
-        assert found.v.values[0, i].tobytes() == v.tobytes()
+        assert diagram.x.values[0, i].tobytes() == y.tobytes()
+        assert diagram.v.values[0, i].tobytes() == v.tobytes()
 
 
 @pytest.mark.parametrize(("structure", "loads"), CASES, ids=NAMES)
@@ -78,7 +78,7 @@ def test_strobes_are_those_of_plain_runs_to_the_bit(
 def test_impacts_are_the_last_of_plain_runs(
     structure: pc.Structure, loads: pc.Loads, stop: int | None
 ) -> None:
-    found = pc.bifurcation_diagram(
+    diagram = pc.bifurcation_diagram(
         structure, loads, over={OMEGA: [0.8, 0.9]}, section="impacts", on=stop, follow=(),
         transient=20, points=30,
     )  # fmt: skip
@@ -92,7 +92,7 @@ def test_impacts_are_the_last_of_plain_runs(
         kept = (t >= 20 * period) & (t <= 49 * period)
         kept &= (stops == stop) if stop is not None else True
         order = np.argsort(t[kept], kind="stable")[-30:]
-        ours = found.isel({"branch": 0, OMEGA: i})
+        ours = diagram.isel({"branch": 0, OMEGA: i})
         filled = np.isfinite(ours.v_after.values)
         assert filled.sum() == len(order)
         assert len(order) > 5
@@ -209,7 +209,7 @@ def test_means_are_those_of_densely_sampled_runs(structure: pc.Structure, loads:
 def test_passages_of_a_place_are_those_of_plain_runs(
     structure: pc.Structure, loads: pc.Loads, direction: Any
 ) -> None:
-    found = pc.bifurcation_diagram(
+    diagram = pc.bifurcation_diagram(
         structure, loads, over={OMEGA: [0.8, 0.9]}, on=(1, -1), follow=(), transient=20, points=30,
         section={"at": "0.1", "direction": direction},
     )  # fmt: skip
@@ -220,7 +220,7 @@ def test_passages_of_a_place_are_those_of_plain_runs(
         t, v = section.t.values, (section.v.values * [1.0, -1.0]).sum(axis=1)
         kept = (t >= 20 * period) & (t <= 49 * period)
         t, v = t[kept][-30:], v[kept][-30:]
-        ours = found.isel({"branch": 0, OMEGA: i})
+        ours = diagram.isel({"branch": 0, OMEGA: i})
         filled = np.isfinite(ours.v.values)
         assert filled.sum() == len(t)
         assert len(t) > 5
@@ -315,14 +315,14 @@ def test_many_starts_of_one_structure_meet_new_sets_and_go_on() -> None:
 
 def test_starts_behind_walls_have_no_motion_and_say_why() -> None:
     with pytest.warns(UserWarning, match="1 of 3 points have no answer"):
-        found = pc.sweep(
+        data = pc.sweep(
             "max_displacement", MIXED, PUSHED, over={"start.x0.0": [0.0, 0.35, 0.36]}, on=0,
             transient=0, periods=2,
         )  # fmt: skip
 
-    assert found.point.values.tolist() == [2]
-    assert "above the wall stops.0" in str(found.reason.values[0])
-    assert np.isfinite(found.max_displacement.values[:2]).all()
+    assert data.point.values.tolist() == [2]
+    assert "above the wall stops.0" in str(data.reason.values[0])
+    assert np.isfinite(data.max_displacement.values[:2]).all()
 
 
 def test_a_followed_branch_goes_on_where_a_wall_moves_past_it() -> None:
@@ -412,12 +412,14 @@ def test_exponents_add_up_to_the_mean_rate_at_which_volumes_shrink(omega: float)
     """Less the trace of M^-1 C, and two ln r for each impact."""
     loads = pc.Loads({0: pc.cosine(omega, amplitude="0.6")})
 
-    found = pc.lyapunov_exponents(ABSORBER, loads, transient=100, periods=640)
+    exponents = pc.lyapunov_exponents(ABSORBER, loads, transient=100, periods=640)
 
-    by_rule = -0.05 + 2.0 * np.log(0.65) * found.impact_rate
-    assert found.total == pytest.approx(by_rule, abs=1e-12)
-    assert found.exponents.sum() == pytest.approx(found.total, abs=1e-2 * abs(found.total))
-    assert (np.diff(found.exponents) <= 0.0).all()
+    by_rule = -0.05 + 2.0 * np.log(0.65) * exponents.impact_rate
+    assert exponents.total == pytest.approx(by_rule, abs=1e-12)
+    assert exponents.exponents.sum() == pytest.approx(
+        exponents.total, abs=1e-2 * abs(exponents.total)
+    )
+    assert (np.diff(exponents.exponents) <= 0.0).all()
 
 
 def test_exponents_of_an_orbit_are_those_of_its_multipliers() -> None:
@@ -426,28 +428,28 @@ def test_exponents_of_an_orbit_are_those_of_its_multipliers() -> None:
     x, v = run(400 * period)
     orbit = pc.find_orbit(ABSORBER, loads, guess=(x.tolist(), v.tolist()))
 
-    found = pc.lyapunov_exponents(ABSORBER, loads, transient=400, periods=64)
+    exponents = pc.lyapunov_exponents(ABSORBER, loads, transient=400, periods=64)
 
     sizes = np.sort(np.log(np.abs(orbit.multipliers)) / orbit.period)[::-1]
-    np.testing.assert_allclose(found.exponents, sizes, atol=1e-8)
+    np.testing.assert_allclose(exponents.exponents, sizes, atol=1e-8)
 
 
 def test_an_integrable_structure_has_exponents_of_zero() -> None:
     """Elastic walls between two equal masses swap their velocities: as if there were none."""
     pair = pc.impact_pair([1, 1], gap="0.3", restitution=1, springs=[1, 0, 1])
 
-    found = pc.lyapunov_exponents(pair, None, start=([0, 0], [0, 1]), transient=0, periods=4096)
+    exponents = pc.lyapunov_exponents(pair, None, start=([0, 0], [0, 1]), transient=0, periods=4096)
 
-    assert found.total == 0.0
-    assert np.abs(found.exponents).max() < 2e-3
+    assert exponents.total == 0.0
+    assert np.abs(exponents.exponents).max() < 2e-3
 
 
 def test_a_wall_that_holds_takes_two_exponents() -> None:
-    found = pc.lyapunov_exponents(MIXED, PUSHED, transient=100, periods=64)
+    exponents = pc.lyapunov_exponents(MIXED, PUSHED, transient=100, periods=64)
 
-    assert np.isneginf(found.exponents[2:]).all()
-    assert np.isfinite(found.exponents[:2]).all()
-    assert found.total == -np.inf
+    assert np.isneginf(exponents.exponents[2:]).all()
+    assert np.isfinite(exponents.exponents[:2]).all()
+    assert exponents.total == -np.inf
 
 
 TWO = pc.Structure(
@@ -463,29 +465,29 @@ def test_basins_of_a_part_that_moves_alone_are_those_of_the_oscillator() -> None
     x0, v0 = np.linspace(-3.4, 1.4, 9), np.linspace(-2, 2, 5)
     known = pc.basins(osc, pc.cosine("1.5"), x0=x0, v0=v0)
 
-    found = pc.basins(
+    basins = pc.basins(
         TWO, DRIVEN, over={"start.x0.0": x0, "start.v0.0": v0}, start=([0, "0.1"], [0, 0]), on=0,
         measures=["max_displacement"],
     )  # fmt: skip
 
-    assert found.basin.values.tolist() == known.basin.values.tolist()
-    assert found.name.values.tolist() == known.name.values.tolist()
-    assert len(np.unique(found.basin)) == 2
-    np.testing.assert_allclose(found.x.values[:, 0], known.x.values, atol=1e-8)
-    np.testing.assert_allclose(found.v_strobe.values[:, 0], known.v_strobe.values, atol=1e-8)
+    assert basins.basin.values.tolist() == known.basin.values.tolist()
+    assert basins.name.values.tolist() == known.name.values.tolist()
+    assert len(np.unique(basins.basin)) == 2
+    np.testing.assert_allclose(basins.x.values[:, 0], known.x.values, atol=1e-8)
+    np.testing.assert_allclose(basins.v_strobe.values[:, 0], known.v_strobe.values, atol=1e-8)
     # The second mass settles at its own rate, 0.05 as well.
-    np.testing.assert_allclose(found.exponent, np.maximum(known.exponent, -0.05), atol=1e-8)
-    assert (found.residual < 1e-11).all()
-    np.testing.assert_allclose(found["attractor_x0.0"].values[:, 0], found.x.values[:, 0])
+    np.testing.assert_allclose(basins.exponent, np.maximum(known.exponent, -0.05), atol=1e-8)
+    assert (basins.residual < 1e-11).all()
+    np.testing.assert_allclose(basins["attractor_x0.0"].values[:, 0], basins.x.values[:, 0])
     measured = pc.basins(osc, pc.cosine("1.5"), x0=x0, v0=v0, measures=["max_displacement"])
-    np.testing.assert_allclose(found.max_displacement, measured.max_displacement, atol=1e-8)
+    np.testing.assert_allclose(basins.max_displacement, measured.max_displacement, atol=1e-8)
 
 
 def test_basins_over_directions_are_those_of_the_starts_there() -> None:
     along = (1, 0, "0.5", 0)
     a = [-2.0, -1.0, 0.5]
 
-    found = pc.basins(
+    basins = pc.basins(
         TWO, DRIVEN, over={along: a, "start.v0.1": [0.0, 1.0]}, start=([0, 0], ["0.2", 0])
     )
 
@@ -495,7 +497,7 @@ def test_basins_over_directions_are_those_of_the_starts_there() -> None:
             start=([0, 0], [0.2 + 0.5 * value, 0]),
         )  # fmt: skip
         names = [one.name.values[k] for k in one.basin.values[0]]
-        assert [found.name.values[k] for k in found.basin.values[i]] == names
+        assert [basins.name.values[k] for k in basins.basin.values[i]] == names
 
 
 @pytest.mark.parametrize(

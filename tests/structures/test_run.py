@@ -93,17 +93,17 @@ QUANTITIES: list[tuple[Any, dict[str, Any]]] = [
 @pytest.mark.parametrize(("of", "where"), QUANTITIES)
 def test_extremes_hold_all_values_and_are_values(of: Any, where: dict[str, Any]) -> None:
     run = run_of_three()
-    found = run.extremes(of, **where)
+    extrema = run.extremes(of, **where)
     events = np.r_[run.impacts.t, run.crossings.t]
     t = np.unique(np.r_[np.linspace(0, 30, 60_001), events])
     values = _values(run, of, where, t)
     size = np.abs(values).max()
 
-    assert values.max() <= found.maximum + 1e-13 * size
-    assert values.min() >= found.minimum - 1e-13 * size
+    assert values.max() <= extrema.maximum + 1e-13 * size
+    assert values.min() >= extrema.minimum - 1e-13 * size
     for extreme, at, of_grid in (
-        (found.maximum, found.t_maximum, values.max()),
-        (found.minimum, found.t_minimum, values.min()),
+        (extrema.maximum, extrema.t_maximum, values.max()),
+        (extrema.minimum, extrema.t_minimum, values.min()),
     ):
         # A grid of 0.0005 misses a smooth extreme by less than this.
         assert abs(extreme - of_grid) <= 1e-4 * size or at in events
@@ -155,8 +155,8 @@ def test_the_force_of_a_stop_jumps_at_its_entry_and_both_limits_count() -> None:
     structure = pc.Structure([1, 1], [0, 0], stops=[stop])
     run = pc.simulate(structure, x0=[0, "0.5"], v0=[1, 0], t_end=3)
 
-    found = run.extremes("stop_force")
-    assert found.t_minimum >= 0.5
+    extrema = run.extremes("stop_force")
+    assert extrema.t_minimum >= 0.5
     assert run.extremes("stop_force", between=(0.5, 0.5)).minimum == pytest.approx(-2, abs=1e-14)
     assert run.extremes("stop_force", between=(0, 0.4)).peak == 0.0
 

@@ -92,10 +92,10 @@ def test_a_fault_is_told_with_its_line_and_path(old: str, new: str, told: str) -
     text = MODEL + OWN
     assert old in text
 
-    found = faults_of(text.replace(old, new))
+    faults = faults_of(text.replace(old, new))
 
-    assert any(told in fault for fault in found), found
-    assert len(found) <= 2
+    assert any(told in fault for fault in faults), faults
+    assert len(faults) <= 2
 
 
 def test_all_faults_are_told_at_once() -> None:

@@ -78,8 +78,8 @@ def test_the_studies_of_the_page_on_finite_elements_are_those_of_its_python(
     code = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
     response, diagram, forces, modes = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
     monkeypatch.chdir(tmp_path)
-    told: dict[str, Any] = {}
-    exec(code[0] + code[1].split("orbit =")[0], told)  # noqa: S102  our own text
+    reported: dict[str, Any] = {}
+    exec(code[0] + code[1].split("orbit =")[0], reported)  # noqa: S102  our own text
     model = response[response.index("[structure]") : response.index("[over]")]
     from_modes = modes + model[model.index("units") :].replace("units =", "[structure.units]\n#", 1)
 
@@ -94,12 +94,12 @@ def test_the_studies_of_the_page_on_finite_elements_are_those_of_its_python(
     }
 
     assert [studies[name].kind for name in studies] == ["branch", "diagram", "motion", "motion"]
-    beam = told["beam"]
+    beam = reported["beam"]
     for name in ("branch", "diagram", "motion"):
         assert studies[name].model.mass == beam.mass
         assert studies[name].model.stops == beam.stops
     # The numbers of the modes are rounded to three or four digits.
-    squares = np.linalg.eigvals(np.linalg.solve(told["M"], told["K"])).real
+    squares = np.linalg.eigvals(np.linalg.solve(reported["M"], reported["K"])).real
     reduced = studies["modes"].structure
     assert reduced is not None
     np.testing.assert_allclose(

@@ -71,7 +71,7 @@ QUESTIONS = {
     "curve": '[over]\n"forcing.amplitude" = ["0.09", 1]\n"forcing.omega" = ["0.99", "1.01"]\n'
     '[curve]\npoints = ["grazing"]\n',
     "response": '[over]\n"forcing.omega" = [1, "1.5"]\n'
-    "[response]\nmax_impacts = 1\nmax_periods = 1\nn_seeds = 2\n",
+    "[response]\nmax_impacts = 1\nmax_periods = 1\nn_seeds = 1\n",
     "sweep": '[sweep]\nmeasure = ["period", "peak_displacement"]\ntransient = 60\nperiods = 8\n'
     '[over]\n"forcing.omega" = {from = "0.9", to = "1.1", count = 3}\n"start.v0" = [0, "1/3"]\n',
     "diagram": "[diagram]\nstarts = [[0, 1], [0, 0, 'pi']]\ntransient = 20\npoints = 8\n"

@@ -116,10 +116,10 @@ def test_what_a_structure_does_not_have_is_told(kind: str, old: str, new: str, t
     text = text_of(kind)
     assert old in text
 
-    found = faults_of(text.replace(old, new))
+    faults = faults_of(text.replace(old, new))
 
-    assert any(told in fault for fault in found), found
-    assert len(found) <= 2
+    assert any(told in fault for fault in faults), faults
+    assert len(faults) <= 2
 
 
 def test_loads_without_a_period_are_told_where_one_is_needed() -> None:

@@ -42,13 +42,13 @@ def _of_faults(faults: tuple[object, ...], made: Mutant) -> str | None:
             return f"not one sentence: {text!r:.700}"
         if any(words in text.lower() for words in FOREIGN):
             return f"not in our words: {text}"
-    told = [fault.path for fault in faults if isinstance(fault, StudyFault)]
+    reported = [fault.path for fault in faults if isinstance(fault, StudyFault)]
     for wrong in made.wrong:
         name = ".".join(map(str, wrong))
-        around = [path for path in told if f"{path}.".startswith(f"{name}.")]
-        around += [path for path in told if f"{name}.".startswith(f"{path}.")]
+        around = [path for path in reported if f"{path}.".startswith(f"{name}.")]
+        around += [path for path in reported if f"{name}.".startswith(f"{path}.")]
         if not around:
-            return f"{name} is wrong and not named, only {told}"
+            return f"{name} is wrong and not named, only {reported}"
     return None
 
 

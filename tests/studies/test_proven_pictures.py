@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -36,5 +35,11 @@ def test_a_picture_is_written_whatever_was_proven(
 
     assert "certified" in result.report
     assert (tmp_path / "certified.png").stat().st_size > 10_000
-    bare = run_study(replace(study, certify=None), tmp_path / "bare")
+
+
+def test_without_a_proof_there_is_no_picture_of_one(tmp_path: Path) -> None:
+    study = Study(pc.impact_oscillator("0.8"), pc.cosine("2.5"), Orbit(), draw=PNG)
+
+    bare = run_study(study, tmp_path)
+
     assert not any("certified" in file.name for file in bare.files)

@@ -234,8 +234,10 @@ def test_a_grazing_orbit_is_one_of_the_formal_equations(tmp_path: Path) -> None:
     force = pc.cosine(1, amplitude="0.1")
     study = Study(osc, force, Orbit(Sought(impacts=0)), draw=NO_PICTURES, certify=Certify())
 
-    told = run_study(study, tmp_path).report["certified"]
+    reported = run_study(study, tmp_path).report["certified"]
 
-    assert told.startswith("a solution of the formal equations of an orbit exists, no other with")
-    assert "with these events;" in told
-    assert told.endswith("is open; stability undecided")
+    assert reported.startswith(
+        "a solution of the formal equations of an orbit exists, no other with"
+    )
+    assert "with these events;" in reported
+    assert reported.endswith("is open; stability undecided")

@@ -168,12 +168,12 @@ def test_a_table_longer_than_a_spreadsheet_is_left_out_and_reported(
     monkeypatch.setattr(running, "MOST_ROWS", 3)
     monkeypatch.setattr(running, "LARGE", 100.0)
 
-    with pytest.warns(UserWarning, match="left out|the files take more than") as told:
+    with pytest.warns(UserWarning, match="left out|the files take more than") as reported:
         result = run_study(study_of(draw=Draw(png=False, svg=False)), tmp_path)
 
     assert names_in(tmp_path) == {"motion.nc", "motion.csv", "motion.csv.toml"}
     assert {file.name for file in result.files} == names_in(tmp_path)
-    words = [str(it.message) for it in told]
+    words = [str(it.message) for it in reported]
     n_rows = len(result.answer.impacts)
     assert words[0].startswith(f"impacts.csv is left out: {n_rows} rows are more than the 3 of a ")
     assert "motion.nc has them" in words[0]

@@ -286,10 +286,10 @@ def test_all_faults_are_told_at_once(changes: dict[str, str], told: tuple[str, .
         assert old in text
         text = text.replace(old, new)
 
-    found = faults_of(text)
+    faults = faults_of(text)
 
-    assert len(found) == len(told), found
-    for fault, begin in zip(found, told, strict=True):
+    assert len(faults) == len(told), faults
+    for fault, begin in zip(faults, told, strict=True):
         assert fault.startswith(begin) if begin.endswith(": ") else fault == begin
 
 

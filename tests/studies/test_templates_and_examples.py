@@ -154,16 +154,17 @@ def test_the_mooring_of_the_how_to_is_that_of_the_example(
     page = Path(__file__).parents[2] / "docs" / "howto" / "moorings.md"
     first = re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)[0]
     monkeypatch.chdir(tmp_path)
-    told: dict[str, Any] = {}
-    exec(compile(first, str(page), "exec"), told)  # noqa: S102  our own text
+    reported: dict[str, Any] = {}
+    exec(compile(first, str(page), "exec"), reported)  # noqa: S102  our own text
 
-    run, own = told["run"], run_of(example("mooring"))
+    run, own = reported["run"], run_of(example("mooring"))
 
     assert run.t_end == own.t_end
     assert len(run.crossings) == len(own.crossings)
     np.testing.assert_allclose(run.crossings.t, own.crossings.t, rtol=0, atol=1e-8)
     assert (
-        told["buoy"].of_unit_mass().damping == example("mooring").oscillator.of_unit_mass().damping
+        reported["buoy"].of_unit_mass().damping
+        == example("mooring").oscillator.of_unit_mass().damping
     )
 
 

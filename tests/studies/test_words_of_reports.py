@@ -41,17 +41,17 @@ def test_a_response_is_reported_without_double_negations() -> None:
 def test_basins_whose_starts_are_all_inside_a_wall_say_so() -> None:
     osc, force = pc.impact_oscillator(restitution=0.8), pc.cosine(2.5)
     with pytest.warns(UserWarning, match="no motion starts anywhere"):
-        found = pc.basins(osc, force, x0=[-1.0, -2.0], v0=[0.0, 1.0])
+        basins = pc.basins(osc, force, x0=[-1.0, -2.0], v0=[0.0, 1.0])
 
-    rows = Basins().report(found)
+    rows = Basins().report(basins)
 
     assert rows == {"starts": "0", "inside a wall": "4 of 4"}
-    assert math.isfinite(cast("float", found.attrs["undecided"]))
+    assert math.isfinite(cast("float", basins.attrs["undecided"]))
 
 
 def test_reasons_that_differ_in_numbers_only_are_one() -> None:
     reasons = [f"x0 = 0.0: above the wall at x = {-0.1 * k}" for k in range(1, 5)]
 
-    told = failure_rows([*reasons, "the motion grew beyond 1e150"], 10)["without answer"]
+    reported = failure_rows([*reasons, "the motion grew beyond 1e150"], 10)["without answer"]
 
-    assert told == "5 of 10: x0 = 0.0: above the wall at x = -0.1 (4); other reasons: 1"
+    assert reported == "5 of 10: x0 = 0.0: above the wall at x = -0.1 (4); other reasons: 1"

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, ConsoleMessage, Error, Page, ViewportSize
-from tests.web.hands import WAIT
+from tests.web.hands import WAIT, wait_for_server
 from tests.web.serving import served
 
 from percuss.web.app import create_app
@@ -48,6 +48,7 @@ def page(tab: Page, address: str) -> Iterator[Page]:
     tab.on("console", hear)
     tab.goto(f"http://{address}/")
     tab.wait_for_selector(".explore[data-drawn]", timeout=WAIT)
+    wait_for_server(tab)
     yield tab
     tab.remove_listener("pageerror", fail)
     tab.remove_listener("console", hear)

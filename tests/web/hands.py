@@ -16,6 +16,18 @@ def wait_for_drawing(page: Page, before: str) -> None:
     page.wait_for_function(
         "before => document.querySelector('.explore').dataset.drawn !== before", arg=before
     )
+    wait_for_server(page)
+
+
+def wait_for_server(page: Page) -> None:
+    """Wait for what the server tells of the motion that the page has drawn."""
+    page.wait_for_function(
+        """() => {
+          const card = document.querySelector('.facts .card:nth-child(2)');
+          return !card.classList.contains('stale') && card.querySelector('dd').textContent !== '…';
+        }""",
+        timeout=WAIT,
+    )
 
 
 def set_box(page: Page, path: str, text: str) -> None:
@@ -32,7 +44,7 @@ def open_preset(page: Page, name: str) -> None:
 def link_of(page: Page) -> str:
     """Return the address once it holds all that was set."""
     page.wait_for_timeout(400)
-    page.wait_for_function("document.querySelector('[data-linking]') === null")
+    page.wait_for_function("() => document.querySelector('[data-linking]') === null")
     return page.url
 
 

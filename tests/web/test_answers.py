@@ -41,10 +41,10 @@ def test_the_nearest_orbit_is_drawn_through_its_impacts_and_never_through_free_s
     tables = next(preset.tables for preset in presets() if preset.name == name)
     header, arrays = read_frame(answer_facts(request_for("facts", tables)))
     orbit = header["orbit"]
-    found = study_of(tables)
+    study = study_of(tables)
     once = pc.simulate(
-        found.oscillator,
-        found.forcing,
+        study.oscillator,
+        study.forcing,
         orbit["x0"],
         orbit["v0"],
         orbit["t0"],
@@ -53,7 +53,7 @@ def test_the_nearest_orbit_is_drawn_through_its_impacts_and_never_through_free_s
     line = arrays["orbit_x"] + 1j * arrays["orbit_v"]
     scale = np.ptp(arrays["orbit_v"])
 
-    at = np.array([float(stop.at) for stop in found.oscillator.stops])
+    at = np.array([float(stop.at) for stop in study.oscillator.stops])
     # Each side of each impact is a corner of the line.
     for v in (once.impacts.v_before, once.impacts.v_after):
         corners = at[once.impacts.stop] + 1j * v
@@ -287,10 +287,10 @@ def test_the_motion_settles_on_the_orbit_that_is_told(
     assert (orbit["n_impacts"], orbit["n_periods"]) == (n_impacts, n_periods)
     assert orbit["stability"] == "asymptotic"
 
-    found = study_of(tables)
-    motion = motion_of(found)
+    study = study_of(tables)
+    motion = motion_of(study)
     run = pc.simulate(
-        found.oscillator, found.forcing, motion.start.x0, motion.start.v0, periods=400
+        study.oscillator, study.forcing, motion.start.x0, motion.start.v0, periods=400
     )
     x, v = run(np.linspace(run.t_end - 0.9 * orbit["period"], run.t_end, 50))
     apart = distance_to_line(x + 1j * v, arrays["orbit_x"] + 1j * arrays["orbit_v"])

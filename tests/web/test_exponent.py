@@ -35,9 +35,9 @@ def test_chaos_has_an_exponent_above_its_error(study: dict[str, Any]) -> None:
     exponent = told(study)["exponent"]
 
     osc = pc.impact_oscillator("0.8", side="above")
-    found = pc.lyapunov_exponents(osc, pc.cosine("2.8"), start=(0, "0.5"), transient=500)
+    exponents = pc.lyapunov_exponents(osc, pc.cosine("2.8"), start=(0, "0.5"), transient=500)
     assert exponent["is_chaotic"]
-    assert exponent["value"] == pytest.approx(found.exponents[0], abs=5 * exponent["error"])
+    assert exponent["value"] == pytest.approx(exponents.exponents[0], abs=5 * exponent["error"])
 
 
 def test_a_motion_on_its_way_is_not_chaotic(study: dict[str, Any]) -> None:

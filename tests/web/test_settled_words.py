@@ -37,11 +37,14 @@ def preset(name: str, periods: int) -> dict[str, Any]:
 
 def test_the_smallest_pattern_of_a_motion_that_still_settles_is_told() -> None:
     request = PageRequest(1, "explore", preset("gear_rattle", 150), {})
-    told = read_frame(answer_explore(request))[0]["impact_times"]
+    reported = read_frame(answer_explore(request))[0]["impact_times"]
     orbit = read_frame(answer_facts(request))[0]["orbit"]
 
-    assert (told["n_impacts"], told["n_periods"]) == (orbit["n_impacts"], orbit["n_periods"])
-    assert (told["n_impacts"], told["n_periods"]) == (2, 1)
+    assert (reported["n_impacts"], reported["n_periods"]) == (
+        orbit["n_impacts"],
+        orbit["n_periods"],
+    )
+    assert (reported["n_impacts"], reported["n_periods"]) == (2, 1)
 
 
 def test_neighbours_of_a_settling_motion_meet() -> None:

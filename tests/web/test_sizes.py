@@ -10,14 +10,22 @@ from playwright.sync_api import Browser, Page, expect
 from tests.web.hands import WAIT, compute, fill, set_box, slider_of, view_of
 
 
-@pytest.mark.parametrize(("width", "height"), [(375, 720), (768, 1024), (1366, 768), (3840, 2160)])
+@pytest.mark.parametrize(
+    ("width", "height"),
+    [
+        (375, 720),
+        (1366, 768),
+        pytest.param(768, 1024, marks=pytest.mark.nightly),
+        pytest.param(3840, 2160, marks=pytest.mark.nightly),
+    ],
+)
 def test_nothing_is_cut_off_at_any_size(
     browser: Browser, address: str, width: int, height: int
 ) -> None:
     opened = browser.new_page(viewport={"width": width, "height": height})
     opened.goto(f"http://{address}/")
     opened.wait_for_selector(".explore[data-drawn]", timeout=WAIT)
-    for view in ("explore", "diagram", "basins", "structure", "paper", "gallery"):
+    for view in ("explore", "diagram", "basins", "fit", "structure", "paper", "gallery"):
         opened.locator(f"[data-view={view}]").click()
         opened.wait_for_timeout(150)
         assert opened.evaluate("document.documentElement.scrollWidth") <= width

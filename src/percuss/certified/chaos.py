@@ -230,10 +230,10 @@ def prove_chaos(
 
 def _saddles(osc: Oscillator, force: Forcing) -> list[PeriodicOrbit]:
     """Return unstable orbits with one impact that motions follow, the least unstable first."""
-    found = find_orbits(osc, force, max_impacts=1, max_periods=3)
+    orbits = find_orbits(osc, force, max_impacts=1, max_periods=3)
     saddles = [
         orbit
-        for orbit in found
+        for orbit in orbits
         if orbit.admissible
         and len(orbit.impacts) == 1
         and orbit.multipliers[0].imag == 0.0

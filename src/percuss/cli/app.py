@@ -401,6 +401,23 @@ def serve(
 
 
 @app.command()
+def site(
+    out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the files.")] = Path("site"),
+    *,
+    force: Annotated[
+        bool, typer.Option("--force", help="Write into a folder that is not empty.")
+    ] = False,
+) -> None:
+    """Write the workbench as static files, which need no server: for a web host or a stick."""
+    with faults_on_stderr("nothing is written"):
+        from percuss.web.site import write_site
+
+        files = write_site(out, force=force)
+        size = sum(file.stat().st_size for file in files)
+        _say(f"{files[0]} ({size / 1e6:.1f} MB with all that belongs to it); open it in a browser")
+
+
+@app.command()
 def schema(
     name: Annotated[
         str, typer.Argument(help="study: of study files, for editors; run: of percuss run --json.")

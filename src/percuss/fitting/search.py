@@ -252,7 +252,9 @@ class FitSearch:
         for _ in range(MENDINGS):
             torn = found.descent.torn(found.problem)
             wrong = np.union1d(torn, self._strained(found.descent))
-            if not len(wrong) or self.progress.is_stopped:
+            # Of a noise that is not known its size is what is left: no stretch stands out for sure.
+            is_fine = not found.reason and not self._is_noise_known
+            if is_fine or not len(wrong) or self.progress.is_stopped:
                 break
             # Where a motion misses most stretches a little it is not for single impacts.
             is_whole = found.descent.is_settled and not len(torn)

@@ -36,8 +36,8 @@ def impacts_of(fit: Fit) -> dict[str, NDArray[Any]]:
     >>> import numpy as np
     >>> import percuss as pc
     >>> ball = pc.Oscillator(0, stops=(pc.Wall(at=0, side="below", restitution=0.5),))
-    >>> t = np.linspace(0, 2, 30)
-    >>> x = pc.simulate(ball, pc.Forcing(constant=-2), x0=1, v0=0, t_end=2)(t)[0]
+    >>> t = np.linspace(0, 2.3, 30)
+    >>> x = pc.simulate(ball, pc.Forcing(constant=-2), x0=1, v0=0, t_end=2.3)(t)[0]
     >>> fit = pc.fit({"t": t, "displacement": x}, ball, pc.Forcing(constant=-2),
     ...              free={"oscillator.stops.0.restitution": 0.6}, start=(1, 0))
     >>> impacts_of(fit)["v_before"].round(9)

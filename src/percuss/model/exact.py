@@ -18,13 +18,16 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, cast
 
 from percuss.arrays import Floats
 from percuss.errors import ParameterError
+from percuss.kernels import law_formulas
 from percuss.kernels.arithmetic import LARGEST_ANGLE
+from percuss.model.ratios import PI, exact, ratio_of
 from percuss.numerics import cos, sin
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
 __all__ = [
+    "PI",
     "Computed",
     "Exact",
     "Phase",
@@ -95,8 +98,6 @@ class Computed:
 
 Exact: TypeAlias = int | float | Fraction | Decimal | str | Scalar | Computed
 
-# 80 decimals: phases up to 1e40 are reduced with more than 1e-30 to spare.
-PI = Fraction("3.14159265358979323846264338327950288419716939937510582097494459230781640628620899")
 _LARGEST_REDUCED = 10**40
 # cos(pi q) where it is rational, for q in [0, 2); there are no others (Niven's theorem).
 COSINES = {
@@ -522,20 +523,11 @@ def cos_sin(phase: Phase) -> tuple[float, float]:
     times, plus = angle(phase)
     if times == 0 and abs(plus) > _LARGEST_REDUCED:
         return cos(float(plus)), sin(float(plus))
-    quarters = round(2 * times if plus == 0 else 2 * (times + plus / PI))
-    rest = times - Fraction(quarters, 2)
-    if plus == 0 and abs(rest) == Fraction(1, 6):
-        cosine, sine = math.sqrt(0.75), math.copysign(0.5, rest)
-    else:
-        remainder = float(rest * PI + plus)
-        cosine, sine = cos(remainder), sin(remainder)
-    # Adding zero turns -0.0 into 0.0.
-    return (
-        (cosine, sine),
-        (-sine + 0.0, cosine),
-        (-cosine, -sine + 0.0),
-        (sine, -cosine),
-    )[quarters % 4]
+    cosine, sine = _phasor(ratio_of(times), ratio_of(plus))
+    return cosine, sine
+
+
+_phasor = exact(law_formulas.phasor)
 
 
 def rational_cosine(times: Fraction, plus: Fraction) -> Fraction | None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 from fractions import Fraction
 from functools import cached_property
 from itertools import pairwise
-from typing import Any, Literal, TypeAlias, get_args
+from typing import Any, Literal, get_args
 
 from percuss.errors import ParameterError
 from percuss.model.exact import (
@@ -34,16 +34,14 @@ from percuss.model.faults import (
     raise_first,
     scale_faults,
 )
+from percuss.model.ratios import Ratio
 
-__all__ = ["ForceRecord", "Outside", "Ratio", "RecordKind", "refuse_record"]
+__all__ = ["ForceRecord", "Outside", "RecordKind", "refuse_record"]
 
 RecordKind = Literal["linear", "hold"]
 Outside = Literal["end", "zero"]
 # Faults of samples that are told at once; a wrong column has one in every line.
 MOST_TOLD = 10
-# Numerator and denominator: arithmetic without the reduction to lowest terms takes a tenth of the
-# time, and records are long.
-Ratio: TypeAlias = tuple[int, int]
 # What is computed once of samples, and holds for all records that have them.
 OF_SAMPLES = ("_samples_hash", "has_good_samples", "exact_samples")
 # Slopes beyond this, as other numbers of a model, leave the range of floats in the bounds.

@@ -1,7 +1,8 @@
 """An oscillator under a forcing as one value, and its law: where exact values become floats.
 
-Every entry of the law is computed in exact rationals and rounded once. Rates of phase are kept as pairs of
-floats, so that a phase after a million periods has all its digits.
+Every entry of the law is computed in exact rationals and rounded once, by the formulas of
+`percuss.kernels.law_formulas`. Rates of phase are kept as pairs of floats, so that a phase after a
+million periods has all its digits.
 """
 
 from __future__ import annotations
@@ -17,21 +18,22 @@ import numpy as np
 
 from percuss.arrays import Floats, Integers
 from percuss.kernels import law_columns as at
+from percuss.kernels import law_formulas
 from percuss.kernels.law_columns import Law
 from percuss.kernels.step import fill_steps
-from percuss.model.exact import PI, PiTimes, angle, as_fraction
+from percuss.model.exact import Exact, PiTimes, angle, as_fraction
 from percuss.model.expression import parameters_in
 from percuss.model.faults import Fault, raise_first
-from percuss.model.force_record import ForceRecord, Ratio
+from percuss.model.force_record import ForceRecord
 from percuss.model.forcing import Component, Forcing, Harmonic
 from percuss.model.oscillator import Oscillator, Side, SoftStop, Wall, mass_of
+from percuss.model.ratios import PI, Ratio, exact, ratio_of
 from percuss.model.restitution import (
     Restitution,
     RestitutionTable,
     restitution_at_rest,
     restitution_knots,
 )
-from percuss.numerics import exp
 
 __all__ = [
     "RegionBounds",
@@ -48,16 +50,15 @@ __all__ = [
     "turns_per_time",
 ]
 
-# The largest phase of the fastest motion, or harmonic, that a step of the search covers, in
-# radians: there the cubic through a step's ends is off by 1/384 of the amplitude at most.
-STEP_PHASE = 1.0
-# Where the free motion grows the bound over a step holds a factor exp(phase).
-GROWING_STEP_PHASE = 0.5
-# A harmonic is near a root when the inverse of its gain is this small a part of its own terms.
-NEAR_PART = Fraction(1, 16)
-# Above this part in floats it is far from a root for certain: rounding is far smaller than the
-# difference of the two.
-FAR_PART = 0.07
+# The formulas of the rows, in exact rationals.
+_turns_per_time = exact(law_formulas.turns_per_time)
+_fill_harmonic = exact(law_formulas.fill_harmonic)
+_bound_force = exact(law_formulas.bound_force)
+_less_spring = exact(law_formulas.less_spring)
+_fill_motion = exact(law_formulas.fill_motion)
+_fill_steps_of_search = exact(law_formulas.fill_steps_of_search)
+_fill_response = exact(law_formulas.fill_response)
+_mark_simple = exact(law_formulas.mark_simple)
 
 
 @dataclass(frozen=True)
@@ -204,15 +205,16 @@ def law(oscillator: Oscillator, forcing: Forcing | None) -> Law:
     first_of_record = first_of_tables + sum(len(restitution_knots(it)) for it in tables.values())
     n_knots = 0 if record is None else len(record.t) - record.repeat
     rows = np.zeros((first_of_record + -(-n_knots // at.KNOTS_A_ROW), at.COLUMNS))
-    _fill_header(rows[0], forcing, components, n_regions)
+    harmonics = rows[at.FIRST_HARMONIC : at.FIRST_HARMONIC + len(components)]
+    for row, component in zip(harmonics, components, strict=True):
+        fill_harmonic(row, component)
+    _fill_header(rows[0], forcing, harmonics, n_regions)
     rows[0, at.MASS] = 1.0 if mass is None else mass
     rows[0, at.FORCING_CONSTANT] = float(constant)
     if record is not None:
         rows[0, at.N_HARMONICS], rows[0, at.FIRST_KNOT] = n, first_of_record
         _fill_record(rows, record)
     places = _fill_tables(rows, tables, first_of_tables)
-    for j, component in enumerate(components):
-        fill_harmonic(rows[at.FIRST_HARMONIC + j], component)
     # A harmonic of zero amplitude does not shorten the step.
     quickest = max((float(c.omega) for c in components if c.cos or c.sin), default=0.0)
     for number in range(n_regions):
@@ -228,8 +230,8 @@ def law(oscillator: Oscillator, forcing: Forcing | None) -> Law:
             rows[first, at.STEP] = 1.0 / record.rate
         for j, component in enumerate(components):
             fill_response(rows[first + 1 + j], stiffness, damping, component.omega)
-        if record is None:
-            _mark_simple(rows[first], rows[first + 1 : first + 1 + n])
+        if record is None and n == 1:
+            _mark_simple(rows[first], rows[first + 1])
     fill_steps(rows)
     return rows
 
@@ -312,14 +314,8 @@ def _pair(numerator: int, denominator: int) -> tuple[float, float]:
 
 def turns_per_time(value: Fraction, halves: int) -> tuple[float, float]:
     """Return a rate over so many times pi as the sum of two floats."""
-    return _pair(value.numerator * PI.denominator, value.denominator * halves * PI.numerator)
-
-
-@lru_cache(maxsize=1024)
-def _root(value: Fraction) -> Fraction:
-    """Return the square root to 120 bits."""
-    shift = max(0, 120 + (value.denominator.bit_length() - value.numerator.bit_length()) // 2)
-    return Fraction(math.isqrt((value.numerator << (2 * shift)) // value.denominator), 1 << shift)
+    high, low = _turns_per_time(ratio_of(value), float(halves))
+    return high, low
 
 
 @lru_cache(maxsize=256)
@@ -353,10 +349,15 @@ class _Region:
 
     def force_at(self, constant: Fraction, x: Fraction) -> float:
         """Return the constant force at x: a stop's share is exactly zero at its own edge."""
-        force = constant - as_fraction(self.oscillator.stiffness) * x
+        force, place = ratio_of(constant), ratio_of(x)
+        force = _less_spring(force, _given(self.oscillator.stiffness), place, (0, 1))
         for stop in self.touched:
-            force -= as_fraction(stop.stiffness) * (x - as_fraction(stop.at))
-        return float(force)
+            force = _less_spring(force, _given(stop.stiffness), place, _given(stop.at))
+        return float(force[0] / force[1])
+
+
+def _given(value: Exact) -> Ratio:
+    return ratio_of(as_fraction(value))
 
 
 @lru_cache(maxsize=256)
@@ -391,18 +392,11 @@ def touching_stops(oscillator: Oscillator, number: int) -> tuple[int, ...]:
     )
 
 
-def _fill_header(
-    row: Floats, forcing: Forcing | None, components: tuple[Component, ...], n_regions: int
-) -> None:
-    row[at.N_HARMONICS], row[at.N_REGIONS] = len(components), n_regions
-    bounds = row[at.FORCE_BOUND : at.FORCE_BOUND + at.N_FORCE_BOUNDS]
+def _fill_header(row: Floats, forcing: Forcing | None, harmonics: Floats, n_regions: int) -> None:
+    row[at.N_HARMONICS], row[at.N_REGIONS] = len(harmonics), n_regions
     with np.errstate(over="ignore"):
-        for component in components:
-            amplitude = math.hypot(component.cos, component.sin)
-            power = amplitude
-            for order in range(at.N_FORCE_BOUNDS):
-                bounds[order] += power
-                power *= float(component.omega)
+        for harmonic in harmonics:
+            _bound_force(row, harmonic)
     period = forcing.period if forcing is not None else None
     if forcing is None or period is None:
         return
@@ -421,10 +415,7 @@ def _fill_header(
 
 def fill_harmonic(row: Floats, component: Component) -> None:
     """Fill the row of a harmonic."""
-    row[at.COSINE], row[at.SINE] = component.cos, component.sin
-    row[at.OMEGA] = float(component.omega)
-    row[at.TURNS], row[at.TURNS_LOW] = turns_per_time(component.omega, 2)
-    row[at.AMPLITUDE] = math.hypot(component.cos, component.sin)
+    _fill_harmonic(row, ratio_of(component.omega), component.cos, component.sin)
 
 
 def _fill_bounds(row: Floats, oscillator: Oscillator, bounds: RegionBounds, number: int) -> None:
@@ -486,79 +477,9 @@ def _fill_forces(row: Floats, region: _Region, bounds: RegionBounds, constant: F
 
 def fill_motion(row: Floats, stiffness: Fraction, damping: Fraction) -> None:
     """Fill the rates of the free motion x'' + 2 (damping) x' + (stiffness) x = 0."""
-    k, a = float(stiffness), float(damping)
-    discriminant = stiffness - damping**2
-    rate = _root(abs(discriminant))
-    row[at.STIFFNESS], row[at.DAMPING], row[at.RATE] = k, a, float(rate)
-    row[at.HALF_TURNS], row[at.HALF_TURNS_LOW] = turns_per_time(rate, 4)
-    row[at.TWICE_PER_RATE] = 2.0 / row[at.RATE] if rate else 0.0
-    row[at.PER_STIFFNESS] = float(1 / stiffness) if stiffness else 0.0
-    row[at.GROWTH] = max(0.0, -a)
-    if discriminant < 0:
-        row[at.OVERDAMPED] = 1.0
-        # The root of the larger size cancels nothing, and the product of both is the stiffness.
-        largest = -(damping + rate) if damping >= 0 else rate - damping
-        roots = float(largest), float(stiffness / largest)
-        row[at.SLOW_ROOT], row[at.FAST_ROOT] = max(roots), min(roots)
-        row[at.GROWTH] = max(0.0, *roots)
-    row[at.QUICKEST] = max(math.sqrt(abs(k)), 2.0 * abs(a))
-
-
-def _fill_steps_of_search(row: Floats, omega: float) -> None:
-    """Fill the length of a search step, and the constants of ``derivative_bound``.
-
-    For K >= 0 the energy norm of (x, v) does not grow without force, but for a < 0 by
-    exp(2 abs(a) s) at most; for K < 0 the norm max(p abs(x), abs(v)) with
-    p = abs(a) + sqrt(a^2 + abs(K)) grows by exp(p s) at most (docs/theory/first-event.md).
-    """
-    k, a = float(row[at.STIFFNESS]), abs(float(row[at.DAMPING]))
-    fastest = max(float(row[at.QUICKEST]), omega)
-    if fastest > 0.0:
-        row[at.STEP] = (GROWING_STEP_PHASE if row[at.GROWTH] > 0.0 else STEP_PHASE) / fastest
-    if k < 0.0:
-        pace = a + math.sqrt(a * a - k)
-        growth = exp(pace * float(row[at.STEP]))
-        row[at.BOUND_OF_X], row[at.BOUND_OF_V] = growth * pace * pace, growth * pace
-    else:
-        pace = 2.0 * a + math.sqrt(k)
-        growth = exp(2.0 * a * float(row[at.STEP])) if row[at.GROWTH] > 0.0 else 1.0
-        row[at.BOUND_OF_X], row[at.BOUND_OF_V] = growth * pace * math.sqrt(k), growth * pace
+    _fill_motion(row, ratio_of(stiffness), ratio_of(damping))
 
 
 def fill_response(row: Floats, stiffness: Fraction, damping: Fraction, omega: Fraction) -> None:
     """Fill the row of the response of a free motion to a harmonic."""
-    # K - w^2 and 2 a w over one denominator, as integers: see `_pair`.
-    bottom = stiffness.denominator * damping.denominator * omega.denominator**2
-    square_of_omega = omega.numerator**2 * stiffness.denominator * damping.denominator
-    p = stiffness.numerator * damping.denominator * omega.denominator**2 - square_of_omega
-    q = 2 * damping.numerator * omega.numerator * stiffness.denominator * omega.denominator
-    square = p * p + q * q
-    if square > 0:
-        row[at.GAIN_RE], row[at.GAIN_IM] = p * bottom / square, -q * bottom / square
-    # Far from a root for certain: the exact comparison is not needed.
-    k, a, w = float(stiffness), abs(float(damping)), float(omega)
-    if abs(k - w * w) + 2.0 * a * w > FAR_PART * (2.0 * a * a + w * w + abs(k)):
-        return
-    real, imaginary = stiffness - omega**2, 2 * damping * omega
-    discriminant = stiffness - damping**2
-    if abs(real) + abs(imaginary) > NEAR_PART * (damping**2 + omega**2 + abs(discriminant)):
-        return
-    # (i w - r1) (i w - r2) is the gain; divided by the far factor it leaves the gap, unrounded.
-    # Of two real roots the near one is that of the smaller size.
-    row[at.NEAR] = 1.0
-    rate = float(_root(abs(discriminant)))
-    far = complex(float(damping), float(omega) + rate)
-    if discriminant < 0:
-        far = complex(float(damping) + math.copysign(rate, float(damping)), float(omega))
-    gap = complex(float(real), float(imaginary)) / far
-    row[at.GAP_RE], row[at.GAP_IM] = gap.real, gap.imag
-
-
-def _mark_simple(row: Floats, responses: Floats) -> None:
-    """Mark a region where one harmonic, away from resonance, meets an oscillating mass."""
-    kinds = {float(row[at.LOWER_KIND]), float(row[at.UPPER_KIND])}
-    has_table = row[at.LOWER_TABLE] + row[at.UPPER_TABLE] > 0.0
-    if len(responses) == 1 and responses[0, at.NEAR] == 0.0:
-        oscillates = row[at.OVERDAMPED] == 0.0 and row[at.RATE] > 0.0
-        row[at.SIMPLE] = oscillates and row[at.GROWTH] == 0.0
-        row[at.HARMONIC] = row[at.SIMPLE] and kinds == {at.WALL, at.NOTHING} and not has_table
+    _fill_response(row, ratio_of(stiffness), ratio_of(damping), ratio_of(omega))

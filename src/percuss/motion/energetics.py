@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from percuss.arrays import Flags, Floats
+from percuss.arrays import Flags, Floats, row_of
 from percuss.kernels.law_columns import N_HARMONICS
 from percuss.kernels.sample import drive
 from percuss.model.exact import as_float
@@ -63,7 +63,7 @@ def force_at(system: System, t: Floats) -> Floats:
     if system.forcing is None:
         return np.zeros_like(t)
     harmonic = np.empty_like(t)
-    drive(system.law, t, np.empty((int(system.law[0, N_HARMONICS]), 2)), harmonic)
+    drive(system.law, row_of(t), np.empty((int(system.law[0, N_HARMONICS]), 2)), harmonic)
     force = system.of_unit_mass.forcing
     assert force is not None
     return as_float(force.constant) + harmonic

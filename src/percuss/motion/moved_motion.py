@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from percuss.arrays import Floats, Integers
+from percuss.arrays import Floats, Integers, row_of
 from percuss.errors import ParameterError
 from percuss.kernels import sensitivity as engine
 from percuss.kernels.flight_columns import (
@@ -290,7 +290,7 @@ class MovedMotion(MovedEvents):
         if limit not in ("after", "before"):
             raise ParameterError("limit", limit, 'neither "after" nor "before"')
         instants = self.run.within(reals("t", t))
-        flat = np.ascontiguousarray(instants).reshape(-1)
+        flat = row_of(instants)
         n = len(self.paths)
         motion = np.empty((2, len(flat), n))
         work = workspace_of(self.varied)

@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from percuss.arrays import Floats
+from percuss.arrays import Floats, row_of
 from percuss.errors import ParameterError
 from percuss.kernels.structure import sensitivity as engine
 from percuss.kernels.structure.run import StructureRun, new_run
@@ -146,7 +146,7 @@ class MovedStructureMotion(MovedEvents):
             raise ParameterError("limit", limit, 'neither "after" nor "before"')
         instants = reals("t", t)
         inside = times_within(instants, self.run.t0, self.run.t_end)
-        flat = np.ascontiguousarray(inside).reshape(-1)
+        flat = row_of(inside)
         n, count = self.run.structure.n, len(self.paths)
         motion = np.empty((len(flat), 2, n, count))
         varied = scratch_of(self.varied)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from percuss.arrays import Floats, Integers
+from percuss.arrays import Floats, Integers, row_of
 from percuss.errors import LimitWarning, ParameterError
 from percuss.kernels import record as columns
 from percuss.kernels.structure import march as engine
@@ -278,7 +278,7 @@ class StructureTrajectory:
             raise ParameterError("limit", limit, 'neither "after" nor "before"')
         instants = reals("t", t)
         inside = times_within(instants, self.t0, self.t_end)
-        flat = np.ascontiguousarray(inside).reshape(-1)
+        flat = row_of(inside)
         place = np.empty((len(flat), self.structure.n, 2))
         evaluate(self._scratch(), flat, limit == "after", place)
         shape = (*instants.shape, self.structure.n)
@@ -548,7 +548,7 @@ class StructureTrajectory:
         """
         times = np.atleast_1d(reals("t", t))
         x, v = self(times)
-        flat = np.ascontiguousarray(times_within(times, self.t0, self.t_end))
+        flat = row_of(times_within(times, self.t0, self.t_end))
         stiffness, damping = self.structure.stiffness_matrix, self.structure.damping_matrix
         loads = np.zeros_like(x)
         # What drives a free unit mass is the load itself.

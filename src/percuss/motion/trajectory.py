@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, ClassVar, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from percuss.arrays import Floats, Integers
+from percuss.arrays import Floats, Integers, row_of
 from percuss.errors import ParameterError
 from percuss.kernels import record as columns
 from percuss.kernels.law_columns import N_HARMONICS, PERIOD
@@ -256,7 +256,7 @@ class Trajectory(HasPicture):
         if limit not in _SIDES:
             raise ParameterError("limit", limit, 'neither "after" nor "before"')
         instants = self.within(reals("t", t))
-        flat = np.ascontiguousarray(instants).reshape(-1)
+        flat = row_of(instants)
         law = self.system.law
         n = int(law[0, N_HARMONICS])
         motion = np.empty((2, len(flat)))

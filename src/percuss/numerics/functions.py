@@ -11,7 +11,7 @@ from typing import Any, overload
 
 import numpy as np
 
-from percuss.arrays import Complexes, Floats
+from percuss.arrays import Complexes, Floats, row_of
 from percuss.kernels import arithmetic
 from percuss.kernels.compile import uncompiled
 
@@ -60,7 +60,7 @@ def _evaluated(which: int, *given: Any) -> Any:
     if all(isinstance(value, float | int) for value in given):
         return float(_PLAIN[which](*(float(value) for value in given)))
     arrays = np.broadcast_arrays(*(np.asarray(value, dtype=np.float64) for value in given))
-    flat = [np.ascontiguousarray(array).reshape(-1) for array in arrays]
+    flat = [row_of(array) for array in arrays]
     out = np.empty(flat[0].shape)
     if len(out) <= FEW:
         for i, values in enumerate(zip(*(array.tolist() for array in flat), strict=True)):
@@ -198,9 +198,9 @@ def phasor(angle: Floats | float) -> Complexes:
     >>> phasor(0.0)
     array(1.+0.j)
     """
-    angles = np.ascontiguousarray(angle, dtype=np.float64)
-    flat, out = angles.reshape(-1), np.empty(2 * angles.size)
-    if angles.size <= FEW:
+    flat = row_of(angle)
+    out = np.empty(2 * flat.size)
+    if flat.size <= FEW:
         for i, value in enumerate(flat.tolist()):
             out[2 * i : 2 * i + 2] = _cosine_sine(value)
     else:

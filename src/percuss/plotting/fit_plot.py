@@ -106,11 +106,11 @@ def plot_fit(
     pair = _pair(fit, parameters)
     table = table.isel(sample=np.flatnonzero(table.quantity.values == shown))
     with style():
-        figure = new_figure(10.0 if pair else 7.0, 5.4) if figure is None else figure
+        figure = new_figure(10.0 if pair else 7.0, 5.8) if figure is None else figure
         ratios = [1.8, 1.0] if pair else [1.0]
         hits = impacts_of(fit)
         mine = hits["record"] == record
-        heights = [2.2, 1.0, 1.0] if mine.any() else [2.2, 1.0]
+        heights = [2.4, 1.0, 1.0] if mine.any() else [2.2, 1.0]
         grid = figure.add_gridspec(
             len(heights), len(ratios), height_ratios=heights, width_ratios=ratios
         )
@@ -120,12 +120,14 @@ def plot_fit(
         if mine.any():
             middle = figure.add_subplot(grid[1, 0], sharex=above)
             _draw_impacts(middle, {name: column[mine] for name, column in hits.items()})
-            middle.set_ylabel(with_unit("impact\nspeed", "length/time", units))
+            speed = with_unit("impact\nspeed", "length/time", units)
+            middle.set_ylabel(speed.removesuffix(" (dimensionless)"))
             stacked.append(middle)
         below = figure.add_subplot(grid[-1, 0], sharex=above)
         stacked.append(below)
         t, noise = table.t.values, table.noise.values
-        above.set_ylabel(with_unit(shown.replace("_", " "), _dimensions(shown), units))
+        name = "interval of impacts" if shown == "impact_times" else shown.replace("_", " ")
+        above.set_ylabel(with_unit(f"{name}\n", _dimensions(shown), units).replace("\n ", "\n"))
         below.axhspan(-1, 1, color=SKY_BLUE, alpha=0.3, linewidth=0)
         below.axhline(0, color=BLACK, linewidth=0.8)
         below.plot(t, table.residual.values / noise, ".", markersize=3, color=GREY)
@@ -205,10 +207,10 @@ def plot_profiles(
                     words, (1.0, level), xycoords=("axes fraction", "data"), ha="right",
                     xytext=(0, 2), textcoords="offset points", fontsize="small",
                 )  # fmt: skip
-            dimensions = dimensions_of(name, fit.oscillator, fit.forcing) if "." in name else ""
-            ax.set_xlabel(label_of(name, dimensions, units))
+            ax.set_xlabel(_label(fit, name, units))
             ax.set_ylim(bottom=-0.3)
             ax.xaxis.set_major_locator(MaxNLocator(MOST_TICKS))
+            ax.ticklabel_format(axis="x", useOffset=False)
             fix_ticks(ax)
         axes[0].set_ylabel("growth of the misfit")
         draw_legend(figure, axes[:1])
@@ -217,6 +219,12 @@ def plot_profiles(
 
 def _dimensions(quantity: str) -> str:
     return DIMENSIONS.get(quantity, "mass length/time^2")
+
+
+def _label(fit: Fit, path: str, units: Units) -> str:
+    """Return the label of a parameter; one with a name of its own has no dimensions."""
+    dimensions = dimensions_of(path, fit.oscillator, fit.forcing) if "." in path else ""
+    return label_of(path, dimensions, units)
 
 
 def _pair(fit: Fit, parameters: tuple[str, str] | None) -> tuple[str, str] | None:
@@ -294,8 +302,9 @@ def _draw_ellipse(fit: Fit, ax: Axes, pair: tuple[str, str], units: Units) -> No
         [x], [y], xerr=[fit.errors[pair[0]]], yerr=[fit.errors[pair[1]]], fmt="o", color=BLACK,
         markersize=4, capsize=3,
     )  # fmt: skip
-    ax.set_xlabel(label_of(pair[0], dimensions_of(pair[0], fit.oscillator, fit.forcing), units))
-    ax.set_ylabel(label_of(pair[1], dimensions_of(pair[1], fit.oscillator, fit.forcing), units))
+    ax.set_xlabel(_label(fit, pair[0], units))
+    ax.set_ylabel(_label(fit, pair[1], units))
     ax.set_title("68 % and 95 %", fontsize=9.5)
     ax.xaxis.set_major_locator(MaxNLocator(MOST_TICKS))
+    ax.ticklabel_format(useOffset=False)
     fix_ticks(ax)

@@ -63,6 +63,8 @@ def python_text(study: Study) -> str:
     parameters = parameters_in(study.oscillator, study.forcing, study.question)
     lines += _oscillator(study.oscillator, parameters)
     lines += ["force = None"] if study.forcing is None else _forcing(study.forcing, parameters)
+    if study.kind == "fit":
+        return "\n".join(["import numpy as np", *lines, *_fit(study), ""])
     if study.kind in _LONG:
         return "\n".join(["import numpy as np", *lines, *_long(study), ""])
     motion = motion_of(study)
@@ -100,6 +102,28 @@ def _long(study: Study) -> list[str]:
         "print(found)",
         *curves,
         f'plotting.{draw}({drawn}).figure.savefig("{study.kind}.png")',
+    ]
+
+
+def _fit(study: Study) -> list[str]:
+    """Return the call of a fit, with the record in the script."""
+    table: dict[str, Any] = study.question.tables()
+    own = table["fit"]
+    (record,) = own["records"]
+    noise = record.pop("noise")
+    values = {key: column for key, column in record.items() if isinstance(column, list)}
+    rows = [f"    {name!r}: np.array({column!r})," for name, column in values.items()]
+    free = {path: tuple(it) if isinstance(it, list) else it for path, it in own["free"].items()}
+    start = table.get("start")
+    given = '"free"' if start is None else repr(tuple(start[name] for name in ("x0", "v0", "t0")))
+    return [
+        "nan = np.nan",
+        "data = {",
+        *rows,
+        "}",
+        f"found = pc.fit(data, osc, force, free={free!r}, start={given}, noise={noise!r})",
+        "print(found)",
+        'plotting.plot_fit(found).savefig("fit.png")',
     ]
 
 

@@ -106,7 +106,7 @@ def file_of(request: PageRequest, extension: str, running: RunningRequest | None
         stem = _table(study, request)
         write = _csv(study, stem, running)
     else:
-        ((stem, _),) = study.question.pictures(study).items()
+        stem = next(iter(study.question.pictures(study)))
         write = _picture(study, extension, running)
     with tempfile.TemporaryDirectory(prefix="percuss-") as folder:
         path = Path(folder) / f"{stem}.{extension}"
@@ -168,7 +168,7 @@ def _picture(study: Study, extension: str, running: RunningRequest) -> Callable[
 
     answer = _answer(study, running)
     record = make_record(answer, study=study.text())
-    ((_, draw),) = study.question.pictures(study).items()
+    draw = next(iter(study.question.pictures(study).values()))
 
     def write(path: Path) -> None:
         with _drawing, style():

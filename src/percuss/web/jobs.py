@@ -21,6 +21,7 @@ from percuss.studies.kinds.diagram import Diagram
 from percuss.studies.kinds.response import Response
 from percuss.studies.study import Study
 from percuss.web.answer_cache import ANSWERS
+from percuss.web.fit_view import answer_fit
 from percuss.web.frame import frame
 from percuss.web.request import PageRequest, RunningRequest, path_of, range_of, study_of
 from percuss.web.view_study import check_size, study_of_view
@@ -281,10 +282,16 @@ def _points(data: Dataset) -> dict[str, Floats]:
     return points
 
 
+def _fit(request: PageRequest, running: RunningRequest) -> Iterator[bytes]:
+    """Yield the parameters fitted to a record."""
+    yield from answer_fit(study_of_view(request), request, running)
+
+
 JOBS: dict[str, Callable[[PageRequest, RunningRequest], Iterator[bytes]]] = {
     "diagram": _diagram,
     "response": _response,
     "basins": _basins,
+    "fit": _fit,
 }
 
 

@@ -38,6 +38,8 @@ __all__ = [
 
 # Limits of a message, of stops and harmonics, of forcing periods: far above what a hand sets.
 MOST_BYTES = 65_536
+# Of a message with a table of measurements, and which these are.
+MOST_RECORD_BYTES, WITH_RECORDS = 1_000_000, ("measured", "fit")
 MOST_STOPS, MOST_HARMONICS = 16, 64
 MOST_PERIODS = 20_000
 # Digits that the page certifies a motion to.
@@ -193,8 +195,8 @@ def read_request(text: str | bytes, kinds: tuple[str, ...]) -> PageRequest:
     >>> read_request('{"id": 1, "kind": "cancel"}', ("cancel",)).kind
     'cancel'
     """
-    if len(text) > MOST_BYTES:
-        raise BadRequest(f"a message of {len(text)} bytes; {MOST_BYTES} are the most")
+    if len(text) > MOST_RECORD_BYTES:
+        raise BadRequest(f"a message of {len(text)} bytes; {MOST_RECORD_BYTES} are the most")
     try:
         message = json.loads(text)
     except (ValueError, RecursionError) as error:
@@ -206,6 +208,8 @@ def read_request(text: str | bytes, kinds: tuple[str, ...]) -> PageRequest:
         raise BadRequest("the id is not a whole number")
     if kind not in kinds:
         raise BadRequest(f"the kind is none of {', '.join(kinds)}")
+    if len(text) > MOST_BYTES and kind not in WITH_RECORDS:
+        raise BadRequest(f"a message of {len(text)} bytes; {MOST_BYTES} are the most")
     tables = message.pop("study", {})
     if not isinstance(tables, dict):
         raise BadRequest("the study is not a JSON object")

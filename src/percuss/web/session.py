@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from percuss.errors import ParameterError, PercussError, StudyError
 from percuss.web.explore import answer_explore
 from percuss.web.facts import answer_facts
+from percuss.web.fit_view import answer_measured
 from percuss.web.frame import frame
 from percuss.web.jobs import JOBS, answer_job
 from percuss.web.proof import answer_certify
@@ -27,7 +28,7 @@ SendBytes = Callable[[bytes], Awaitable[None]]
 # again: the client sees that the server is still computing.
 PROGRESS_INTERVAL, HEARTBEAT = 0.3, 3.0
 # A newer request of the long kinds cancels the one that runs in the same queue.
-QUICK = ("explore", "thumb", "facts", "mechanism", "mechanism_facts")
+QUICK = ("explore", "thumb", "facts", "mechanism", "mechanism_facts", "measured")
 LONG = (*JOBS, "saddles", "certify")
 FAILED = "percuss could not compute this; the terminal of the server says more"
 
@@ -80,6 +81,7 @@ class Session:
             "explore": RequestQueue(send, short, _once(answer_explore), self._failed),
             "thumb": RequestQueue(send, short, _once(answer_explore), self._failed),
             "facts": RequestQueue(send, facts, _once(answer_facts), self._failed),
+            "measured": RequestQueue(send, facts, _once(answer_measured), self._failed),
             "mechanism": RequestQueue(send, short, _once(answer_mechanism), self._failed),
             "mechanism_facts": RequestQueue(
                 send, facts, _once(answer_mechanism_facts), self._failed

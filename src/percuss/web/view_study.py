@@ -12,6 +12,7 @@ from percuss.studies.axes import Span
 from percuss.studies.kinds.diagram import Diagram
 from percuss.studies.study import Study
 from percuss.studies.tables import Certify, Draw
+from percuss.web.fit_view import fit_tables
 from percuss.web.request import (
     BadRequest,
     PageRequest,
@@ -83,7 +84,8 @@ def study_of_view(request: PageRequest) -> Study:
         "place",
         "impacts",
     )
-    if (force is None or force.is_constant) and not at_section:
+    needs_period = request.kind != "fit" and not at_section
+    if (force is None or force.is_constant) and needs_period:
         raise BadRequest(f"{NAMES[request.kind]} a periodic force: add a harmonic in Explore")
     model = {name: request.tables[name] for name in MODEL if name in request.tables}
     tables = VIEWS[request.kind](request, motion)
@@ -173,4 +175,4 @@ def _basins(request: PageRequest, motion: Study) -> Mapping[str, Any]:
     return {"basins": axes | {"t0": number(motion_of(motion).start.t0)}}
 
 
-VIEWS = {"diagram": _diagram, "response": _response, "basins": _basins}
+VIEWS = {"diagram": _diagram, "response": _response, "basins": _basins, "fit": fit_tables}

@@ -104,7 +104,7 @@ def _widget_class() -> Any:
     class Workbench(anywidget.AnyWidget):
         """The page of `percuss serve` in a cell."""
 
-        _esm = text_of("js/widget.js")
+        _esm = text_of("js/import_texts.js") + text_of("js/widget.js")
         _css = text_of("vendor/uPlot.min.css") + text_of("style.css")
         modules = traitlets.List(modules_in_order()).tag(sync=True)
         facts = traitlets.Dict().tag(sync=True)

@@ -196,7 +196,7 @@ class BranchEquations(OrbitEquations):
     def __init__(self, orbit: PeriodicOrbit, path: str, low: float, high: float) -> None:
         super().__init__(orbit, {path: (low, high)})
         self.path, self.low, self.high = path, low, high
-        self._others = _meetings(self.system, path)
+        self._others = _coincidences(self.system, path)
         ends = np.roll(self.events[:, AT], -1)
         self._returning = [i for i in range(self.n) if self.events[i, AT] == ends[i]]
         self._hops = [i for i in self._returning if self.walls[i] and self.walls[(i + 1) % self.n]]
@@ -521,19 +521,19 @@ def stops_that_are_moved(system: System, path: str) -> tuple[str, dict[int, Expr
     return name, {int(match[1]): place for match, place in found if match}
 
 
-def _meetings(system: System, path: str) -> list[float]:
+def _coincidences(system: System, path: str) -> list[float]:
     """Return the values at which a stop that is moved meets another, places taken as linear."""
     name, moved = stops_that_are_moved(system, path)
     rates = {stop: float(place.derivative(name)) for stop, place in moved.items()}
     places = [as_float(stop.at) for stop in system.oscillator.stops]
-    meetings = []
+    coincidences = []
     for stop, rate in rates.items():
         for other, at in enumerate(places):
             if rate == rates.get(other, 0.0):
                 continue
             if moved[stop].is_parameter and other not in moved:
-                meetings.append(at)
+                coincidences.append(at)
             else:
                 value = as_float(get_parameter(*system, None, path))
-                meetings.append(value + (at - places[stop]) / (rate - rates.get(other, 0.0)))
-    return meetings
+                coincidences.append(value + (at - places[stop]) / (rate - rates.get(other, 0.0)))
+    return coincidences

@@ -125,12 +125,12 @@ def _force(force: Formula = EQ12) -> Finding:
     """Put (11) into the equation of motion; simulate under (12) as printed, and corrected."""
 
     def evidence(side: sympy.Expr) -> tuple[Evidence, ...]:
-        found = deduced("(11) is a motion under (12)", solves(side))
+        deduction = deduced("(11) is a motion under (12)", solves(side))
         first = [
             _simulated(f"m = {m}: first impact over m pi", _first_impact(m, side), 1.0)
             for m in (3, 5)
         ]
-        return (found, *first)
+        return (deduction, *first)
 
     return Finding(
         evidence(force.printed.rhs),
@@ -249,13 +249,13 @@ def _single_period(following: Formula) -> Deduction:
     """Return the contrary of the statement that for even m the period is 2 (m+1) pi."""
     even = of_parity(following.printed.rhs, "even")
     kick = of_parity(KICK, "even")
-    found = deduced(
+    deduction = deduced(
         "for even m and V0 = q, half of V*, the period is (m+1) pi",
         Equation(
             "even m, V0 = q: the velocity comes back", "V_1(q)", even.subs(symbols.V, kick), kick
         ),
     )
-    return replace(found, concludes="differs") if found.outcome == "agrees" else found
+    return replace(deduction, concludes="differs") if deduction.outcome == "agrees" else deduction
 
 
 def _periods(following: Formula = EQ14, counts: tuple[int, int] = (2, 1)) -> Finding:

@@ -202,8 +202,8 @@ def _condition_on_slopes(condition: sympy.Rel) -> Deduction:
         {ratio: BELOW},
     )
     if against.holds:
-        found = deduced(what, *slopes, *positive_long(), against)
-        return replace(found, concludes="differs")
+        deduction = deduced(what, *slopes, *positive_long(), against)
+        return replace(deduction, concludes="differs")
     return deduced(what, *slopes, *_even_bound(EQA4), *holds)
 
 

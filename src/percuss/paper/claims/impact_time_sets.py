@@ -67,13 +67,13 @@ def _only_on_the_eigenset(resonant: Sequence[str] = ("2", "4", "6", "8")) -> Fin
     for omega in FREQUENCIES:
         for v0 in STARTS:
             run = _scanned(omega, v0)
-            found = classify_impact_times(run)
+            kinds = classify_impact_times(run)
             # Only sets that share a period with the force are spoken of.
-            if found.kind not in PERIODIC or found.n_periods == 0:
+            if kinds.kind not in PERIODIC or kinds.n_periods == 0:
                 continue
             n_periodic += 1
             if _is_resonance(run):
-                (on if found.kind == "eigenset" else off).append(f"{omega}")
+                (on if kinds.kind == "eigenset" else off).append(f"{omega}")
     worst = max(_velocity_error(v0) for v0 in ("0.2", "0.3", "0.45"))
     return Finding(
         (

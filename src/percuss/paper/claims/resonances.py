@@ -173,14 +173,14 @@ def _exponent(q: int) -> Comparison:
 def _gain_step(q: int, less: int) -> Step:
     """Return the step that the energy gained in q flights begins with V^(less - q) sin(q psi)."""
     omega = OF_ORDER[q][0]
-    found = energy_gain(omega)
-    formula = rf"E_{{k+{q}}} - E_k = {found.size:.6g}\,V^{{{-found.power}}}\,\sin({q}\,\psi)"
+    gains = energy_gain(omega)
+    formula = rf"E_{{k+{q}}} - E_k = {gains.size:.6g}\,V^{{{-gains.power}}}\,\sin({q}\,\psi)"
     return Step(
         f"omega = {omega}: all higher powers of V vanish in {q} flights, and this one has the "
         "waves "
         f"exp({q} i psi), exp(-{q} i psi) alone (up to the origin of psi)",
         formula,
-        found.power == q - less and found.waves == (-q, q) and found.size > 0.0,
+        gains.power == q - less and gains.waves == (-q, q) and gains.size > 0.0,
         "algebra",
     )
 

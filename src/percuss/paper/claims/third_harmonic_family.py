@@ -227,12 +227,12 @@ def _period_steps(v0: Fraction) -> tuple[Step, ...]:
 
 def _period_lost(v0: Fraction = START) -> Finding:
     """Deduce the period of the motion, and see what becomes of motions nearby."""
-    found = classify_impact_times(long_run())
+    kinds = classify_impact_times(long_run())
     off = np.abs(monodromy() - np.eye(2)).max()
     apart_by = separation(WALL, sine(3), float(v0), 1e-9, LONG)
     remark = (
-        f"Simulated over {LONG / math.pi:g} pi it has {found.n_impacts} impacts in "
-        f"{found.n_periods} forcing periods and repeats itself to {found.deviation:.0e}. Motions "
+        f"Simulated over {LONG / math.pi:g} pi it has {kinds.n_impacts} impacts in "
+        f"{kinds.n_periods} forcing periods and repeats itself to {kinds.deviation:.0e}. Motions "
         "nearby "
         f"have the same period: the derivative over 4 pi is the identity to {off:.0e}. A "
         f"difference of 1e-9 at the start grows at most {apart_by.max():.1f} times, so what figure "
@@ -271,12 +271,12 @@ def _diagram_of_starts() -> Study:
 
 def _periodic_starts() -> Comparison:
     """Return how many of the starts are proven to have a period: none, says the article."""
-    found = kinds_of_starts()
+    kinds = kinds_of_starts()
     what = f"starts of {N_STARTS} between 0 and 1/2 that are proven to have a period"
     proven = sum(
         one.kind == "periodic"
         and repeats_after(WALL, sine(3), _start(k), int(one.n_impacts)).holds is True
-        for k, one in enumerate(found)
+        for k, one in enumerate(kinds)
     )
     return compare(what, float(proven), 0.0, 0.0, 0.0)
 
@@ -307,11 +307,11 @@ def _identity() -> Deduction:
 
 def _outside_the_range(ends: tuple[float, float] | None = None) -> Finding:
     """Count the starts below 1/2 without a period, and find where the six impacts end."""
-    found = kinds_of_starts()
-    periodic = sum(one.kind == "periodic" for one in found)
-    six = sum((one.n_impacts, one.n_periods) == (6, 6) for one in found)
+    kinds = kinds_of_starts()
+    periodic = sum(one.kind == "periodic" for one in kinds)
+    six = sum((one.n_impacts, one.n_periods) == (6, 6) for one in kinds)
     low, high = critical_velocities() if ends is None else ends
-    patterns = sorted({(one.n_impacts, one.n_periods) for one in found if one.kind == "periodic"})
+    patterns = sorted({(one.n_impacts, one.n_periods) for one in kinds if one.kind == "periodic"})
     return Finding(
         (_periodic_starts(),),
         corrected=(

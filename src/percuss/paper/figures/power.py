@@ -53,8 +53,8 @@ def power_of(
     steps = PRINTED_POINTS - 1
     lowest = 2.0 * math.pi * steps / (PRINTED_POINTS * duration)
     omega: Floats = lowest * np.arange(math.floor(highest / lowest) + 1, dtype=np.float64)
-    found = spectrum(run, "exact", omega=omega, window=window, between=(0.0, duration))
-    total = 0.5 * steps * (found.cosine.values - 1j * found.sine.values)
+    lines = spectrum(run, "exact", omega=omega, window=window, between=(0.0, duration))
+    total = 0.5 * steps * (lines.cosine.values - 1j * lines.sine.values)
     if window == "none":
         # The sum counts both ends in full, the rule by half.
         first, last = run(np.array([0.0, duration]))[0]

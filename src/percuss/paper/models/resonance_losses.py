@@ -239,7 +239,7 @@ def responses(
     tuple of (n, starts) arrays
         Speeds and displacements.
     """
-    found = sweep(
+    data = sweep(
         ("peak_impact_velocity", "peak_displacement"),
         osc,
         cosine(1.0),
@@ -247,7 +247,7 @@ def responses(
         transient=transient,
         n_workers=1,
     )
-    return found.peak_impact_velocity.values, found.peak_displacement.values
+    return data.peak_impact_velocity.values, data.peak_displacement.values
 
 
 def response(

@@ -336,9 +336,9 @@ def expected_gain() -> tuple[float, float]:
     tuple of float
         Time and standard error [time].
     """
-    found = lyapunov_exponents(
+    exponents = lyapunov_exponents(
         _CHAOTIC, cosine(CHAOTIC_OMEGA), start=(0.0, CHAOTIC_SPEED), periods=EXPONENT_PERIODS
     )
-    rate, error = float(found.exponents[0]), float(found.errors[0])
+    rate, error = float(exponents.exponents[0]), float(exponents.errors[0])
     time = 2.0 * numerics.log(10.0) / rate
     return time, time * error / rate

@@ -218,7 +218,7 @@ class Fit(Question):
         """Draw record, fit, residuals and what two parameters share."""
         from percuss.plotting import plot_fit
 
-        figure.set_size_inches(10.0 if len(result.values) > 1 else 7.0, 5.4)
+        figure.set_size_inches(10.0 if len(result.values) > 1 else 7.0, 5.8)
         window = study.draw.window
         ends = None if window is None else (as_float(window[0]), as_float(window[1]))
         plot_fit(result, figure, window=ends, units=study.draw.units())

@@ -24,6 +24,7 @@ export class Explore {
     this.store = app.store;
     this.panel = new Panel(this.store, app.prefix, () => this.#settle());
     this.facts = new Facts();
+    if (app.options.isStatic) this.facts.showMissing();
     this.general = element("p", { class: "fault", role: "alert" });
     this.window = null;
     this.orbit = null;
@@ -156,6 +157,7 @@ export class Explore {
   }
 
   #askFacts(study) {
+    if (this.app.options.isStatic) return;
     this.app.requests.put(
       "facts",
       { kind: "facts", study },

@@ -12,6 +12,7 @@ const KINDS = {
   too_few: "too few to tell",
   no_period_found: "no period found",
 };
+const NEEDED = "percuss on your machine tells it: percuss serve";
 // Names on the page.
 export const OUTCOMES = {
   "the run reached t_end": "followed to its end",
@@ -39,17 +40,39 @@ export class Facts {
     if (header.n_grazes) events.push(count(header.n_grazes, "graze"));
     const patience = header.is_cut ? "; the page follows a second of computing or 50,000 impacts" : "";
     this.outcome.show(OUTCOMES[header.outcome] ?? header.outcome, `${events.join(", ")}; computed in ${shown(header.milliseconds, 2)} ms${patience}`);
+    this.#showContacts(header);
+    this.#showTimes(header, events);
+  }
+
+  /** Without a server the kinds of impact times and the orbit are not told. */
+  showMissing() {
+    this.kind = "missing";
+    this.times.show("not told here", NEEDED);
+    this.orbit.show("not told here", NEEDED);
+  }
+
+  #showTimes(header, events) {
+    // The server tells it once a slider rests; until then what is told is of an earlier motion.
+    this.times.root.classList.toggle("stale", header.impact_times === null && this.kind !== "missing");
+    if (header.impact_times === null) {
+      if (this.kind === undefined) this.times.show("…", "");
+      this.#summarise(...events);
+      return;
+    }
     const { kind, n_impacts: impacts, n_periods: periods, rate } = header.impact_times;
     const repeated = impacts ? `${hits(impacts, header.n_impacts > 0 ? ["impact"] : ["entry"])} in ${count(periods, "forcing period")}` : "";
     const pattern = kind === "settling" ? `towards ${repeated}, the rest falls as exp(−${shown(rate, 2)} t)` : repeated;
     this.kind = kind;
     this.pattern = pattern;
     this.times.show(KINDS[kind] ?? kind, pattern);
+    this.#summarise(KINDS[kind] ?? kind, pattern || events[0]);
+  }
+
+  #showContacts(header) {
     const first = header.contacts[0];
     const text = header.n_contacts === 0 ? "none" : count(header.n_contacts, "contact");
     const until = first?.[1] === null ? "for good" : `to ${shown(first?.[1])}`;
     this.contacts.show(text, first ? `the first from t = ${shown(first[0])} ${until}` : "");
-    this.#summarise(KINDS[kind] ?? kind, pattern || events[0]);
   }
 
   #summarise(...parts) {
@@ -78,7 +101,7 @@ export class Facts {
 
   /** Grey the facts of an earlier motion. */
   isKnown(isKnown) {
-    this.orbit.root.classList.toggle("stale", !isKnown);
+    this.orbit.root.classList.toggle("stale", !isKnown && this.kind !== "missing");
   }
 
   /** undefined: not known yet; null: none found. */

@@ -10,6 +10,7 @@ const HELP = [
   ["Picture", "Play lets the mass move; the slider beside it sets the time. Drag the mass, or move it by arrow keys, to set its start x0. Sound makes a click at each impact."],
   ["Diagram", "Choose a parameter and Compute. Click a point to open that motion in Explore."],
   ["Basins", "Colours tell which attractor a start goes to. Crosses are saddles; their stable manifolds, the lines, part the basins. Click to start there."],
+  ["Fit", "Load a record, tick what is not known, Fit: values with errors, residuals, and the sliders set by them."],
   ["Structure", "Two or three masses with stops: choose one, move its sliders; Play, or hover over Displacements, moves the picture."],
   ["Certify", "In the card Outcome: proves the run in ball arithmetic, each impact with a radius that is certain."],
   ["Words", "(2, 4): two impacts in four forcing periods. Multipliers inside the unit circle: stable. Clearance: how far the orbit is from touching a stop in passing. Formal: it solves the equations, but passes through a stop; no motion follows it."],
@@ -57,6 +58,7 @@ export function filesOf({ kind, study, digits }) {
     diagram: ["diagram"],
     response: ["response"],
     basins: ["basins", "attractors"],
+    fit: ["fit", "covariance", "residuals", "impacts"],
   }[kind];
   return [
     ["toml", null, "study.toml, for percuss run"],
@@ -74,7 +76,7 @@ function readingOf(kind) {
   return [`csv: pandas.read_csv(name)`, `nc: ${nc}`];
 }
 
-const NOTES = { motion: "of the motion in Explore", diagram: "of the diagram", response: "of the response chart", basins: "of the basins" };
+const NOTES = { motion: "of the motion in Explore", diagram: "of the diagram", response: "of the response chart", basins: "of the basins", fit: "of the fit" };
 
 /**
  * Return the menu of files; it closes by Escape, by a choice and by a click elsewhere.

@@ -4,6 +4,7 @@ import { Basins } from "./basins.js";
 import { Diagram } from "./diagram.js";
 import { button, element, say } from "./dom.js";
 import { Explore } from "./explore.js";
+import { Fit } from "./fit.js";
 import { Gallery } from "./gallery.js";
 import { makeHelp, makeMenu, makeTabs } from "./head.js";
 import { Mechanism } from "./mechanism.js";
@@ -20,7 +21,7 @@ const LINKING = 250;
  * Put the workbench into an element.
  *
  * connect(onState) returns the requests; facts: {version, presets, report, figures};
- * file(extension, request) resolves to {name, blob}; hasLinks: whether the address holds the state;
+ * file(extension, request) resolves to {name, blob}; hasLinks: whether the address holds the state; isStatic: no server;
  * prefix makes the ids unique; study: what to begin with; onStudy(study) is called at every change.
  */
 export function mount(root, options) {
@@ -89,8 +90,8 @@ class App {
 
   #build() {
     const { facts } = this.options;
-    this.views = { explore: new Explore(this), diagram: new Diagram(this), basins: new Basins(this), structure: new Mechanism(this) };
-    if (this.options.hasLinks) this.views.paper = new Paper(this, facts);
+    this.views = { explore: new Explore(this), diagram: new Diagram(this), basins: new Basins(this), fit: new Fit(this), structure: new Mechanism(this) };
+    if (this.options.hasLinks && !this.options.isStatic) this.views.paper = new Paper(this, facts);
     this.views.gallery = new Gallery(this, facts);
     for (const [name, view] of Object.entries(this.views)) {
       view.root.id = `${this.prefix}-view-${name}`;

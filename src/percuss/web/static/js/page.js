@@ -1,5 +1,6 @@
 // The workbench as a page of its own.
 
+import { KernelsInWorker, LocalRequests } from "./local_requests.js";
 import { mount } from "./main.js";
 import { overSocket } from "./transport.js";
 
@@ -18,4 +19,7 @@ async function file(extension, request) {
 
 const facts = await (await fetch("/api/presets")).json();
 const scheme = location.protocol === "https:" ? "wss:" : "ws:";
-mount(root, { connect: (onState) => overSocket(`${scheme}//${location.host}/api/socket`, onState), facts, file, hasLinks: true });
+const bytes = fetch("/static/kernels.wasm").then((response) => response.arrayBuffer());
+const begin = () => new KernelsInWorker(new Worker("/static/js/worker.js", { type: "module" }), bytes);
+const connect = (onState) => new LocalRequests(begin, overSocket(`${scheme}//${location.host}/api/socket`, onState));
+mount(root, { connect, facts, file, hasLinks: true });

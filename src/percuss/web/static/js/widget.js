@@ -1,19 +1,4 @@
-// The workbench in a notebook cell: anywidget loads this text, and the rest comes with the model.
-
-/** Import modules given as texts, in order; return the last one. */
-async function importTexts(modules) {
-  const addresses = new Map();
-  let last = null;
-  for (const [name, text] of modules) {
-    const linked = text.replaceAll(/from "percuss:([^"]+)"/g, (_, other) => `from "${addresses.get(other)}"`);
-    const address = URL.createObjectURL(new Blob([linked], { type: "text/javascript" }));
-    addresses.set(name, address);
-    last = address;
-  }
-  const module = await import(last);
-  for (const address of addresses.values()) URL.revokeObjectURL(address);
-  return module;
-}
+// The workbench in a notebook cell: anywidget loads import_texts.js and this text as one, and the rest comes with the model.
 
 async function render({ model, el }) {
   const { mount, Requests } = await importTexts(model.get("modules"));

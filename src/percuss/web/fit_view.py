@@ -1,0 +1,193 @@
+"""A record on the page, and the parameters fitted to it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from percuss.arrays import Floats
+from percuss.errors import ParameterError
+from percuss.execution import Execution
+from percuss.fitting.data_file import columns_of_text
+from percuss.fitting.measured import quantity_number
+from percuss.fitting.result import Fit, with_error
+from percuss.fitting.summaries import impacts_of, motion_of
+from percuss.model.exact import as_float
+from percuss.studies.kinds.fit import Fit as FitQuestion
+from percuss.studies.study import Study
+from percuss.web.answer_cache import ANSWERS
+from percuss.web.frame import frame
+from percuss.web.request import BadRequest, PageRequest, RunningRequest, study_of
+from percuss.web.wording import plain
+
+__all__ = ["answer_fit", "answer_measured", "fit_tables"]
+
+# Values that the page fits, and points of the curve of a fit.
+MOST_VALUES, POINTS = 20_000, 3000
+# Parameters that may be free at once.
+MOST_FREE = 12
+
+
+def answer_measured(request: PageRequest, running: RunningRequest | None = None) -> bytes:  # noqa: ARG001
+    """Return what is in a table of measurements.
+
+    Parameters
+    ----------
+    request
+        With the option ``csv``, the text of the table.
+    running
+        State of the answer.
+
+    Returns
+    -------
+    bytes
+        A frame: `quantities`, `n` values, and arrays ``t{i}`` and ``y{i}`` of the i-th quantity.
+
+    Raises
+    ------
+    BadRequest
+        With all faults of the table.
+    """
+    study = study_of(request.tables)
+    columns = _columns(request, study)
+    names = [name for name in columns if name not in ("t", "noise")]
+    arrays: dict[str, Floats] = {}
+    for i, name in enumerate(names):
+        there = np.isfinite(columns[name])
+        arrays[f"y{i}"] = columns[name][there]
+        arrays[f"t{i}"] = (columns["t"] if name != "impact_times" else columns[name])[there]
+    n = sum(len(arrays[f"y{i}"]) for i in range(len(names)))
+    header = {"id": request.id, "kind": request.kind, "quantities": names, "n": n}
+    return frame(header, arrays)
+
+
+def _columns(request: PageRequest, study: Study) -> dict[str, Floats]:
+    """Return the columns of the table in a request."""
+    text = request.options.get("csv")
+    if not isinstance(text, str) or not text:
+        raise BadRequest("load a record first: a table with a column t and one of displacement")
+    osc = study.oscillator
+    try:
+        columns = columns_of_text(text, osc.units)
+        for name in columns:
+            if name not in ("t", "noise"):
+                quantity_number(name, osc)
+    except ParameterError as error:
+        raise BadRequest(f"{error.value}: {error.reason}") from error
+    except ValueError as error:
+        raise BadRequest(str(error)) from error
+    count = sum(len(column) for name, column in columns.items() if name not in ("t", "noise"))
+    if count > MOST_VALUES:
+        reason = f"{count:,} values; the page fits {MOST_VALUES:,} at most, percuss run any number"
+        raise BadRequest(reason)
+    return columns
+
+
+def fit_tables(request: PageRequest, motion: Study) -> Mapping[str, Any]:
+    """Return the tables of the study of a fit.
+
+    Parameters
+    ----------
+    request
+        With the options ``csv``; ``free``, ranges or guesses by path; ``noise``, None where it is
+        estimated; ``start``, whether that of the motion is known.
+    motion
+        The motion that is set.
+    """
+    columns = _columns(request, motion)
+    free = request.options.get("free")
+    if not isinstance(free, Mapping) or not free:
+        raise BadRequest("tick the parameters that are not known")
+    if len(free) > MOST_FREE:
+        raise BadRequest(f"{len(free)} free parameters; the page fits {MOST_FREE} at most")
+    record: dict[str, Any] = {name: values.tolist() for name, values in columns.items()}
+    noise = request.options.get("noise")
+    if "noise" not in record and noise is not None:
+        record["noise"] = request.number("noise", 1.0, 1e-300, 1e300)
+    # On the page a parameter is a row of its table.
+    own = {str(path).removeprefix("parameters."): given for path, given in free.items()}
+    tables: dict[str, Any] = {"fit": {"free": own, "records": [record]}}
+    if request.options.get("start") is True:
+        tables["start"] = request.tables.get("start", {})
+    return tables
+
+
+def answer_fit(study: Study, request: PageRequest, running: RunningRequest) -> Iterator[bytes]:
+    """Yield the fit of a record.
+
+    Parameters
+    ----------
+    study
+        The study of the fit.
+    request
+        As `fit_tables` takes it.
+    running
+        State of the answer.
+
+    Yields
+    ------
+    bytes
+        One frame: `values` by path with value, error and both in words; arrays ``t{i}``, ``y{i}``,
+        ``residual{i}`` [standard deviations], ``curve_t{i}``, ``curve{i}`` of the i-th quantity,
+        and ``impact_t``, ``impact_v`` of the impacts of the fitted motion.
+    """
+    question = study.question
+    assert isinstance(question, FitQuestion)
+    fit = question.answer(study, Execution(progress=running.progress(0.0, 1.0)))
+    if running.is_cancelled:
+        return
+    ANSWERS.put(study, fit)
+    header = {"id": request.id, "kind": request.kind, "done": True, "share": 1.0}
+    yield frame(header | _facts(fit, list(question.free)), _arrays(fit))
+
+
+def _facts(fit: Fit, paths: list[str]) -> dict[str, object]:
+    """Return what the page says of a fit."""
+    names = list(dict.fromkeys(fit.residuals.quantity.values.tolist()))
+    rows = [
+        {
+            "path": path,
+            "value": value,
+            "error": error,
+            "text": with_error(value, error) if math.isfinite(error) else f"{value:.5g}",
+            "at_bound": name in fit.at_bounds,
+        }
+        for path, (name, value), error in zip(
+            paths, fit.values.items(), fit.errors.values(), strict=True
+        )
+    ]
+    start = fit.start
+    return {
+        "quantities": names,
+        "values": rows,
+        "converged": fit.converged,
+        "reason": plain(fit.reason),
+        "n_runs": fit.n_runs,
+        "chi2": fit.chi2,
+        "whiteness": fit.whiteness,
+        "noise": [fit.noise[name] for name in names],
+        "start": [as_float(value) for value in (start.x0, start.v0, start.t0)],  # type: ignore[arg-type]
+        "n": fit.residuals.sizes["sample"],
+    }
+
+
+def _arrays(fit: Fit) -> dict[str, Floats]:
+    """Return samples, curves, residuals and impacts."""
+    table = fit.residuals
+    arrays: dict[str, Floats] = {}
+    begin, end = float(fit.nodes[0, 0]), float(fit.problem.layouts[0].spans[-1, 1])
+    for i, name in enumerate(dict.fromkeys(table.quantity.values.tolist())):
+        rows = np.flatnonzero(table.quantity.values == name)
+        arrays[f"t{i}"] = table.t.values[rows]
+        arrays[f"y{i}"] = table.value.values[rows]
+        arrays[f"residual{i}"] = table.residual.values[rows] / table.noise.values[rows]
+        if name == "impact_times":
+            arrays[f"curve_t{i}"] = arrays[f"curve{i}"] = table.fitted.values[rows]
+        else:
+            t = np.linspace(begin, end, POINTS)
+            arrays[f"curve_t{i}"], arrays[f"curve{i}"] = t, motion_of(fit, name, t)
+    hits = impacts_of(fit)
+    return arrays | {"impact_t": hits["t"], "impact_v": np.abs(hits["v_before"])}

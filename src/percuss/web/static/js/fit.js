@@ -1,0 +1,293 @@
+// A record and the parameters fitted to it.
+
+import { button, element, say, shown } from "./dom.js";
+import { checkField, checkRange, numberField } from "./fields.js";
+import { Job } from "./job.js";
+import { axesOf, named, numberOf, pathsOf, startAt, unitsOf, valueOf } from "./models.js";
+import { Plot } from "./plots.js";
+import { put } from "./state.js";
+
+const HINT = "A table with a column t (or time) and one of displacement (x), velocity (v), acceleration (a), stop_force or impact_times, as loggers write it: commas, semicolons or tabs; units such as Time (ms) are converted into those of the model. Tick what is not known: its slider is the guess, or give a range in which it is looked for.";
+const COLOURS = { samples: "--faint", fit: "--curve", impacts: "--orbit" };
+const NAMES = { impact_times: "flight before each impact" };
+
+export class Fit {
+  constructor(app) {
+    this.app = app;
+    this.csv = "";
+    // What is ticked: {path: null for a guess, or [low, high]}.
+    this.free = {};
+    this.noise = null;
+    this.isStarted = false;
+    this.current = null;
+    this.file = element("input", { type: "file", accept: ".csv,.txt,.tsv,text/csv,text/plain", "aria-label": "table of measurements", hidden: true, onchange: () => this.#read(this.file.files[0]) });
+    this.told = element("p", { class: "hint", role: "status" });
+    this.fault = element("p", { class: "fault", role: "alert" });
+    this.rows = element("div", { class: "free" });
+    this.form = element("form", { class: "settings", onsubmit: (event) => event.preventDefault() });
+    this.job = new Job(app, () => this.#start(), (header, arrays) => this.#receive(header, arrays), this.form);
+    this.job.start.textContent = "Fit";
+    this.take = button("put into the sliders", () => this.#take(), { hidden: true, title: "the fitted values and the start of the record become those of Explore" });
+    this.job.root.append(this.take);
+    this.result = element("table", { class: "fitted", hidden: true });
+    this.verdict = element("p", { role: "status" });
+    this.#plots();
+    this.root = element(
+      "section", { class: "wide fit", "aria-label": "Fit" },
+      this.form, this.job.root, this.verdict, this.result,
+      element("div", { class: "plots" }, ...this.plots.map((plot) => plot.root)), element("p", { class: "hint" }, HINT),
+    );
+    this.#fields();
+    this.#watchDrops();
+    app.store.watch((_, why) => {
+      if (why === "study" || why === "all") this.#changed();
+    });
+  }
+
+  #plots() {
+    this.record = new Plot({ title: "Record", x: "time t", y: "", kind: "line", names: ["t", "sample"], about: "squares: samples; line: the fitted motion", onZoom: (zoom) => this.#follow(zoom) });
+    this.impacts = new Plot({ title: "Impacts of the fit", x: "time t", y: "", kind: "points", names: ["t", "speed"], isFollower: true, about: "impacts and entries into soft stops of the fitted motion", onZoom: () => {} });
+    this.residuals = new Plot({ title: "Residuals", x: "time t", y: "residual (standard deviations)", kind: "points", names: ["t", "residual"], isFollower: true, about: "sample less fit; two thirds of them lie between -1 and 1", onZoom: () => {} });
+    this.record.root.classList.add("broad");
+    this.plots = [this.record, this.impacts, this.residuals];
+    for (const plot of this.plots) plot.wait(plot === this.record ? "load a record, or drop a file here" : "", { x: [0, 1], y: [0, 1] });
+  }
+
+  recolour() {
+    for (const plot of this.plots) plot.recolour();
+  }
+
+  close() {
+    for (const plot of this.plots) plot.close();
+  }
+
+  /** Another motion: what is fitted belongs to the one before; the record stays. */
+  begin() {
+    this.job.clear();
+    this.free = {};
+    this.#forget();
+  }
+
+  shown() {
+    this.#changed();
+  }
+
+  /** The request whose files are offered: of the fit that is shown, or of what is set. */
+  request() {
+    return this.csv === "" ? null : (this.current ?? this.#request());
+  }
+
+  #request() {
+    const { study } = this.app.store.value;
+    const known = new Set(this.#paths().map(({ path }) => path));
+    const entries = Object.entries(this.free).filter(([path]) => known.has(path));
+    const free = Object.fromEntries(entries.map(([path, range]) => [path, range ?? numberOf(valueOf(study, path) ?? 0)]));
+    return { kind: "fit", study, csv: this.csv, free, noise: this.noise, start: this.isStarted };
+  }
+
+  #start() {
+    this.pending = this.#request();
+    return this.pending;
+  }
+
+  #paths() {
+    return pathsOf(this.app.store.value.study).filter(({ path }) => !path.startsWith("start.") || this.isStarted);
+  }
+
+  /** The parameters are others, or have other names and values. */
+  #changed() {
+    if (this.root.hidden) return;
+    const shape = JSON.stringify(this.#paths().map(({ path, name }) => [path, name])) + this.isStarted;
+    if (shape !== this.shape) this.#fields(shape);
+    for (const [path, guess] of this.guesses) guess.textContent = this.free[path] ? "" : `guess ${shown(numberOf(valueOf(this.app.store.value.study, path) ?? 0), 6)}`;
+  }
+
+  #fields(shape = "") {
+    this.shape = shape;
+    this.guesses = new Map();
+    const load = button("Load a record", () => {
+      this.file.value = "";
+      this.file.click();
+    }, { title: "a table of measurements, as a file; or drop it here" });
+    const noise = numberField("noise (empty: estimated)", this.noise ?? "", (value) => (this.noise = value), { min: 1e-300 });
+    // No number is needed.
+    noise.querySelector("input").addEventListener("change", (event) => {
+      if (event.target.value.trim() !== "") return;
+      this.noise = null;
+      noise.complain("");
+    });
+    const start = checkField("start as in Explore", this.isStarted, (isOn) => {
+      this.isStarted = isOn;
+      this.#changed();
+    });
+    start.title = "the start of the record is known; else it is unknown, too";
+    this.rows.replaceChildren(...this.#paths().map((it) => this.#row(it)));
+    this.form.replaceChildren(element("div", { class: "tools" }, load, this.file, this.told, noise, start), this.rows, this.fault);
+  }
+
+  /** One parameter: a tick, and once it is ticked its guess or its range. */
+  #row({ path, name }) {
+    const ends = element("span", { class: "ends" });
+    const guess = element("span", { class: "hint" });
+    this.guesses.set(path, guess);
+    const fill = () => {
+      const range = this.free[path];
+      if (range === undefined) ends.replaceChildren();
+      else if (range === null) ends.replaceChildren(guess, button("range", () => choose(this.#around(path)), { "aria-label": `range of ${name}` }));
+      else {
+        const set = (k) => (value) => {
+          range[k] = value;
+          checkRange(high, ...range);
+        };
+        const low = numberField("from", range[0], set(0));
+        const high = numberField("to", range[1], set(1));
+        ends.replaceChildren(low, high, button("guess", () => choose(null), { "aria-label": `guess of ${name}` }));
+      }
+    };
+    const choose = (range) => {
+      this.free = { ...this.free, [path]: range };
+      fill();
+      this.#changed();
+    };
+    const tick = checkField(name, path in this.free, (isOn) => {
+      if (isOn) choose(null);
+      else {
+        const { [path]: _, ...rest } = this.free;
+        this.free = rest;
+        fill();
+      }
+    });
+    tick.querySelector("input").dataset.free = path;
+    fill();
+    return element("div", {}, tick, ends);
+  }
+
+  /** A range about a guess: that of its slider, or half and twice of it. */
+  #around(path) {
+    const value = numberOf(valueOf(this.app.store.value.study, path) ?? 0);
+    const own = this.app.store.value.ranges?.[path];
+    if (own) return [...own];
+    if (path.endsWith(".restitution")) return [0.1, 1];
+    if (!Number.isFinite(value) || value === 0) return [-1, 1];
+    return (value > 0 ? [value / 2, 2 * value] : [2 * value, value / 2]).map((end) => Number(end.toPrecision(4)));
+  }
+
+  #watchDrops() {
+    const hasFile = (event) => event.dataTransfer?.types.includes("Files");
+    this.root.addEventListener("dragover", (event) => hasFile(event) && event.preventDefault());
+    this.root.addEventListener("drop", (event) => {
+      if (!hasFile(event)) return;
+      event.preventDefault();
+      this.#read(event.dataTransfer.files[0]);
+    });
+  }
+
+  async #read(file) {
+    if (!file) return;
+    this.#forget();
+    this.csv = "";
+    this.told.textContent = `reading ${file.name} …`;
+    const bytes = await file.arrayBuffer();
+    let csv;
+    try {
+      csv = new TextDecoder("utf-8", { fatal: true }).decode(bytes);
+    } catch {
+      csv = new TextDecoder("windows-1252").decode(bytes);
+    }
+    this.app.requests.put("measured", { kind: "measured", study: this.app.store.value.study, csv }, {
+      answer: (header, arrays) => {
+        this.csv = csv;
+        this.told.textContent = `${file.name}: ${header.n} values of ${header.quantities.map((name) => name.replaceAll("_", " ")).join(", ")}`;
+        this.fault.textContent = "";
+        this.#draw(header, arrays);
+      },
+      fault: (faults) => {
+        this.told.textContent = "";
+        this.fault.textContent = `${file.name}: ${faults.map(({ reason }) => reason).join("; ")}`;
+      },
+    });
+  }
+
+  /** Nothing is fitted. */
+  #forget() {
+    this.current = null;
+    this.take.hidden = this.result.hidden = true;
+    this.verdict.textContent = "";
+    this.fault.textContent = "";
+  }
+
+  #receive(header, arrays) {
+    this.current = this.pending;
+    this.header = header;
+    const { values, converged, reason, chi2, whiteness, n, n_runs: runs } = header;
+    const noise = whiteness < -4 ? "the residuals hang together: the model misses something" : "the residuals look like noise";
+    this.verdict.textContent = converged
+      ? `Converged in ${runs} runs: mean square ${shown(chi2)} of ${n} residuals; ${noise}.`
+      : `Not converged: ${reason}. These are the best values found; mean square ${shown(chi2)}.`;
+    this.verdict.className = converged ? "" : "fault";
+    const labels = new Map(this.#paths().map((it) => [it.path, it.name]));
+    const note = ({ error, at_bound: atEnd }) => (atEnd ? "at the end of its range: the data ask for more" : error === null ? "not told by the data" : "");
+    const columns = [["parameter", ({ path }) => labels.get(path) ?? path], ["value", ({ text }) => text], ["", note]];
+    if (!values.some(note)) columns.pop();
+    this.result.replaceChildren(
+      element("thead", {}, element("tr", {}, ...columns.map(([name]) => element("th", {}, name)))),
+      element("tbody", {}, ...values.map((row) => element("tr", { "data-fitted": row.path }, ...columns.map(([, of]) => element("td", {}, of(row)))))),
+    );
+    this.take.hidden = this.result.hidden = false;
+    this.#draw(header, arrays);
+  }
+
+  /** Draw the first quantity of a record, and of a fit what belongs to it. */
+  #draw({ quantities }, arrays) {
+    const { study } = this.app.store.value;
+    const [name] = quantities;
+    const [across, push] = [axesOf(study).t, axesOf(study).force];
+    const { time, length } = unitsOf(study);
+    const labels = { displacement: axesOf(study).x, velocity: axesOf(study).v, acceleration: named("acceleration", length && time ? `${length}/${time}²` : ""), impact_times: named(NAMES.impact_times, time) };
+    const ofFlights = (values) => values.slice(1).map((value, k) => value - values[k]);
+    const isTimes = name === "impact_times";
+    const curve = (t, y) => ({ x: isTimes ? t.slice(1) : t, y: isTimes ? ofFlights(y) : y });
+    const layers = [{ ...curve(arrays.t0, arrays.y0), kind: "points", colour: COLOURS.samples, size: 3 }];
+    if (arrays.curve0) layers.push({ ...curve(arrays.curve_t0, arrays.curve0), kind: "line", colour: COLOURS.fit });
+    this.record.label(across, labels[name] ?? push);
+    this.impacts.label(across, axesOf(study).speed);
+    this.residuals.label(across, this.residuals.options.y);
+    for (const plot of this.plots) plot.take(null);
+    this.record.show(layers);
+    const all = { x: this.record.home.x, y: [0, 1] };
+    if (!arrays.curve0) {
+      for (const plot of [this.impacts, this.residuals]) plot.wait("Fit shows them", all);
+      return;
+    }
+    const { impact_t: x, impact_v: y } = arrays;
+    if (x.length > 0) this.impacts.show([{ x, y, kind: "points", colour: COLOURS.impacts, size: 5 }], [], { x: all.x, y: [0, 1.1 * Math.max(...y)] });
+    else this.impacts.wait("none", all);
+    const size = 1.1 * arrays.residual0.reduce((most, value) => Math.max(most, Math.abs(value)), 1.5);
+    this.residuals.show([{ x: arrays.t0, y: arrays.residual0, kind: "points", colour: COLOURS.samples, size: 3 }], [{ y: -1, colour: COLOURS.fit }, { y: 1, colour: COLOURS.fit }], { x: all.x, y: [-size, size] });
+    this.root.dataset.drawn = String(Number(this.root.dataset.drawn ?? 0) + 1);
+  }
+
+  /** The other plots show the same time. */
+  #follow(zoom) {
+    for (const plot of [this.impacts, this.residuals]) {
+      plot.take(zoom && { x: zoom.x, y: plot.home.y });
+      if (zoom === null) plot.limits = plot.home;
+      plot.redraw();
+    }
+  }
+
+  /** The fitted values, and the state at the first sample, become those of the motion. */
+  #take() {
+    let { study } = this.current;
+    for (const { path, value, error } of this.header.values) {
+      // Three digits more than its error.
+      const digits = error > 0 ? Math.ceil(Math.log10(Math.abs(value) / error)) + 3 : 8;
+      study = put(study, path, String(Number(value.toPrecision(Math.min(15, Math.max(4, digits || 4))))));
+    }
+    const [x, v, t0] = this.header.start;
+    const own = Object.keys(this.current.free).some((path) => path.startsWith("start."));
+    if (!this.current.start) study = { ...study, start: { ...study.start, ...startAt(study, x, v, { t0: String(Number(t0.toPrecision(8))) }) } };
+    if (!this.current.start || own || this.current.study !== study) this.app.store.set({ study }, "study");
+    say(this.app.root, "the fitted values are in Explore");
+  }
+}

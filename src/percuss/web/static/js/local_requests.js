@@ -1,0 +1,140 @@
+// Requests that the kernels in the page answer; the rest goes to the server, where there is one.
+
+import { LocalDiagram } from "./local_jobs.js";
+
+// Requests of these kinds are motions.
+const MOTIONS = new Set(["explore", "thumb"]);
+// What the kernels do not tell is asked of the server once a slider has rested so long [ms].
+const RESTED = 250;
+
+/** Kernels in a worker, a promise of the file's bytes given. */
+export class KernelsInWorker {
+  constructor(worker, bytes) {
+    this.worker = worker;
+    this.waiting = new Map();
+    this.lastId = 0;
+    this.isLost = false;
+    worker.onmessage = ({ data: { id, answer } }) => {
+      this.waiting.get(id)?.(answer);
+      this.waiting.delete(id);
+    };
+    worker.onerror = () => this.#lose();
+    bytes.then((it) => worker.postMessage({ bytes: it }), () => this.#lose());
+    this.ready = bytes;
+  }
+
+  /** Return a promise of {header, arrays}; of null where only Python has an answer. */
+  async answer(request) {
+    await this.ready.catch(() => {});
+    if (this.isLost) return null;
+    const id = (this.lastId += 1);
+    return new Promise((resolve) => {
+      this.waiting.set(id, resolve);
+      this.worker.postMessage({ id, request });
+    });
+  }
+
+  #lose() {
+    this.isLost = true;
+    for (const resolve of this.waiting.values()) resolve(null);
+    this.waiting.clear();
+  }
+}
+
+/** Return whether a diagram is of a size that needs no sentence of the server. */
+function isModerate({ low, high, values, points }) {
+  return low < high && Number.isInteger(values) && Number.isInteger(points) && values >= 2 && points >= 2 && values <= 8192 && values * points <= 2_000_000;
+}
+
+/** Requests as of transport.js: motions are computed here, with one in each queue and one that waits. */
+export class LocalRequests {
+  /**
+   * `begin()` returns kernels in a worker of their own; `server`: the requests over a socket, or null;
+   * `refuse(message)`: the sentence where it is null.
+   */
+  constructor(begin, server, refuse) {
+    this.begin = begin;
+    this.kernels = begin();
+    this.pool = null;
+    this.job = null;
+    this.server = server;
+    this.refuse = refuse;
+    this.queues = new Map();
+  }
+
+  put(queue, message, handlers) {
+    if (!MOTIONS.has(message.kind)) {
+      this.#elsewhere(queue, message, handlers);
+      return;
+    }
+    const at = this.queues.get(queue) ?? { isBusy: false, waiting: null, count: 0 };
+    this.queues.set(queue, at);
+    at.count += 1;
+    clearTimeout(at.resting);
+    if (at.isBusy) at.waiting = { message, handlers };
+    else this.#compute(queue, at, message, handlers);
+  }
+
+  replace(queue, message, handlers) {
+    if (queue === "job") this.job?.cancel();
+    if (message.kind === "diagram" && isModerate(message)) {
+      this.server?.cancel(queue);
+      this.#diagram(queue, message, handlers);
+      return;
+    }
+    this.#replaceElsewhere(queue, message, handlers);
+  }
+
+  async #diagram(queue, message, handlers) {
+    // One for each core, made when the first diagram is asked for.
+    this.pool ??= Array.from({ length: Math.max(1, navigator.hardwareConcurrency ?? 1) }, () => this.begin());
+    const job = new LocalDiagram(this.pool, message, handlers);
+    this.job = job;
+    const isAnswered = await job.run();
+    if (!isAnswered && this.job === job && !job.isCancelled) this.#replaceElsewhere(queue, message, handlers);
+  }
+
+  #replaceElsewhere(queue, message, handlers) {
+    if (this.server !== null) this.server.replace(queue, message, handlers);
+    else this.#elsewhere(queue, message, handlers);
+  }
+
+  cancel(queue) {
+    if (queue === "job") this.job?.cancel();
+    this.server?.cancel(queue);
+  }
+
+  async #compute(queue, at, message, handlers) {
+    at.isBusy = true;
+    const { count } = at;
+    const answer = await this.kernels.answer(message);
+    at.isBusy = false;
+    if (answer !== null) handlers.answer(answer.header, answer.arrays);
+    if (at.waiting !== null) {
+      const next = at.waiting;
+      at.waiting = null;
+      this.#compute(queue, at, next.message, next.handlers);
+      return;
+    }
+    if (count !== at.count) return;
+    if (answer === null) this.#elsewhere(queue, message, this.#whileNewest(at, count, handlers));
+    else if (queue === "explore" && this.server !== null) {
+      at.resting = setTimeout(() => this.#elsewhere(queue, message, this.#whileNewest(at, count, handlers)), RESTED);
+    }
+  }
+
+  /** Hand on what the server says unless a newer request has come. */
+  #whileNewest(at, count, handlers) {
+    const isNewest = () => at.count === count;
+    return {
+      answer: (...given) => isNewest() && handlers.answer(...given),
+      fault: (faults) => isNewest() && handlers.fault?.(faults),
+      progress: handlers.progress,
+    };
+  }
+
+  #elsewhere(queue, message, handlers) {
+    if (this.server !== null) this.server.put(queue, message, handlers);
+    else handlers.fault?.([{ path: "", reason: this.refuse(message) }]);
+  }
+}

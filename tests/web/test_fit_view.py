@@ -1,0 +1,154 @@
+"""A record on the page: read by the server, fitted, and its values in the sliders."""
+
+from __future__ import annotations
+
+import copy
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from playwright.sync_api import Page, expect
+from tests.web.frames import read_frame
+from tests.web.hands import box_of, view_of
+
+import percuss as pc
+from percuss.errors import StudyError
+from percuss.web.code_text import python_text
+from percuss.web.downloads import file_of
+from percuss.web.fit_view import MOST_VALUES, answer_measured
+from percuss.web.jobs import answer_job
+from percuss.web.presets import presets
+from percuss.web.request import BadRequest, PageRequest, RunningRequest, read_request
+from percuss.web.view_study import study_of_view
+
+GAP, RESTITUTION = "oscillator.stops.0.at", "oscillator.stops.0.restitution"
+# The first motion of the page, with another wall.
+STUDY: dict[str, Any] = copy.deepcopy(dict(presets()[0].tables))
+RIG = pc.impact_oscillator("0.72", wall="0.25", side="above", damping="0.05")
+
+
+def table(n: int = 200) -> str:
+    """Return a record of the rig as a logger writes it."""
+    t = np.linspace(0, 15, n)
+    x, _ = pc.simulate(RIG, pc.cosine("2.8"), v0="0.3", t_end=15)(t)
+    x += 0.01 * np.random.default_rng(1).standard_normal(n)
+    rows = "".join(f"{a:.6f};{b:.5f}\n" for a, b in zip(t.tolist(), x.tolist(), strict=True))
+    return "Time (s);x\n" + rows.replace(".", ",")
+
+
+def request(kind: str = "fit", **options: Any) -> PageRequest:
+    given = {"csv": table(), "free": {GAP: 0.2, RESTITUTION: [0.4, 0.95]}, "noise": 0.01}
+    return PageRequest(1, kind, STUDY, given | options)
+
+
+def test_a_table_is_read_with_its_faults_by_line() -> None:
+    header, arrays = read_frame(answer_measured(request("measured")))
+    assert header["quantities"] == ["displacement"]
+    assert header["n"] == len(arrays["t0"]) == len(arrays["y0"]) == 200
+    for text, words in (
+        ("", "load a record first"),
+        ("t,x\n0,far\n1\n", 'line 2: x = "far" is no finite number; line 3: 1 cell'),
+        ("t,stop_force_3\n0,1\n", "stop_force_3: of stop 3, where the oscillator has 1"),
+        ("t,x\n" + "0,1\n" * (MOST_VALUES + 1), "values; the page fits 20,000 at most"),
+    ):
+        with pytest.raises(BadRequest) as told:
+            answer_measured(request("measured", csv=text))
+        assert words in str(told.value)
+
+
+def test_a_fit_is_that_of_the_study_in_its_files(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    header, arrays = read_frame(list(answer_job(request(), RunningRequest()))[-1])
+    assert header["done"]
+    assert header["converged"]
+    values = {row["path"]: row for row in header["values"]}
+    assert list(values) == [GAP, RESTITUTION]
+    for path, true in ((GAP, 0.25), (RESTITUTION, 0.72)):
+        assert values[path]["value"] == pytest.approx(true, abs=4 * values[path]["error"])
+        assert "±" in values[path]["text"]
+    assert np.mean(np.square(arrays["residual0"])) == pytest.approx(header["chi2"], rel=1e-5)
+    drawn = np.interp(arrays["t0"], arrays["curve_t0"], arrays["curve0"])
+    np.testing.assert_allclose(drawn, arrays["y0"], atol=0.06)
+    assert len(arrays["impact_t"]) == len(arrays["impact_v"]) > 2
+
+    study = study_of_view(request())
+    assert file_of(request(), "toml").data.decode() == study.text()
+    assert b"oscillator.stops.0.at" in file_of(request(), "csv").data
+    assert file_of(request(), "png").data.startswith(b"\x89PNG")
+    monkeypatch.chdir(tmp_path)
+    told: dict[str, Any] = {}
+    exec(python_text(study), told)  # noqa: S102  our own text
+    assert told["found"].values[GAP] == pytest.approx(values[GAP]["value"], rel=1e-9)
+    assert (tmp_path / "fit.png").exists()
+
+
+def test_a_known_start_is_that_of_the_motion() -> None:
+    tables = copy.deepcopy(STUDY)
+    tables["start"] |= {"v0": "0.3"}
+    options = {**request().options, "start": True, "free": {"start.v0": 0.4, GAP: 0.2}}
+    asked = PageRequest(1, "fit", tables, options)
+    assert study_of_view(asked).text().count("[start]") == 1
+    assert "start=(0, '0.3', 0.0)" in python_text(study_of_view(asked))
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"free": {}}, "tick the parameters that are not known"),
+        ({"free": {f"a{i}": 1 for i in range(13)}}, "13 free parameters; the page fits 12 at most"),
+        ({"noise": -1}, "noise = -1 is not between"),
+        ({"csv": 3}, "load a record first"),
+    ],
+)
+def test_requests_without_an_answer(options: dict[str, Any], words: str) -> None:
+    with pytest.raises(BadRequest) as told:
+        study_of_view(request(**options))
+    assert words in str(told.value)
+
+
+def test_faults_of_parameters_have_their_paths() -> None:
+    with pytest.raises(StudyError, match=r"fit\.free\.oscillator\.stops\.0\.restitution"):
+        study_of_view(request(free={RESTITUTION: [0.5, 1.5]}))
+
+
+def test_only_messages_with_records_may_be_long() -> None:
+    text = '{"id": 1, "kind": "%s", "csv": "' + "1,2;" * 20_000 + '"}'
+    assert read_request(text % "fit", ("fit", "explore")).kind == "fit"
+    with pytest.raises(BadRequest, match="65536 are the most"):
+        read_request(text % "explore", ("fit", "explore"))
+    with pytest.raises(BadRequest, match="1000000 are the most"):
+        read_request(" " * 1_000_001, ("fit",))
+
+
+def test_a_record_is_loaded_fitted_and_put_into_the_sliders(page: Page, tmp_path: Path) -> None:
+    (tmp_path / "rig.csv").write_text(table(), encoding="utf-8")
+    (tmp_path / "bad.csv").write_text("t,x\n0,far\n", encoding="utf-8")
+    view = view_of(page, "Fit")
+    file = view.locator("input[type=file]")
+    file.set_input_files(tmp_path / "bad.csv")
+    expect(view.locator(".settings > .fault")).to_contain_text('line 2: x = "far"')
+    file.set_input_files(tmp_path / "rig.csv")
+    expect(view).to_contain_text("rig.csv: 200 values of displacement")
+    expect(view.locator(".settings > .fault")).to_be_empty()
+    view.locator(".primary").click()
+    expect(view.locator(".job .status")).to_have_text("tick the parameters that are not known")
+
+    view.locator(f"[data-free='{GAP}']").check()
+    view.locator(f"[data-free='{RESTITUTION}']").check()
+    view.get_by_role("button", name="range of Wall: restitution r").click()
+    expect(view.locator(".free .ends input")).to_have_count(2)
+    view.locator(".primary").click()
+    row = view.locator(f"tr[data-fitted='{GAP}']")
+    expect(row).to_contain_text("Wall: at0.2")
+    expect(view.locator("p[role=status]").last).to_contain_text("Converged in ")
+    value, error = (float(part) for part in row.inner_text().split("\t")[1].split(" ± "))
+    assert abs(value - 0.25) < 5 * error
+
+    view.get_by_role("button", name="put into the sliders").click()
+    page.locator("[data-view=explore]").click()
+    shown = float(box_of(page, GAP).input_value())
+    assert math.isclose(shown, value, abs_tol=error)
+    assert abs(float(box_of(page, "start.v0").input_value()) - 0.3) < 0.1

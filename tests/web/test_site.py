@@ -1,0 +1,163 @@
+"""The workbench as static files: in a browser that has no network, from a folder or a web host."""
+
+from __future__ import annotations
+
+import functools
+import http.server
+import json
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from playwright.sync_api import Browser, BrowserContext, Page, expect
+from tests.web.frames import read_frame
+from tests.web.hands import WAIT, box_of, compute, fill, link_of, set_box, view_of
+from typer.testing import CliRunner
+
+from percuss.cli.app import app
+from percuss.web.explore import answer_explore, followed
+from percuss.web.presets import presets
+from percuss.web.request import PageRequest, study_of
+from percuss.web.site import SITE_FILES, write_site
+
+# Hears each motion that is drawn, as the view is given it.
+LISTEN = """() => {
+  const view = document.querySelector('.explore');
+  globalThis.drawnMotions = 0;
+  view.addEventListener('drawn', () => { globalThis.drawnMotions += 1; });
+}"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    place = tmp_path_factory.mktemp("site")
+    write_site(place)
+    return place
+
+
+@pytest.fixture(scope="module")
+def offline(browser: Browser) -> Iterator[BrowserContext]:
+    context = browser.new_context(offline=True, viewport={"width": 1366, "height": 850})
+    yield context
+    context.close()
+
+
+@pytest.fixture
+def site(offline: BrowserContext, folder: Path) -> Iterator[Page]:
+    """The site from its folder, its first motion drawn; any error of a script fails the test."""
+    page = offline.new_page()
+    errors: list[str] = []
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    page.on("console", lambda said: errors.append(said.text) if said.type == "error" else None)
+    page.goto((folder / "index.html").as_uri())
+    page.wait_for_selector(".explore[data-drawn]", timeout=WAIT)
+    yield page
+    page.close()
+    assert errors == []
+
+
+def test_a_folder_is_written_once(folder: Path) -> None:
+    assert sorted(file.name for file in folder.iterdir()) == sorted(SITE_FILES)
+    assert sum(file.stat().st_size for file in folder.iterdir()) < 15_000_000
+    # Nothing is loaded from elsewhere.
+    assert "/static/" not in (folder / "index.html").read_text()
+    refused = CliRunner().invoke(app, ["site", "--out", str(folder)])
+    assert refused.exit_code == 2
+    assert "not empty; --force replaces" in refused.output
+    written = CliRunner().invoke(app, ["site", "--out", str(folder), "--force"])
+    assert written.exit_code == 0
+    assert "index.html" in written.output
+
+
+def test_motions_are_those_of_percuss_without_a_network(site: Page) -> None:
+    header, _ = read_frame(answer_explore(PageRequest(1, "explore", presets()[0].tables, {})))
+    card = site.locator(".facts .card").first
+    expect(card).to_contain_text(f"{header['n_impacts']} impacts")
+    site.evaluate(LISTEN)
+    set_box(site, "forcing.harmonics.0.omega", "2.7")
+    site.wait_for_function("globalThis.drawnMotions > 0", timeout=WAIT)
+    tables = json.loads(json.dumps(presets()[0].tables))
+    tables["forcing"]["harmonics"][0]["omega"] = "2.7"
+    header, _ = read_frame(answer_explore(PageRequest(1, "explore", tables, {})))
+    expect(card).to_contain_text(f"{header['n_impacts']} impacts")
+
+
+def test_each_motion_of_the_gallery_opens(site: Page) -> None:
+    site.locator("[data-view=gallery]").click()
+    site.wait_for_function(
+        "document.querySelectorAll('.preset canvas').length > 0 &&"
+        "[...document.querySelectorAll('.preset canvas')].every((it) =>"
+        " it.getContext('2d').getImageData(0, 0, it.width, it.height).data.some((x) => x))",
+        timeout=WAIT,
+    )
+    site.locator("[data-name=chatter]").click()
+    expect(site.locator(".explore")).to_be_visible()
+    expect(site.locator(".facts")).to_contain_text("contact")
+
+
+def test_links_hold_all_that_is_set(site: Page, offline: BrowserContext) -> None:
+    set_box(site, "start.v0", "0.75")
+    other = offline.new_page()
+    other.goto(link_of(site))
+    other.wait_for_selector(".explore[data-drawn]", timeout=WAIT)
+    expect(box_of(other, "start.v0")).to_have_value("0.75")
+    other.close()
+
+
+def test_diagrams_are_computed_without_a_server(site: Page) -> None:
+    view = view_of(site, "Diagram")
+    fill(view, "values", "24")
+    fill(view, "points at each", "6")
+    compute(view)
+    expect(view.locator(".legend")).to_contain_text("144 points")
+
+
+def test_the_rest_says_what_it_needs(site: Page) -> None:
+    view = view_of(site, "Basins")
+    view.get_by_role("button", name="Compute", exact=True).click()
+    expect(view.locator(".status").first).to_contain_text("percuss serve")
+    assert site.locator("[data-view=paper]").count() == 0
+
+
+def test_a_web_host_serves_it(browser: Browser, folder: Path) -> None:
+    handler = functools.partial(_Quiet, directory=str(folder))
+    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler)
+    thread = threading.Thread(target=server.serve_forever)
+    thread.start()
+    try:
+        page = browser.new_page()
+        page.goto(f"http://127.0.0.1:{server.server_port}/")
+        page.wait_for_selector(".explore[data-drawn]", timeout=WAIT)
+        page.close()
+    finally:
+        server.shutdown()
+        thread.join()
+        server.server_close()
+
+
+class _Quiet(http.server.SimpleHTTPRequestHandler):
+    def log_message(self, *_: Any) -> None:
+        pass
+
+
+def test_the_bits_of_a_motion_in_the_browser_are_those_of_python(page: Page) -> None:
+    tables = [json.loads(json.dumps(row.tables)) for row in presets()]
+    found = page.evaluate(
+        """async (studies) => {
+          const { loadKernels } = await import('/static/js/kernels.js');
+          const { follow } = await import('/static/js/local_motion.js');
+          const { readStudy } = await import('/static/js/local_study.js');
+          const kernels = await loadKernels(await (await fetch('/static/kernels.wasm')).arrayBuffer());
+          return studies.map((study) => {
+            kernels.clear();
+            return [...new BigInt64Array(follow(kernels, readStudy(study, kernels)).rows.events.buffer)].map(String);
+          });
+        }""",
+        tables,
+    )
+    for row, bits in zip(presets(), found, strict=True):
+        events, _ = followed(study_of(row.tables)).run.record
+        assert np.array(bits, dtype=np.int64).tobytes() == events.tobytes()

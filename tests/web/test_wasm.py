@@ -1,0 +1,168 @@
+"""The kernels as WebAssembly give the bits that they give here."""
+
+from __future__ import annotations
+
+import base64
+import json
+import shutil
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.web.frames import read_frame
+
+from percuss.execution import Execution
+from percuss.web.explore import answer_explore, followed
+from percuss.web.presets import presets
+from percuss.web.request import PageRequest, study_of
+from percuss.web.view_study import study_of_view
+from percuss.web.wasm.sources import kept_hash, sources_hash
+
+HERE = Path(__file__).parent
+STATIC = HERE.parents[1] / "src" / "percuss" / "web" / "static"
+NODE = shutil.which("node")
+needs_node = pytest.mark.skipif(NODE is None, reason="node is not installed")
+
+
+def wall(at: Any = 0, side: str = "above", restitution: Any = "0.8") -> dict[str, Any]:
+    return {"type": "wall", "at": at, "side": side, "restitution": restitution}
+
+
+def soft(at: Any, side: str, stiffness: Any, damping: Any = 0) -> dict[str, Any]:
+    return {"type": "soft", "at": at, "side": side, "stiffness": stiffness, "damping": damping}
+
+
+def wave(omega: Any, amplitude: Any = 1, phase: Any = 0) -> dict[str, Any]:
+    return {"amplitude": amplitude, "omega": omega, "phase": phase}
+
+
+def study(
+    oscillator: dict[str, Any], forcing: dict[str, Any], run: dict[str, Any], **start: Any
+) -> dict[str, Any]:
+    return {
+        "oscillator": oscillator,
+        "forcing": forcing,
+        "start": {"x0": 0, "v0": 0} | start,
+        "run": run,
+    }
+
+
+# Each number in the form in which it is exact; every kind of region, stop and end of a motion.
+OWN = [
+    study({"stops": [wall("-1/3", "below"), wall(1.25)]}, {"harmonics": [wave(0.9, "1.1", "pi/6")]},
+          {"periods": 50}, x0="0.1", v0=0.3),
+    study({"damping": "0.02", "stops": [wall(0, "below", 0.9), soft(1, "above", 8, "0.05")]},
+          {"harmonics": [wave(2), wave(4, 0.3, "0.3 + pi/7"), wave("6", "1/7", 1.7)], "constant": "1e-2"},
+          {"t_end": "60*pi"}, x0="0.5"),
+    study({"stiffness": "4/9", "damping": "2/3", "stops": [wall()]}, {"harmonics": [wave("2/3")]},
+          {"t_end": 80}, x0=-1, t0="-pi/2"),
+    study({"stiffness": 0, "stops": [soft(-1, "below", 25, "0.1"), soft("1.0", "above", 25), soft(1, "above", -2)]},
+          {"harmonics": [wave("1.5", "2.0")], "constant": "0.3"}, {"periods": "40.5"}),
+    study({"stiffness": "0.25", "damping": 1.5, "stops": [wall(0.2, "above", 0)]},
+          {"harmonics": [wave("0.5", 2, -2.5)]}, {"t_end": 90.5}, v0=1),
+    study({"mass": "2.5", "stiffness": 40, "damping_coefficient": "0.7", "stops": [wall("0.01", "above", "0.75"),
+          soft("-0.02", "below", "300", 4)]}, {"harmonics": [wave("4.2", 3, "pi/3")], "constant": -1},
+          {"periods": 60}),
+    study({"mass": 3, "stiffness": 2, "stops": [wall()]}, {"harmonics": [wave("2.7")], "per_mass": True},
+          {"periods": 30, "max_impacts": 25}, x0=-1),
+    study({"stiffness": 1, "stops": [wall(0, "below", "0.5")]}, {"constant": "-0.6"}, {"t_end": 30}, x0=1),
+    study({"stiffness": 1, "damping": "0.1", "stops": [wall("0.5")]}, {"harmonics": [wave(1, "0.05")]},
+          {"t_end": 300}),
+]  # fmt: skip
+# What has to be left to Python: expressions, faults, motions that may grow without bound.
+LEFT = [
+    {**OWN[0], "parameters": {"w": 2}, "forcing": {"harmonics": [wave("w")]}},
+    study({"stops": [wall(0, "above", "1.2")]}, {"harmonics": [wave(2)]}, {"periods": 5}),
+    study({"stops": [wall()]}, {"harmonics": [wave(2)]}, {"periods": 5}, x0=1),
+    study({"stiffness": -1, "stops": [wall()]}, {"harmonics": [wave(2)]}, {"t_end": 5}, x0=-1),
+    study({}, {"harmonics": [wave(2), wave(3)]}, {"periods": 5}),
+]
+
+
+def in_node(what: str, studies: list[dict[str, Any]]) -> list[Any]:
+    assert NODE is not None
+    answers = subprocess.run(
+        [NODE, str(HERE / "wasm_answers.mjs"), str(STATIC), what],
+        input=json.dumps(studies), capture_output=True, text=True, check=True, timeout=120,
+    )  # fmt: skip
+    return list(json.loads(answers.stdout))
+
+
+def all_studies() -> list[dict[str, Any]]:
+    return [json.loads(json.dumps(row.tables)) for row in presets()] + OWN
+
+
+def bits(text: str) -> bytes:
+    return base64.b64decode(text)
+
+
+def test_the_file_is_that_of_the_kernels_as_they_are() -> None:
+    assert kept_hash() == sources_hash(), "the kernels of the page have changed: run make wasm"
+
+
+@needs_node
+def test_laws_events_and_ends_have_the_bits_of_python() -> None:
+    studies = all_studies()
+    for tables, found in zip(studies, in_node("record", studies), strict=True):
+        run = followed(study_of(tables)).run
+        events, marks = run.record
+        assert bits(found["law"]) == run.system.law.tobytes(), tables
+        assert bits(found["events"]) == events.tobytes(), tables
+        assert found["marks"] == marks.ravel().tolist()
+        assert (found["end"], found["outcome"]) == (run.t_end, run.outcome.value)
+
+
+@needs_node
+def test_what_needs_python_is_left_to_it() -> None:
+    assert in_node("answer", LEFT) == [None] * len(LEFT)
+
+
+@needs_node
+def test_the_page_is_given_the_numbers_of_the_server() -> None:
+    studies = all_studies()
+    for tables, found in zip(studies, in_node("answer", studies), strict=True):
+        header, arrays = read_frame(answer_explore(PageRequest(1, "explore", tables, {})))
+        for name in set(header) - {"id", "arrays", "milliseconds", "impact_times"}:
+            assert found["header"][name] == header[name], (name, tables)
+        assert set(found["arrays"]) == set(arrays)
+        for name, wanted in arrays.items():
+            values = np.frombuffer(bits(found["arrays"][name]))
+            if name in ("omega", "amplitude"):
+                # The transform sums in another order.
+                np.testing.assert_allclose(values, wanted, rtol=1e-5, atol=1e-7 * wanted.max())
+            elif name.startswith("force"):
+                # So do the forces of stops.
+                np.testing.assert_allclose(values, wanted, rtol=1e-6, atol=1e-6 * abs(wanted).max())
+            else:
+                np.testing.assert_array_equal(values.astype(np.float32), wanted, name)
+
+
+# Each section, parameters of all tables, values behind a wall, and ends that are other doubles.
+DIAGRAMS: list[dict[str, Any]] = [
+    {"path": "forcing.harmonics.0.omega", "low": 2.6, "high": 2.9},
+    {"path": "oscillator.stops.0.restitution", "low": 0, "high": 1, "section": "impacts"},
+    {
+        "path": "forcing.harmonics.0.phase",
+        "low": 0.3,
+        "high": 2.5,
+        "section": "cycle",
+        "cycle": 0.25,
+    },
+    {"path": "start.v0", "low": -0.3, "high": 1, "section": "place", "at": -0.1, "direction": "up"},
+]
+
+
+@needs_node
+def test_the_points_of_diagrams_have_the_bits_of_python() -> None:
+    sizes = {"values": 6, "points": 5}
+    asked = [{"study": all_studies()[0], **sizes, **options} for options in DIAGRAMS]
+    for request, found in zip(asked, in_node("diagram", asked), strict=True):
+        tables = request["study"]
+        options = {name: value for name, value in request.items() if name != "study"}
+        study = study_of_view(PageRequest(1, "diagram", tables, options))
+        data = study.question.answer(study, Execution())
+        assert found["failed"] == 0
+        for name, text in found["columns"].items():
+            assert bits(text) == data[name].values[0].tobytes(), (name, request["path"])
