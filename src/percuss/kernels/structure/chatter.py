@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from percuss.kernels.arithmetic import ULP
-from percuss.kernels.compile import formula, kernel
+from percuss.kernels.compile import kernel
 from percuss.kernels.contact import CHATTER_LIMIT, SLOW
 from percuss.kernels.record import (
     T_LOW,
@@ -37,7 +37,7 @@ SAME = 1e-11
 HOPS = 1e-3
 
 
-@formula
+@kernel
 def keep_near_walls(
     run: StructureRun, flight: ModalFlight, event: tuple[int, float, int, float, float]
 ) -> None:
@@ -47,13 +47,10 @@ def keep_near_walls(
     two walls shrink at once that is soon all there is; but since a wall was struck its clearance is
     a sum of changes, and these have digits of their own. ``scratch[5]`` takes value and doubt.
     """
-    _, s, i, speed, _ = event
+    _, s, i, _, _ = event
     near = run.scratch[5]
     for k in range(run.order.shape[0]):
         near[k, 1] = 0.0
-    if -speed > HOPS * run.state[FASTEST]:
-        return
-    for k in range(run.order.shape[0]):
         was_touched = run.order[k] == 1.0 or run.order[k] < 0.0
         if k != i and was_touched and run.sets.stops[k, IS_WALL] == 1.0:
             if flight.at[0] != s:
@@ -62,7 +59,7 @@ def keep_near_walls(
             near[k, 1] = uncertainty(flight, k, s)
 
 
-@formula
+@kernel
 def take_near_walls(run: StructureRun) -> None:
     """Go on with the clearances that were kept, to walls that are neither touched nor hold."""
     held = run.sets.keys[run.counters[SET]]

@@ -59,7 +59,7 @@ from percuss.kernels.structure.basis import (
     basis_of,
     find,
 )
-from percuss.kernels.structure.chatter import chatter_time, keep_near_walls, take_near_walls
+from percuss.kernels.structure.chatter import HOPS, chatter_time, keep_near_walls, take_near_walls
 from percuss.kernels.structure.flight import (
     ModalFlight,
     U,
@@ -231,7 +231,8 @@ def carry_out(
     for k in range(run.order.shape[0]):
         kept[k, 2] = run.order[k]
         kept[k, 3] = run.values[k]
-    keep_near_walls(run, flight, event)
+    if -speed <= HOPS * state[FASTEST]:
+        keep_near_walls(run, flight, event)
     slow = 0.0
     if not speed * speed > run.at[1]:
         move(flight, s)
@@ -270,6 +271,7 @@ def strike(run: StructureRun, b: int, first: int, speed: float, slow: float) -> 
     """
     sets, state, counters = run.sets, run.state, run.counters
     held = sets.keys[counters[SET]] & walls_of(sets)
+    is_hop = -speed <= HOPS * state[FASTEST]
     change_set(run, b)
     clear_orders(run)
     run.order[first] = 1.0
@@ -315,7 +317,8 @@ def strike(run: StructureRun, b: int, first: int, speed: float, slow: float) -> 
         if status == NEW_SET:
             return NEW_SET
         keep(run, last)
-    take_near_walls(run)
+    if is_hop:
+        take_near_walls(run)
     flight = set_off(run)
     time, error = (-1.0, 0.0)
     if run.order[i] == 1.0 and run.events[last, V_AFTER] <= SLOW * state[FASTEST]:
