@@ -21,6 +21,9 @@ ELEMENTARY = re.findall(
 DIFFERENT = {("np", name) for name in [*ELEMENTARY, "hypot", "linalg"]}
 DIFFERENT |= {(module, name) for module in ("math", "cmath") for name in ELEMENTARY}
 
+# Products here are those of `numerics.wide.Wide`, which are percuss's own, and not of arrays.
+PRODUCTS_OF_WIDE = ("model/acting_sets.py", "numerics/modes.py", "numerics/wide.py")
+
 
 def calls_that_differ(text: str) -> list[str]:
     """Return what in a module is not the same to the bit on each machine."""
@@ -45,7 +48,10 @@ def modules() -> list[Path]:
 def test_a_module_takes_functions_from_numerics(file: Path) -> None:
     text = (Path(str(resources.files("percuss"))) / file).read_text(encoding="utf-8")
 
-    assert calls_that_differ(text) == []
+    differ = calls_that_differ(text)
+    if file.as_posix() in PRODUCTS_OF_WIDE:
+        differ = [call for call in differ if not call.endswith("BLAS")]
+    assert differ == []
 
 
 def test_what_differs_is_found() -> None:

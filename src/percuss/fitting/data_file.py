@@ -373,8 +373,8 @@ def _factor(column: FileColumn, units: Units | None) -> tuple[float, str]:
             return 1.0, f'"{column.title}": {column.unit} cannot be converted for {reason}'
         factor /= (base[0] if base else 1.0) ** power
     # Powers of ten as they are read, not as rounded quotients.
-    nearest = round(math.log10(factor))
-    return (float(f"1e{nearest}") if math.isclose(factor, 10.0**nearest) else factor), ""
+    nearest = float(f"{factor:.0e}")
+    return (nearest if math.isclose(factor, nearest) else factor), ""
 
 
 def _thing(quantity: str) -> str:

@@ -27,6 +27,7 @@ from percuss.model.oscillator import Wall
 from percuss.model.paths import replace_parameters
 from percuss.model.structure import Structure, StructureStart
 from percuss.motion.structures import followed
+from percuss.numerics import hypot, log
 from percuss.numerics.linear import directions, least_squares, matmul
 
 __all__ = ["lay_out_structure"]
@@ -205,7 +206,7 @@ def corrected(
 ) -> tuple[Guessed, Shots, Floats]:
     """Return the state by the samples of its segment too, its run, and errors by these alone."""
     samples = layout.record.samples
-    noise = np.hypot(samples.noise, wrong)
+    noise = hypot(samples.noise, wrong)
     state, d = guess.state, len(guess.state)
 
     def at(state: Floats) -> tuple[Shots, Floats, float]:
@@ -215,7 +216,7 @@ def corrected(
         if not shots.is_complete:
             return shots, right, math.inf
         # Misses beyond a few deviations count less: an impact may be missed.
-        return shots, right, float(np.log1p(right * right / 9.0).sum() * 9.0 + (off * off).sum())
+        return shots, right, float(log(1.0 + right * right / 9.0).sum() * 9.0 + (off * off).sum())
 
     shots, right, cost = at(state)
     for _ in range(0 if layout.is_fixed else CORRECTIONS):

@@ -130,7 +130,7 @@ def exact(formula: Callable[..., Any]) -> Callable[..., Any]:
     Examples
     --------
     >>> exact(law_formulas.turns_per_time)((1, 3), 2)
-    (0.05305164769729845, 2.0414620136843713e-18)
+    (0.05305164769729845, -3.279779445863748e-18)
     """
     plain: Any = getattr(formula, "py_func", formula)
     names: dict[str, Any] = {}
