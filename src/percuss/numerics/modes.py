@@ -220,7 +220,10 @@ def _coupled_pairs(stiffness: Wide, damping: Wide) -> ModePairs:
         -of_w.columns_times(spring),
         of_u - of_w.columns_times(drag),
     )
-    back = whole.inverse()
+    try:
+        back = whole.inverse()
+    except ConvergenceError as error:
+        raise _defective(math.inf) from error
     there, here = whole.rounded, back.rounded
     lost = np.sqrt((there * there).sum(axis=0)) * np.sqrt((here * here).sum(axis=1))
     # Velocities and displacements differ in size by the rates: only what is much larger is lost.
@@ -231,6 +234,21 @@ def _coupled_pairs(stiffness: Wide, damping: Wide) -> ModePairs:
         advice = "change the stiffness or the damping a little"
         raise ConvergenceError(what, None, float(lost.max()), advice)
     return ModePairs(spring, drag, of_u, of_w, back)
+
+
+def _defective(size: float) -> ConvergenceError:
+    what = "two pairs of modes coincide in one shape"
+    return ConvergenceError(what, None, size, "change the stiffness or the damping a little")
+
+
+def _no_pair(one: complex, other: complex, damping: Wide, size: float) -> ConvergenceError:
+    """Return why two roots make no pair."""
+    scale = float(np.abs(damping.rounded).max()) + abs(one + other)
+    if min(abs(one), abs(other)) > STILL * scale:
+        return _defective(size)
+    what = "masses that are free, and coupled by their velocities, rest at any place"
+    advice = "give each a weak spring to the ground; two roots 0 are no pair there"
+    return ConvergenceError(what, None, size, advice)
 
 
 def _free_pairs(
@@ -254,7 +272,11 @@ def _free_pairs(
     nothing = Wide.zeros(1, 1)
     pairs: list[RealPair] = []
     for j in real:
-        rate, shape = _real_mode(stiffness, damping, float(roots[j].real), free)
+        try:
+            rate, shape = _real_mode(stiffness, damping, float(roots[j].real), free)
+        except ConvergenceError:
+            # It is a root 0 like the others.
+            return [], roots
         rest = Wide(shape.parts * free[:, None, None])
         pairs.append(RealPair(nothing, -rate, rest, rate.inverse() * (shape - rest)))
     return pairs, np.delete(roots, [*order[:count].tolist(), *real])
@@ -355,13 +377,17 @@ def _refined(stiffness: Wide, damping: Wide, one: complex, other: complex) -> Re
     """Return the pair with two roots, by Newton's method."""
     try:
         return _refined_pair(stiffness, damping, one, other)
-    except ConvergenceError:
+    except ConvergenceError as error:
         if one.imag != 0.0 or abs(one - other) <= NEAR * (abs(one) + abs(other)):
             raise
+        failure = error
     # Two real roots of shapes that have little in common: each is refined alone.
     some = np.ones(len(stiffness), dtype=bool)
-    first, shape = _real_mode(stiffness, damping, one.real, some)
-    second, other_shape = _real_mode(stiffness, damping, other.real, some)
+    try:
+        first, shape = _real_mode(stiffness, damping, one.real, some)
+        second, other_shape = _real_mode(stiffness, damping, other.real, some)
+    except ConvergenceError:
+        raise failure from None
     of_w = (first - second).inverse() * (shape - other_shape)
     return RealPair(first @ second, -(first + second), shape - first * of_w, of_w)
 
@@ -386,13 +412,7 @@ def _refined_pair(stiffness: Wide, damping: Wide, one: complex, other: complex) 
         try:
             step = _newton_step(stiffness, damping, i, pair)
         except ConvergenceError as error:
-            if max(abs(one), abs(other)) > STILL * (float(np.abs(rounded[1]).max()) + abs(d)):
-                what = "two pairs of modes coincide in one shape"
-                advice = "change the stiffness or the damping a little"
-            else:
-                what = "masses that are free, and coupled by their velocities, rest at any place"
-                advice = "give each a weak spring to the ground; two roots 0 are no pair there"
-            raise ConvergenceError(what, None, math.nan, advice) from error
+            raise _no_pair(one, other, damping, math.inf) from error
         parts = step[2 * n], step[2 * n + 1], step[:n], step[n : 2 * n]
         pair = RealPair(*(a + Wide.of(b.reshape(-1, 1)) for a, b in zip(pair, parts, strict=True)))
         rate = math.sqrt(abs(float(pair.spring.rounded[0, 0]))) + abs(
@@ -405,8 +425,7 @@ def _refined_pair(stiffness: Wide, damping: Wide, one: complex, other: complex) 
             break
         best = size
     if not best < SETTLED:
-        what = "a pair of modes did not converge"
-        raise ConvergenceError(what, None, best, "change the damping a little")
+        raise _no_pair(one, other, damping, best)
     return pair
 
 
@@ -420,12 +439,20 @@ def _shape(stiffness: Floats, damping: Floats, root: complex) -> Complexes:
     matrix = np.block([[real, -imaginary], [imaginary, real]])
     sizes = np.abs(matrix).max(axis=1)
     largest = float(sizes.max()) or 1.0
-    matrix += np.diag(np.where(sizes > 0.0, sizes, largest) * 2.0**-50)
-    vector = np.ones(2 * n)
-    for _ in range(3):
-        vector = solve_linear(matrix, vector)
-        vector = vector / np.abs(vector).max()
-    return vector[:n] + 1j * vector[n:]
+    sizes = np.where(sizes > 0.0, sizes, largest)
+    for part in (2.0**-50, 3.0 * 2.0**-50):
+        vector = np.ones(2 * n)
+        try:
+            for _ in range(3):
+                vector = solve_linear(matrix + np.diag(part * sizes), vector)
+                vector = vector / np.abs(vector).max()
+        except ConvergenceError:
+            # What was added has met the rounding of the root.
+            continue
+        return vector[:n] + 1j * vector[n:]
+    raise ConvergenceError(
+        "no shape of a mode found", None, math.nan, "change the damping a little"
+    )
 
 
 def _newton_step(stiffness: Wide, damping: Wide, i: int, pair: RealPair) -> Floats:
