@@ -56,7 +56,7 @@ export function filesOf({ kind, study, digits }) {
   const tables = {
     motion: ["impacts", ...(hasSoft ? ["crossings"] : []), ...(digits ? ["certified"] : [])],
     diagram: ["diagram"],
-    response: ["response"],
+    response: ["response", "special_points"],
     basins: ["basins", "attractors"],
     fit: ["fit", "covariance", "residuals", "impacts"],
   }[kind];
