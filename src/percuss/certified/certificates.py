@@ -68,7 +68,11 @@ def certificate(result: CertifiedRun | CertifiedOrbit | CertifiedChaos) -> Json:
     kinds = {CertifiedRun: _run, CertifiedOrbit: _orbit, CertifiedChaos: _chaos}
     for kind, written in kinds.items():
         if isinstance(result, kind):
-            return {"certificate": VERSION, **written(result)}  # type: ignore[operator]
+            try:
+                return {"certificate": VERSION, **written(result)}  # type: ignore[operator]
+            except _NoCertificateError as error:
+                reason = f"without a certificate: {error}"
+                raise ParameterError("result", kind.__name__, reason) from None
     reason = "not a CertifiedRun, a CertifiedOrbit or a CertifiedChaos"
     raise ParameterError("result", type(result).__name__, reason)
 
@@ -114,16 +118,16 @@ def write_certificate(
     return file
 
 
-def _refuse(reason: str) -> ParameterError:
-    return ParameterError("result", "", f"it has no certificate: {reason}")
+class _NoCertificateError(Exception):
+    """Why a result has none."""
 
 
 def _law(system: BallSystem) -> Json:
     """Return the numbers of a system; its forces at rest are continuous by themselves."""
     if not system.is_exact:
-        raise _refuse("it holds for an interval of a number, or a number is irrational")
+        raise _NoCertificateError("it holds for an interval of a number, or a number is irrational")
     if system.record is not None or system.tables:
-        raise _refuse("its force has a record, or a wall a table of restitutions")
+        raise _NoCertificateError("its force has a record, or a wall a table of restitutions")
     omegas = [system.frequency(tone) for tone in system.tones]
     return {
         "regions": [_region(system, region) for region in system.regions],
@@ -182,9 +186,9 @@ def _claim(value: Ball | arb, least: Fraction = Fraction(0)) -> list[str]:
 
 def _run(run: CertifiedRun) -> Json:
     if run.accumulations or len(run.contacts) or len(run.grazes):
-        raise _refuse("the run has a chatter, a contact or a graze; end it before")
+        raise _NoCertificateError("the run has a chatter, a contact or a graze; end it before")
     if not run.complete or run.outcome is Ending.impact_at_t_end:
-        raise _refuse(f"the run is not proven to its end: {run.outcome.value}")
+        raise _NoCertificateError(f"the run is not proven to its end: {run.outcome.value}")
     system = run.system
     law = _law(system)
     at: dict[int, int] = {}
@@ -200,7 +204,7 @@ def _run(run: CertifiedRun) -> Json:
     events += [(t.arb, at[int(stop)], v.arb, v.arb) for t, stop, v in crossings]
     events.sort(key=lambda event: exact_value(event[0]))
     if not events:
-        raise _refuse("the run meets no stop")
+        raise _NoCertificateError("the run meets no stop")
     # Of two edges at one place a motion crosses both at once.
     rows = [event for i, event in enumerate(events) if i == 0 or event[:2] != events[i - 1][:2]]
     start = run.start
@@ -225,15 +229,15 @@ def _phase(value: Phase) -> list[str]:
 
 def _orbit(orbit: CertifiedOrbit) -> Json:
     if not orbit.exists or orbit.admissible is not True or not orbit.isolated:
-        raise _refuse(f"the orbit is not proven: {orbit.reason or 'it is one of a family'}")
-    motion = orbit._motion
-    if motion is None or not motion.states or motion.equations.mirrored:
-        raise _refuse("the orbit meets no stop")
-    events, states = motion.equations.events, motion.states
+        raise _NoCertificateError(
+            f"the orbit is not proven: {orbit.reason or 'it is one of a family'}"
+        )
+    if not orbit.events:
+        raise _NoCertificateError("the orbit meets no stop")
     width = Fraction(1, 10**orbit.wanted_digits)
     return {
         "kind": "orbit",
-        "law": _law(motion.equations.system),
+        "law": _law(system_of(orbit.oscillator, orbit.forcing)),
         "periods": orbit.n_periods,
         "events": [
             {
@@ -242,7 +246,7 @@ def _orbit(orbit: CertifiedOrbit) -> Json:
                 "t": _claim(t, width),
                 "v": _claim(v, width),
             }
-            for event, (t, v) in zip(events, states, strict=True)
+            for event, (t, v) in orbit.events
         ],
         "stability": orbit.stability
         if orbit.stability in ("asymptotic", "unstable")
@@ -252,7 +256,7 @@ def _orbit(orbit: CertifiedOrbit) -> Json:
 
 def _chaos(chaos: CertifiedChaos) -> Json:
     if not chaos:
-        raise _refuse(chaos.reason)
+        raise _NoCertificateError(chaos.reason)
     system = system_of(chaos.orbit.oscillator, chaos.orbit.forcing)
     event = next(event for event in events_of(system, chaos.orbit) if event.stop == chaos.stop)
     return {
