@@ -186,7 +186,7 @@ def _ends(d: MovedMotion) -> tuple[Floats, Floats]:
     """Return instants of all events and of the end, and their derivatives."""
     events = d.run.record[0]
     instants, moved = events[:, events_of.EVENT_T], d.columns[..., engine.DT]
-    # A run that ends at an event ends with it, else at an instant that stays.
+    # A run that ends at an event ends with it, else at a fixed instant.
     if d.run.t_end > instants[-1]:
         moved = np.concatenate([moved, np.zeros((1, len(d.paths)))])
     else:

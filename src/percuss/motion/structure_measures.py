@@ -60,7 +60,7 @@ class _MeasuredStructure:
             d.run.record.events[:, events_of.EVENT_T],
             d.columns.instants[:, engine.DT],
         )
-        # A run that ends at an event ends with it, else at an instant that stays.
+        # A run that ends at an event ends with it, else at a fixed instant.
         last = np.zeros_like(moved[-1:]) if d.run.t_end > instants[-1] else moved[-1:]
         if self.longer is not None:
             last = self.longer[None]
@@ -156,13 +156,13 @@ def _taylor(
 ) -> tuple[Floats, Floats, tuple[float, float, Floats]]:
     """Return x and its first three derivatives, the columns of the first three of these.
 
-    Shapes (4, n) and (3, n, n_parameters); and of the watch of a stop its value, its rate and its
+    Shapes (4, n) and (3, n, n_parameters); and of the guard of a stop its value, its rate and its
     column.
     """
     varied = scratch_of(d.varied)
     _, work = engine.new_columns(varied)
-    watch = np.zeros(2)
-    b = engine.taylor_at(varied, d.columns, (t, after, stop), work, watch)
+    guard = np.zeros(2)
+    b = engine.taylor_at(varied, d.columns, (t, after, stop), work, guard)
     sets, n = varied.run.sets, len(varied.run.begin)
     shape = sets.shape[b].reshape(n, 2 * n)
     orders, moved = np.zeros((4, n)), np.zeros((3, n, len(d.paths)))
@@ -174,7 +174,7 @@ def _taylor(
             moved[k] = factorial * matmul(shape, work.series.columns[k].reshape(2 * n, -1))
     orders[0] += sets.offset[b]
     moved[0] += varied.moved.places[b]
-    return orders, moved, (float(watch[0]), float(watch[1]), work.forces.copy())
+    return orders, moved, (float(guard[0]), float(guard[1]), work.forces.copy())
 
 
 def _mean_motion(

@@ -151,13 +151,15 @@ def structure_sensitivity_of(
     own = np.ascontiguousarray(moved.begin.T) if begin is None else begin
     record = run.record
     stops = _touched(run)
-    touches = run.grazes.t[stops >= 0]
-    jumps = np.full((len(touches), len(moved.paths)), np.nan)
-    touched = stops[stops >= 0]
-    varied = VariedRun(record, moved_sets(system, moved, record.sets), touches, touched, jumps)
-    none = MovedGrazes(touches, touched, jumps, jumps)
+    graze_times = run.grazes.t[stops >= 0]
+    jumps = np.full((len(graze_times), len(moved.paths)), np.nan)
+    graze_stops = stops[stops >= 0]
+    varied = VariedRun(
+        record, moved_sets(system, moved, record.sets), graze_times, graze_stops, jumps
+    )
+    none = MovedGrazes(graze_times, graze_stops, jumps, jumps)
     found = _carried(run, moved, varied, own, none)
-    if len(touches) or _landed(found).any():
+    if len(graze_times) or _landed(found).any():
         passing = varied._replace(jumps=np.zeros_like(jumps))
         grazes = _grazes(_carried(run, moved, passing, own, none))
         return dataclasses.replace(found, grazes=grazes)
@@ -240,9 +242,9 @@ def _grazes(passing: StructureSensitivity) -> MovedGrazes:
     """Return how the grazes of walls depend on the parameters, from columns that pass them."""
     varied, record = passing.varied, passing.varied.run
     landed = _landed(passing)
-    n = len(varied.touches)
-    instants = np.concatenate([varied.touches, record.events[landed, columns.EVENT_T]])
-    stop = np.concatenate([varied.touched, record.marks[landed, columns.BOUND]])
+    n = len(varied.graze_times)
+    instants = np.concatenate([varied.graze_times, record.events[landed, columns.EVENT_T]])
+    stop = np.concatenate([varied.graze_stops, record.marks[landed, columns.BOUND]])
     order = np.argsort(instants, kind="stable")
     reach = np.full((len(instants), len(passing.paths)), np.nan)
     speed = reach.copy()

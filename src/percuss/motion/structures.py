@@ -648,7 +648,7 @@ def _crossings(system: StructureSystem, run: StructureRun) -> Crossings:
     rows = _rows(run, columns.CROSSING)
     stops = run.marks[rows, columns.BOUND]
     inwards = run.events[rows, columns.V_AFTER] < 0.0
-    # What a watch sees falls through zero: the clearance on the way in, the depth on the way out.
+    # What a guard sees falls through zero: the clearance on the way in, the depth on the way out.
     v = run.events[rows, columns.V_BEFORE] * system.signs[stops] * np.where(inwards, 1.0, -1.0)
     direction = np.where(inwards, "in", "out")
     t = run.events[rows, columns.EVENT_T]

@@ -115,7 +115,7 @@ class OrbitSensitivity:
 def sensitivity_of_orbit(orbit: ClosedMotion, paths: Sequence[str]) -> OrbitSensitivity:
     """Return the derivative of an orbit by parameters; see `PeriodicOrbit.sensitivity`.
 
-    With M the monodromy and c the column of a period from a start that stays, the column w of the
+    With M the monodromy and c the column of a period from a fixed start, the column w of the
     state at t0 obeys w = M w + c + z' dT.
     """
     run = orbit.run
