@@ -1,4 +1,4 @@
-"""Chaos, proven: sets of states about a saddle and its homoclinic orbits whose images cross each other."""
+"""Proofs of chaos: sets of states along homoclinic orbits of a saddle whose images cross each other."""
 
 from __future__ import annotations
 
@@ -178,7 +178,7 @@ def prove_chaos(
     Parameters
     ----------
     osc, force
-        What moves, under harmonics with a common period.
+        The oscillator and its forcing: harmonics with a common period.
     saddle
         An unstable orbit with one impact a period on the stop; default: the first one that is found
         and has homoclinic orbits.

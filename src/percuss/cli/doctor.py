@@ -1,4 +1,4 @@
-"""What ``percuss doctor`` looks at: versions, cores, caches, a browser, and optional packages."""
+"""The report of ``percuss doctor``: versions, cores, caches, a browser, and optional packages."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ BROWSERS = ("chromium", "chromium-browser", "google-chrome", "firefox", "msedge"
 
 
 def facts() -> dict[str, str]:
-    """Return what there is on this machine, in words by their names."""
+    """Return the facts about this machine, in words by their names."""
     return dict(_facts())
 
 

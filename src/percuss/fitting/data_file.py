@@ -19,7 +19,7 @@ from percuss.model.units import Units
 
 __all__ = ["columns_of_file", "columns_of_text", "known_names", "quantity_named"]
 
-# What columns are called, besides the names themselves.
+# Other names of columns.
 ALIASES = {
     "t": ("time", "timestamp"),
     "displacement": ("x", "position", "disp"),
@@ -29,7 +29,7 @@ ALIASES = {
     "impact_times": ("impact_time", "impacts"),
     "noise": ("sigma",),
 }
-# Powers of mass, length and time, in which each is measured.
+# Dimensions of the quantities, as powers of mass, length and time.
 _ACCELERATION, _FORCE = (0, 1, -2), (1, 1, -2)
 POWERS = {
     "t": ((0, 0, 1),),
@@ -41,19 +41,19 @@ POWERS = {
     "impact_times": ((0, 0, 1),),
 }
 _OF_KIND = {"mass": (1, 0, 0), "length": (0, 1, 0), "time": (0, 0, 1), "force": _FORCE}
-# What the table of units has no power of ten for [kg, m, s, N], and other names.
+# Units in kg, m, s and N that are no power of ten of these, and other names of units.
 FACTORS = {"in": 0.0254, "ft": 0.3048, "min": 60.0, "h": 3600.0, "lb": 0.45359237,
            "lbf": 4.4482216152605}  # fmt: skip
 SAME = {"sec": "s", "second": "s", "seconds": "s", "msec": "ms", "milliseconds": "ms",
         "meter": "m", "meters": "m", "metre": "m", "metres": "m"}  # fmt: skip
-# The acceleration that accelerometers count in [m/s^2].
+# Standard gravity, the unit of many accelerometers [m/s^2].
 GRAVITY = 9.80665
 NO_UNIT = ("", "-", "1", "dimensionless")
 MISSING = ("", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--")
 NOTES = ("#", "%")
 SEPARATORS = (";", "\t", ",", None)
 NAMED = {";": "semicolons", "\t": "tabs", ",": "commas", None: "blanks"}
-# Lines above the names: what a logger says of itself.
+# Lines above the names, at most: the notes of a data logger.
 MOST_LINES_ABOVE = 60
 MOST_TOLD = 10
 _IN_BRACKETS = re.compile(r"(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]\s*")
@@ -302,7 +302,7 @@ def _faults_of_head(
             hint = f'; did you mean "{close[0]}"?' if close else ""
             faults.append(f'no column "{name}"{hint}')
     for title in titles:
-        # A slip of the pen would else leave a column out in silence.
+        # A typing error would otherwise leave a column out without a word.
         plain = _titled(title)[0].lower()
         close = difflib.get_close_matches(plain, POWERS, n=1, cutoff=0.85)
         if close and title not in [column.title for column in head] and close[0] not in names:

@@ -1,4 +1,4 @@
-"""What was measured: samples of quantities and instants of impacts, in the forms that people have."""
+"""Measurements: samples of quantities and instants of impacts, from arrays, tables and files."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ __all__ = [
 
 QUANTITIES = {"displacement": DISPLACEMENT, "velocity": VELOCITY, "acceleration": ACCELERATION}
 STOP_FORCE, IMPACT_TIMES = "stop_force", "impact_times"
-# The number of a quantity that is no sample: the instant of an impact.
+# In place of a quantity's number: the instant of an impact.
 OF_IMPACT = -1
 # Estimates of noise by differences are no smaller than this part of the values.
 LEAST_NOISE = 1e-9
@@ -45,7 +45,7 @@ MEDIAN_OF_NORMAL = 0.6744897501960817
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MeasuredSamples:
-    """MeasuredSamples in order of their instants.
+    """Samples in the order of their instants.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class MeasuredSamples:
     values
         (n,) array; of an impact its instant.
     quantities
-        (n,) array, what each is of (`kernels.segments`), -1 the instant of an impact; of structures
+        (n,) array, the quantity of each (`kernels.segments`), -1 the instant of an impact; of structures
         and, times `OF_PLACE`, where.
     noise
         (n,) array, standard deviations, estimated where ``is_estimated``.
@@ -77,7 +77,7 @@ class MeasuredSamples:
 
     @property
     def kinds(self) -> Integers:
-        """What each is of, wherever."""
+        """The quantity of each, without its place."""
         return np.where(self.quantities < 0, self.quantities, self.quantities % OF_PLACE)
 
     def taken(self, rows: Any) -> MeasuredSamples:
@@ -95,7 +95,7 @@ class MeasuredRecord:
     Attributes
     ----------
     samples
-        What was measured of it.
+        The samples.
     impacts
         The instants of impacts that were measured.
     force
@@ -159,13 +159,13 @@ def read_samples(
         Standard deviations: a number, an array or a mapping of these by quantity; None where those
         of the data hold.
     osc
-        What was measured, with its stops and places, and its units, into which columns of a file
-        that have some are converted.
+        The model, with its stops and places, and the units into which columns of a file that have
+        some are converted.
 
     Returns
     -------
     tuple of MeasuredSamples
-        MeasuredSamples and impacts, values that are NaN left out.
+        The samples and the impacts, without values that are NaN.
 
     Raises
     ------

@@ -76,7 +76,7 @@ class Fit(HasPicture):
         Dataset over ``sample``: t, value, fitted, residual (value less fitted), noise, quantity and
         record.
     problem
-        What was solved.
+        The least-squares problem.
     profiles
         The profiles that were asked for, by path.
     """
@@ -125,7 +125,8 @@ class Fit(HasPicture):
     def run(self) -> Trajectory | StructureTrajectory:
         """The motion of the fitted model over the first record.
 
-        In chaos it leaves the record after some time, as any run does, where the fit does not.
+        In chaos it departs from the record after some time, as any single run does; the fitted
+        motion, which begins anew at each node, does not.
         """
         first = self.problem.layouts[0]
         end = float(first.spans[-1, 1])
@@ -259,7 +260,7 @@ class Fit(HasPicture):
         for side in (range(middle, n), range(middle - 1, -1, -1)):
             point = best
             for i in side:
-                found = _held(self.problem, point, which, float(values[i]))
+                found = _at_fixed(self.problem, point, which, float(values[i]))
                 if found is None:
                     break
                 point, rows[i] = found, found.values
@@ -271,8 +272,8 @@ class Fit(HasPicture):
         return self.profiles[name]
 
 
-def _held(problem: FitProblem, near: FitPoint, which: int, value: float) -> FitPoint | None:
-    """Return the solution with one parameter held, None if there is none."""
+def _at_fixed(problem: FitProblem, near: FitPoint, which: int, value: float) -> FitPoint | None:
+    """Return the solution at a fixed value of one parameter, None if there is none."""
     low, high, values = problem.low.copy(), problem.high.copy(), near.values.copy()
     low[which] = high[which] = values[which] = value
     held = replace(problem, low=low, high=high)
@@ -284,7 +285,7 @@ def _held(problem: FitProblem, near: FitPoint, which: int, value: float) -> FitP
 
 
 def go_on() -> bool:
-    """Return that nobody asks a search to stop."""
+    """Return True: nothing asks the search to stop."""
     return True
 
 

@@ -1,4 +1,4 @@
-"""The search for a fit: guesses, nodes, descents, and another one where that fails."""
+"""The search for a fit: guesses, nodes and descents, with other nodes where these fail."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ class FitSearch:
     low, high
         Their bounds.
     ranged
-        For which of them the guess is looked for between these.
+        Which of them were given as ranges, in which a guess is sought.
     priors, loss
         See `FitProblem`.
     progress
@@ -153,7 +153,7 @@ class FitSearch:
         return None if begin is None else self._mended(self._descended(problem, begin, LOOSE))
 
     def _closed(self, found: FitCandidate) -> FitCandidate:
-        """Return the best motion that is whole, where the best one that was found is torn."""
+        """Return the best candidate whose segments connect, where the best of all is torn."""
         if not len(found.descent.torn(found.problem)) or self.progress.is_stopped:
             return found
         problem = replace(found.problem, tear=math.inf)
@@ -252,11 +252,11 @@ class FitSearch:
         for _ in range(MENDINGS):
             torn = found.descent.torn(found.problem)
             wrong = np.union1d(torn, self._strained(found.descent))
-            # Of a noise that is not known its size is what is left: no stretch stands out for sure.
+            # A noise that was estimated from the residuals contains the misfit: no segment stands out.
             is_fine = not found.reason and not self._is_noise_known
             if is_fine or not len(wrong) or self.progress.is_stopped:
                 break
-            # Where a motion misses most stretches a little it is not for single impacts.
+            # Small misfits of most segments are not caused by single impacts.
             is_whole = found.descent.is_settled and not len(torn)
             if is_whole and len(wrong) > max(MOST_WRONG * len(found.problem.linked), 3):
                 break
@@ -283,8 +283,8 @@ class FitSearch:
     def _begun_anew(self, found: FitCandidate, wrong: Integers) -> FitPoint | None:
         """Return the point with better states of the nodes at the ends of some segments.
 
-        Whether a slow impact is met, or missed, is decided by less than the noise of a node: states
-        around that by its own samples are tried.
+        Less than the noise of a node may decide whether a slow impact happens: states around the
+        one by its own samples are tried.
         """
         problem, point = found.problem, found.descent.point
         if isinstance(self.osc, Structure):
@@ -411,7 +411,7 @@ def _at_point(problem: FitProblem, descent: FitDescent, point: FitPoint) -> FitD
 
 
 def _is_same(one: FitCandidate, other: FitCandidate) -> bool:
-    """Return whether two descents have ended at one solution, which then explains no more."""
+    """Return whether two descents have ended at one solution: the second explains no more."""
     if len(one.descent.torn(one.problem)) or len(other.descent.torn(other.problem)):
         return False
     settled = one.descent.is_settled and other.descent.is_settled

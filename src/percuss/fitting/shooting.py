@@ -82,7 +82,7 @@ class Layout:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shots:
-    """What comes of all segments of all records, one after the other.
+    """The runs of all segments of all records, one after the other, with their derivatives.
 
     A node has d numbers, x and v of each coordinate: d = 2 of an oscillator.
 
@@ -149,7 +149,7 @@ def shoot(
     Returns
     -------
     Shots
-        What comes of them.
+        The runs.
 
     Raises
     ------
@@ -307,7 +307,7 @@ def motion_between(
     Parameters
     ----------
     osc, force
-        What moves.
+        The model and the force on it.
     nodes
         (n, 1 + d) array, instant, displacements and velocities of each.
     end
@@ -315,7 +315,7 @@ def motion_between(
     t
         (n_times,) array of times.
     quantities
-        Numbers of what is asked for.
+        Numbers of the quantities.
 
     Returns
     -------

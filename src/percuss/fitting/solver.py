@@ -39,12 +39,12 @@ HELD = 0.1
 # A segment's sum of squares this many of its standard errors above what is to be expected is not
 # noise; squares count up to that of so many standard deviations, for one outlier is no stretch.
 STRAINED, OUTLYING = 6.0, 5.0
-# A node's state that nothing says anything about is left as it is, with this weight.
+# Weight by which a node's state keeps its value where no sample determines it.
 ANCHOR = 1e-6
 # Damping: at first, and its factors after failure and success.
 DAMPING, MORE, LESS = 1e-2, 8.0, 0.125
-# A step that makes this part of what it promised makes the links firmer; below this mean square,
-# any does.
+# Links become firmer after a step that achieves this part of the decrease it promised; below this
+# mean square, after any.
 KEPT, GOOD = 0.5, 2.0
 # A search ends where a step moves nothing by more than this part of its standard error, squared.
 CLOSE = 1e-6
@@ -62,7 +62,7 @@ ROBUST = Loss("cauchy", TORN)
 
 @dataclass(frozen=True, eq=False)
 class FitProblem:
-    """What is fitted.
+    """The least-squares problem of a fit.
 
     Attributes
     ----------
@@ -107,7 +107,7 @@ class FitProblem:
     def loss_at(self, weight: float) -> Loss:
         """Return the loss while links have a weight: stretches that miss an impact pull less.
 
-        Of forces of stops all that is known is in the contacts, which pull as they are.
+        Forces of stops are known in contacts only, and keep their weight.
         """
         return ROBUST if self.is_kinematic and weight < TAUT else self.loss
 
@@ -213,10 +213,10 @@ def equations_of(problem: FitProblem, shots: Shots) -> FitEquations:
 
 
 def _sided(some: MeasuredSamples, shots: Shots, own: slice) -> tuple[Floats, Floats]:
-    """Return residuals and rows of samples, those beside events on the side that suits them.
+    """Return residuals and rows of samples, those beside events on the side that fits better.
 
     A displacement is the same on both sides, but its derivatives are not: next to the event they
-    pass from one to the other, or a search would go to and fro over the kink.
+    pass from one to the other, or a search would oscillate across the kink.
     """
     both = (some.values[:, None] - shots.values[own]) / some.noise[:, None]
     rows = shots.rows[own] / some.noise[:, None, None]
@@ -288,7 +288,7 @@ class FitDescent:
     def strained(self, size: float = 1.0) -> Integers:
         """Return the segments whose samples are missed by far more than by noise.
 
-        ``size`` is that of the noise, in what it was taken as.
+        ``size`` is that of the noise, in units of the assumed one.
         """
         right, segment = self.point.equations.right, self.point.equations.segment
         n = len(self.point.equations.defects)
@@ -309,7 +309,7 @@ def descend(problem: FitProblem, start: FitPoint, weight: float = LOOSE) -> FitD
     Parameters
     ----------
     problem
-        What is fitted.
+        The problem.
     start
         Where to begin.
     weight

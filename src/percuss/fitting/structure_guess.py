@@ -1,7 +1,7 @@
 """The nodes of a structure's record and their first states, by a filter along the record.
 
-One accelerometer says little of a state within a window without impacts: what it says of the other
-coordinates comes through the motion. So the state is carried from node to node with its
+The samples of one accelerometer between two impacts hardly determine a state: the other coordinates
+show only in the course of the motion. So the state is carried from node to node with its
 uncertainty, and corrected by the samples of each segment (the square-root information filter of
 Bierman 1977, with the model itself in place of its linearisation).
 """
@@ -35,7 +35,7 @@ __all__ = ["lay_out_structure"]
 # What a wrong guess of the parameters adds to the noise, in parts of the samples' size; and to a
 # state that is carried on, in parts of its size.
 WRONG = 0.1
-# A state that nothing is known of is within so many times the size of the motion.
+# Standard deviation of an unknown state, in sizes of the motion.
 WIDE = 3.0
 # Steps of the correction in one segment, and halvings of a step.
 CORRECTIONS, HALVINGS = 4, 4

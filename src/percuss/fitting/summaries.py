@@ -1,4 +1,4 @@
-"""What files and pictures say of a fit: the impacts of its motion, and what a profile encloses."""
+"""Summaries of a fit for files and pictures: the impacts of its motion, intervals of a profile."""
 
 from __future__ import annotations
 

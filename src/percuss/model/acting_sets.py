@@ -62,7 +62,7 @@ PUSHES = 100
 
 
 class StructureFrames:
-    """What a structure is in coordinates of unit mass, whatever its loads are.
+    """A structure in coordinates of unit mass, without its loads.
 
     Parameters
     ----------
@@ -144,7 +144,7 @@ class StructureFrames:
         )
 
     def at(self, key: int) -> dict[str, Floats]:
-        """Return what one set of acting stops is, without the loads: part of the arrays of `Sets`.
+        """Return the arrays of `Sets` for one set of acting stops, except those of the loads.
 
         Besides these, the modes from displacements and velocities of unit mass (inward), the
         constant force there (pull), and what a guard takes of forces directly (direct).
@@ -297,7 +297,7 @@ class StructureFrames:
 
 
 class StructureSystem:
-    """A structure and what drives it, with the sets of acting stops that have been met so far.
+    """A structure and its loads, with the sets of acting stops that have been met so far.
 
     Parameters
     ----------
@@ -427,7 +427,7 @@ class StructureSystem:
 
     @cached_property
     def _pushes(self) -> Complexes:
-        """What each harmonic does in coordinates of unit mass, (n_harmonics, n): cos - i sin."""
+        """The accelerations by each harmonic in coordinates of unit mass, (n_harmonics, n): cos - i sin."""
         pushes = np.zeros((len(self.omegas), self.structure.n), dtype=np.complex128)
         for i, component in self._components:
             k = self.omegas.index(component.omega)
@@ -437,7 +437,7 @@ class StructureSystem:
 
     @cached_property
     def _constant(self) -> Floats:
-        """What the constant loads do, (n,)."""
+        """The accelerations by the constant loads, (n,)."""
         total = np.zeros(self.structure.n)
         for i, forcing in enumerate(self.loads.forcings):
             total += float(as_fraction(forcing.constant)) * self._directions[i]
@@ -445,7 +445,7 @@ class StructureSystem:
 
     @cached_property
     def _record_directions(self) -> Floats:
-        """What each record does at value 1, (n_records, n)."""
+        """The accelerations by each record at value 1, (n_records, n)."""
         rows = [
             self._directions[i]
             for i, forcing in enumerate(self.loads.forcings)

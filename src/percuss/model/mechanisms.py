@@ -1,4 +1,4 @@
-"""Structures that are made of few numbers: chains, cantilevers, impact pairs and absorbers."""
+"""Structures of few parameters: chains, cantilevers, impact pairs and absorbers."""
 
 from __future__ import annotations
 

@@ -180,7 +180,7 @@ def _moved_loads(system: StructureSystem, fields: Mapping[str, float], mass: Flo
 
 
 def moved_sets(system: StructureSystem, moved: MovedStructure, sets: Sets) -> MovedSets:
-    """Return what the changes of the equation push in the modes of each of the sets of a run."""
+    """Return the forces of the equation's changes on the modes of each set of a run."""
     structure, count = system.structure, len(moved.paths)
     n, n_stops, m, r = system.shape
     normals, mass = sets.normals, structure.mass_matrix
@@ -331,7 +331,7 @@ def _pressed(
 
 
 def motion_of_modes(shape: Floats, modes: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return what x, v and the acceleration take of the modes, (n, 2 n) each, without the loads."""
+    """Return the matrices (n, 2 n) from the modes to x, v and the acceleration, without the loads."""
     n = len(modes)
     spring, drag = modes[:, SPRING], modes[:, DRAG]
     rows = [shape]
@@ -354,7 +354,7 @@ def _moved_drag(
     moved_along = -solve_linear(mass, matmul(heavier, along))
 
     def freed(vector: Floats, moved: Floats) -> tuple[Floats, Floats]:
-        """Return what held walls leave of accelerations, and its change."""
+        """Return the part of accelerations that the walls in contact allow, and its change."""
         if not len(walls):
             return vector, moved
         off, moved_off = matmul(walls, vector), matmul(walls, moved)

@@ -36,7 +36,7 @@ class AnyStructureMotion(Protocol):
 
     @property
     def structure(self) -> Structure:
-        """What moves."""
+        """The structure."""
         ...
 
     @property
@@ -114,7 +114,7 @@ class MovedStructureMotion(MovedEvents):
     columns: ColumnRecord
 
     def __call__(self, t: ArrayLike, limit: Limit = "after") -> tuple[Floats, Floats]:
-        """Return the derivatives of x and v at times t, which stay.
+        """Return the derivatives of x and v at fixed times t.
 
         Parameters
         ----------

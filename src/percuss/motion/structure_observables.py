@@ -108,7 +108,7 @@ def observable_at(
 
 
 def _traced(run: StructureRun, gauge: Gauge, span: tuple[float, float], stop: int) -> list[Floats]:
-    """Return what an observable does between two instants, in parts."""
+    """Return the turning points, or the passages, of an observable between two instants, in parts."""
     progress = np.zeros(observe.PROGRESS_ENTRIES)
     progress[observe.STOP] = stop
     parts: list[Floats] = []
@@ -211,7 +211,7 @@ def _slope(sets: Sets, b: int, form: LinearForm) -> LinearForm:
 
 
 def _gauge(run: StructureRun, forms: list[LinearForm | None], level: float | None) -> Gauge:
-    """Return a quantity to be watched: its derivative, or its difference from a level."""
+    """Return the gauge of a quantity: of its derivative, or of its difference from a level."""
     sets = run.sets
     b, n, m, r = len(forms), sets.modes.shape[1], sets.turns.shape[2], len(sets.records)
     k = observe.GAUGE_ROWS

@@ -54,7 +54,7 @@ if TYPE_CHECKING:
 
 __all__ = ["StructureTrajectory", "follow_structure", "followed"]
 
-# Rows for events at first, and searches between two looks at the keyboard.
+# Rows for events at first, and searches between two checks for Ctrl-C.
 FIRST_CAPACITY = 4096
 PATIENCE = 10_000
 _OUTCOMES = {
@@ -152,7 +152,7 @@ class StructureTrajectory:
     Attributes
     ----------
     structure, loads
-        What moved.
+        The structure and its loads.
     start
         The state in which it started.
     t0, t_end
@@ -648,7 +648,7 @@ def _crossings(system: StructureSystem, run: StructureRun) -> Crossings:
     rows = _rows(run, columns.CROSSING)
     stops = run.marks[rows, columns.BOUND]
     inwards = run.events[rows, columns.V_AFTER] < 0.0
-    # What a guard sees falls through zero: the clearance on the way in, the depth on the way out.
+    # A guard falls through zero: the clearance on the way in, the depth on the way out.
     v = run.events[rows, columns.V_BEFORE] * system.signs[stops] * np.where(inwards, 1.0, -1.0)
     direction = np.where(inwards, "in", "out")
     t = run.events[rows, columns.EVENT_T]

@@ -63,7 +63,7 @@ class Design(HasPicture):
     Attributes
     ----------
     outcome, goal
-        What was asked for.
+        The outcome that was asked for, and the goal.
     value
         The outcome there.
     values
@@ -77,7 +77,7 @@ class Design(HasPicture):
     gradient
         (n_parameters,) array, the derivatives of the outcome.
     oscillator, forcing, start
-        What moves there; the start of a run.
+        The model at this setting; the start of a run.
     orbit, run
         The orbit, None for a run; and the run, of an orbit one period.
     derivative
@@ -179,8 +179,8 @@ def design(
     Raises
     ------
     ParameterError
-        If there is no such outcome or parameter, a range is none, or the run is none that
-        `simulate` follows; and for structures.
+        If there is no such outcome or parameter, a range has no two ends in order, or the run is
+        not one that `simulate` follows; and for structures.
     ConvergenceError
         If no motion is found from which to begin.
     MissingExtraError
@@ -282,7 +282,7 @@ def _is_pair(given: object) -> bool:
 
 
 def _settings(search: DesignSearch, restarts: int, seed: int) -> list[dict[str, float]]:
-    """Return the given setting, and others of which each side of the box has one in each part."""
+    """Return the given setting, and others in a Latin hypercube of the box."""
     random = np.random.default_rng(seed)
     n = len(search.paths)
     columns = [random.permutation(restarts) + random.random(restarts) for _ in range(n)]
@@ -291,7 +291,7 @@ def _settings(search: DesignSearch, restarts: int, seed: int) -> list[dict[str, 
 
 
 def _best(search: DesignSearch, restarts: int, seed: int) -> Design:
-    """DesignSearch from several settings, and return the best end."""
+    """Search from several settings, and return the best end."""
     found: list[Found] = []
     for values in _settings(search, restarts, seed):
         if search.progress.is_stopped and found:

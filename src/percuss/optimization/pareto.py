@@ -1,4 +1,4 @@
-"""The settings at which neither of two outcomes can be better without the other being worse."""
+"""Pareto fronts: settings at which neither of two outcomes can gain without a loss of the other."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def pareto_front(
     progress: Report = None,
     **settings: Any,
 ) -> ParetoFront:
-    """Return the best settings between two outcomes, of which each is bought with the other.
+    """Return the Pareto front of two outcomes: designs that no other betters in both.
 
     Of the designs between the two best ones the second outcome is limited, at equal distances,
     and the first is as good as it can be. Each search begins at the design before it too.

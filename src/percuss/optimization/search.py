@@ -30,16 +30,16 @@ OutcomeLimits: TypeAlias = tuple[float | None, float | None]
 # SLSQP ends when a step changes the scaled outcome by less; the most motions of a search, and how
 # often it begins again, without what it knows of curvatures, where its line search fails.
 CLOSE, MOST_MOTIONS, RENEWALS = 1e-13, 200, 3
-# OutcomeLimits are met to this part of their scale, and active this near.
+# Limits are met to this part of their scale, and active this near.
 MET = 1e-7
-# What a setting without a motion costs, in scaled outcomes: the line search shortens its step.
+# Cost of a setting without a motion, in scaled outcomes: the line search shortens its step.
 WITHOUT_MOTION = 10.0
 # How SLSQP ends where its line search fails.
 NO_DESCENT = 8
 
 
 class Trials(Protocol):
-    """What makes the motions of a search."""
+    """The maker of a search's motions."""
 
     def first(self, values: Mapping[str, float], n: int, seed: int) -> list[Trial]:
         """Return the motions at a setting from which searches begin."""
@@ -246,7 +246,7 @@ class _Path:
         return trial if trial is not None and self.search.is_usable(trial) else None
 
     def cost(self, place: Floats) -> float:
-        """Return what is made least."""
+        """Return the cost, which is minimised."""
         trial = self._trial(place)
         if trial is None:
             return self.cost(self.search.place(self.last.values)) + WITHOUT_MOTION
@@ -256,14 +256,14 @@ class _Path:
         return -value if self.wanted.goal == "largest" else value
 
     def slope(self, place: Floats) -> Floats:
-        """Return its derivatives."""
+        """Return the derivatives of the cost."""
         if not isinstance(self.wanted.goal, str):
             return place - self.search.given
         slope = self.near(place).outcome(self.wanted.outcome)[1] * self.search.width / self.scale
         return np.asarray(-slope if self.wanted.goal == "largest" else slope)
 
     def constraints(self) -> list[dict[str, Any]]:
-        """Return what has to be kept, as SciPy takes it."""
+        """Return the limits as constraints of SciPy."""
         rows: list[dict[str, Any]] = []
         if self.wanted.kept(self.last):
             rows.append(_constraint("ineq", self._kept, self._moved_kept))

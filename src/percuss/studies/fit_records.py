@@ -1,4 +1,4 @@
-"""``[[fit.records]]`` of a study file: what was measured, in the study or in a table beside it."""
+"""``[[fit.records]]`` of a study file: measurements in the study or in a file beside it."""
 
 from __future__ import annotations
 
@@ -230,7 +230,7 @@ def _lists(own: Mapping[str, Any], path: Path, study: StudyDraft) -> DataColumns
 def _noise(
     given: Any, data: DataColumns | None, path: Path, study: StudyDraft
 ) -> tuple[Exact | dict[str, Exact] | None, DataColumns]:
-    """Return the noise, and that of each value; add the fault of what is none."""
+    """Return the noise, and that of each value; add their faults."""
     if given is None:
         return None, {}
     if isinstance(given, list):

@@ -1,4 +1,4 @@
-"""What studies of structures check, compute, draw and report in their own way."""
+"""Studies of structures: their checks, computations, pictures and reports."""
 
 from __future__ import annotations
 

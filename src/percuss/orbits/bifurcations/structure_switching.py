@@ -1,4 +1,4 @@
-"""From one family of a structure's orbits to another that starts from it."""
+"""Branch switching: the family of a structure's orbits that starts at a special point of another."""
 
 from __future__ import annotations
 

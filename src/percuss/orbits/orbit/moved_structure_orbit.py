@@ -70,7 +70,7 @@ class StructureOrbitSensitivity:
         return f"<StructureOrbitSensitivity: by {', '.join(self.paths)}>"
 
     def __call__(self, t: ArrayLike) -> tuple[Floats, Floats]:
-        """Return the derivatives of x and v at times t in the first period, which stay."""
+        """Return the derivatives of x and v at fixed times t in the first period."""
         return self.motion(t)
 
     def of(self, measure: MovedMeasure, on: On | None = None) -> Floats:

@@ -114,7 +114,7 @@ class StructureOrbit:
     Attributes
     ----------
     structure, loads
-        What moves.
+        The structure and its loads.
     x0, v0
         (n,) coordinates [length] and velocities [length/time] at t = 0.
     n_periods
@@ -216,7 +216,7 @@ def find_structure_orbit(
     Parameters
     ----------
     structure, loads
-        What moves; the loads have a common period.
+        The structure and its loads, which have a common period.
     guess
         (x0, v0), the state at t = 0 near which to look [length, length/time], or an orbit of a
         similar structure. Default: the motion from rest, after 200 periods of the orbit.

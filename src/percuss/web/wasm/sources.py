@@ -1,4 +1,4 @@
-"""Which kernels the file of WebAssembly was made from: a hash of their text."""
+"""The hash of the kernels' text from which the file of WebAssembly was made."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def kept_hash() -> str:
 
 
 def description(data: bytes) -> dict[str, object]:
-    """Return what a file of WebAssembly says of itself.
+    """Return the description that a file of WebAssembly holds of itself.
 
     Raises
     ------
