@@ -152,11 +152,11 @@ class CertifiedChaos:
             reason = self.reason or f"numbers of loops are 0 to {len(self.loops) - 1}"
             raise ParameterError("itinerary", tuple(itinerary), reason)
         numbers = [number for loop in order for number in self.loops[loop]]
-        found = certify(_orbit_through(self, numbers), digits=digits)
-        if not _visits(self, found, numbers):
+        certified = certify(_orbit_through(self, numbers), digits=digits)
+        if not _visits(self, certified, numbers):
             reason = f"the orbit of loops {order} was not enclosed inside its sets"
-            raise ConvergenceError(reason, (), found.unique_within, "ask for more digits")
-        return found
+            raise ConvergenceError(reason, (), certified.unique_within, "ask for more digits")
+        return certified
 
 
 def prove_chaos(
@@ -217,10 +217,10 @@ def prove_chaos(
     reported = Progress(progress, max(1, len(candidates)), "saddles")
     best: CertifiedChaos | None = None
     for orbit in candidates:
-        found = _proof_at(orbit, stop, most_orbits)
-        if found or best is None:
-            best = found
-        if found or not reported.advance():
+        chaos = _proof_at(orbit, stop, most_orbits)
+        if chaos or best is None:
+            best = chaos
+        if chaos or not reported.advance():
             break
     reported.close()
     if best is None:

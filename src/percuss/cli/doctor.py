@@ -91,5 +91,5 @@ def _kernels() -> str:
 
 def _found(names: tuple[str, ...], use: str, otherwise: str) -> str:
     which: Callable[[str], str | None] = shutil.which
-    found = next(filter(None, map(which, names)), None)
-    return otherwise if found is None else f"{found}: {use}"
+    program = next(filter(None, map(which, names)), None)
+    return otherwise if program is None else f"{program}: {use}"

@@ -208,7 +208,7 @@ def _titled(cell: str) -> tuple[str, str]:
 
 def _columns_in(cells: Sequence[str], names: Mapping[str, str]) -> list[FileColumn]:
     """Return the columns that are read, of a line of names."""
-    found = []
+    columns = []
     own = {name: quantity for quantity, name in names.items()}
     for place, cell in enumerate(cells):
         title, unit = _titled(cell)
@@ -218,8 +218,8 @@ def _columns_in(cells: Sequence[str], names: Mapping[str, str]) -> list[FileColu
             # Another column was named for it.
             quantity = None if quantity in names else quantity
         if quantity is not None:
-            found.append(FileColumn(place, cell, quantity, unit))
-    return found
+            columns.append(FileColumn(place, cell, quantity, unit))
+    return columns
 
 
 def _is_number(cell: str) -> bool:
@@ -330,11 +330,11 @@ def _unit(text: str, quantity: str | None) -> UnitOfColumn | None:
     factor, powers = 1.0, [0, 0, 0]
     for place, part in enumerate(text.replace("*", " ").split("/")):
         for word in part.split():
-            found = re.fullmatch(r"([a-zA-Zµ]+)\^?(-?\d)?", word)
-            base = _base_unit(found[1]) if found else None
-            if found is None or base is None:
+            match = re.fullmatch(r"([a-zA-Zµ]+)\^?(-?\d)?", word)
+            base = _base_unit(match[1]) if match else None
+            if match is None or base is None:
                 return None
-            power = int(found[2] or 1) * (-1 if place else 1)
+            power = int(match[2] or 1) * (-1 if place else 1)
             factor *= base[0] ** power
             powers = [own + power * more for own, more in zip(powers, base[1], strict=True)]
     return (factor, (powers[0], powers[1], powers[2])) if any(powers) else None

@@ -349,8 +349,8 @@ def _rough_noise(t: Floats, values: Floats, quantity: int) -> float:
         weights /= np.sqrt((weights * weights).sum(axis=1))[:, None]
     differences = (weights * np.lib.stride_tricks.sliding_window_view(values, 4)).sum(axis=1)
     sizes = np.abs(differences[np.isfinite(differences)])
-    found = float(np.median(sizes)) / MEDIAN_OF_NORMAL if len(sizes) else 0.0
-    return max(found, LEAST_NOISE * size)
+    noise = float(np.median(sizes)) / MEDIAN_OF_NORMAL if len(sizes) else 0.0
+    return max(noise, LEAST_NOISE * size)
 
 
 def _merged(parts: Sequence[MeasuredSamples]) -> MeasuredSamples:

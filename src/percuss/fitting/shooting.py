@@ -190,10 +190,12 @@ def _structure_shots(
         system.add(key)
     fixed = start if layout.is_fixed else None
     samples = layout.record.samples
-    found = follow_records(system, fixed, paths, layout.spans.copy(), nodes, samples, layout.first)
+    results = follow_records(
+        system, fixed, paths, layout.spans.copy(), nodes, samples, layout.first
+    )
     layout.keys.update(system.sets.keys.tolist())
     return Shots(
-        nodes, found.values, found.rows, found.away, found.ends, found.end_rows, found.counts, found.hits
+        nodes, results.values, results.rows, results.away, results.ends, results.end_rows, results.counts, results.hits
     )  # fmt: skip
 
 
@@ -340,7 +342,7 @@ def motion_between(
     spans = np.stack([nodes[:, 0], np.append(nodes[1:, 0], end)], axis=1)
     record = MeasuredRecord(samples, samples.taken(slice(0, 0)), force, None)
     layout = Layout(record, spans, np.append(first, len(repeated)), False)
-    found = shoot(osc, (layout,), {}, nodes[:, 1:].copy()).values[:, 0]
+    values = shoot(osc, (layout,), {}, nodes[:, 1:].copy()).values[:, 0]
     moved = np.empty((len(times), n))
-    moved[order] = found.reshape(-1, n)
+    moved[order] = values.reshape(-1, n)
     return moved

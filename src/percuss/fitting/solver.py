@@ -142,9 +142,9 @@ class FitEquations:
     @property
     def residuals(self) -> Floats:
         """The residuals of each record's samples, then of its impacts, in standard deviations."""
-        found = np.empty_like(self.right)
-        found[self.order] = self.right
-        return found
+        in_order = np.empty_like(self.right)
+        in_order[self.order] = self.right
+        return in_order
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -253,10 +253,10 @@ def _matched(layout: Layout, hits: Floats, node: int) -> tuple[Integers, Floats,
     if len(hits):
         nearest = np.argmin(apart, axis=1)
         met = np.isfinite(apart[np.arange(n), nearest])
-        found = hits[nearest[met]]
-        segment[met] = found[:, 0].astype(np.int64)
-        right[met] = (impacts.t[met] - found[:, 1]) / impacts.noise[met]
-        rows[met] = found[:, 2:] / impacts.noise[met, None]
+        hit = hits[nearest[met]]
+        segment[met] = hit[:, 0].astype(np.int64)
+        right[met] = (impacts.t[met] - hit[:, 1]) / impacts.noise[met]
+        rows[met] = hit[:, 2:] / impacts.noise[met, None]
     return segment, right, rows
 
 
@@ -299,8 +299,8 @@ class FitDescent:
 
     def torn(self, problem: FitProblem) -> Integers:
         """Return the segments that do not end at the next node."""
-        found = squares_of_defects(problem, self.point.equations.defects)
-        return np.flatnonzero(found > HELD * HELD)
+        squares = squares_of_defects(problem, self.point.equations.defects)
+        return np.flatnonzero(squares > HELD * HELD)
 
 
 def descend(problem: FitProblem, start: FitPoint, weight: float = LOOSE) -> FitDescent:
@@ -320,54 +320,60 @@ def descend(problem: FitProblem, start: FitPoint, weight: float = LOOSE) -> FitD
     FitDescent
         Where it ended.
     """
-    found = FitDescent(start, np.zeros((0, len(problem.paths) + 1)), weight=weight)
+    descent = FitDescent(start, np.zeros((0, len(problem.paths) + 1)), weight=weight)
     damping, loosened = 0.0, 0
     for _ in range(MOST_STEPS):
-        before = found.point.cost(problem, found.weight)
-        step = FitStep.of(problem, found.point, found.weight)
-        found.triangle = step.triangle
-        trial, damping = _tried(problem, found, step, before, damping)
+        before = descent.point.cost(problem, descent.weight)
+        step = FitStep.of(problem, descent.point, descent.weight)
+        descent.triangle = step.triangle
+        trial, damping = _tried(problem, descent, step, before, damping)
         if not problem.ask():
-            found.reason = "the search was stopped"
-            return found
+            descent.reason = "the search was stopped"
+            return descent
         if trial is None:
-            moved = matmul(step.triangle[:, :-1], step.parameters(problem, found.point.values, 0.0))
-            if found.weight >= TAUT and norm(moved) ** 2 < NO_STEP:
-                found.is_settled = True
-                return found
-            if found.weight <= LOOSE or loosened == MOST_LOOSENINGS:
-                found.reason = "no step makes the misfit smaller"
-                return found
-            found.weight, damping, loosened = max(found.weight / FIRMER, LOOSE), 0.0, loosened + 1
+            moved = matmul(
+                step.triangle[:, :-1], step.parameters(problem, descent.point.values, 0.0)
+            )
+            if descent.weight >= TAUT and norm(moved) ** 2 < NO_STEP:
+                descent.is_settled = True
+                return descent
+            if descent.weight <= LOOSE or loosened == MOST_LOOSENINGS:
+                descent.reason = "no step makes the misfit smaller"
+                return descent
+            descent.weight, damping, loosened = (
+                max(descent.weight / FIRMER, LOOSE),
+                0.0,
+                loosened + 1,
+            )
             continue
-        moved = matmul(step.triangle[:, :-1], trial.values - found.point.values)
-        promised = step.promised(problem, found.point, damping)
-        after = trial.cost(problem, found.weight)
-        found.point = trial
-        if found.weight >= FIRM and norm(moved) ** 2 < CLOSE:
-            found.triangle = FitStep.of(problem, trial, found.weight).triangle
-            found.is_settled = True
-            return found
+        moved = matmul(step.triangle[:, :-1], trial.values - descent.point.values)
+        promised = step.promised(problem, descent.point, damping)
+        after = trial.cost(problem, descent.weight)
+        descent.point = trial
+        if descent.weight >= FIRM and norm(moved) ** 2 < CLOSE:
+            descent.triangle = FitStep.of(problem, trial, descent.weight).triangle
+            descent.is_settled = True
+            return descent
         share = (before - after) / max(promised, 1e-300)
         is_good = share > KEPT or after < GOOD * len(trial.equations.right)
         if share > KEPT:
             damping = damping * LESS if damping > 1e-6 else 0.0
         if is_good and damping < 1.0:
-            found.weight = min(found.weight * FIRMER, FIRM)
-    found.reason = f"{MOST_STEPS} steps were not enough"
-    return found
+            descent.weight = min(descent.weight * FIRMER, FIRM)
+    descent.reason = f"{MOST_STEPS} steps were not enough"
+    return descent
 
 
 def _tried(
-    problem: FitProblem, found: FitDescent, step: FitStep, before: float, damping: float
+    problem: FitProblem, descent: FitDescent, step: FitStep, before: float, damping: float
 ) -> tuple[FitPoint | None, float]:
     """Return the point of a step that makes the cost smaller, and its damping."""
     for _ in range(MOST_TRIALS):
-        values, nodes = step.taken(problem, found.point, damping)
+        values, nodes = step.taken(problem, descent.point, damping)
         trial = point_at(problem, values, nodes)
-        found.n_runs += 1
+        descent.n_runs += 1
         if trial is not None:
-            after = trial.cost(problem, found.weight)
+            after = trial.cost(problem, descent.weight)
             if after < before * (1.0 + 1e-9) + CLOSE:
                 return trial, damping
         damping = max(damping * MORE, DAMPING)

@@ -86,15 +86,15 @@ def units_of_columns(result: Any, columns: Columns, units: Units | None = None) 
     if units is None:
         return {}
     has_mass = getattr(oscillator, "mass", None) is not None
-    found = {}
+    units_by_name = {}
     own_dimensions = _dimensions_of_designs(result)
     for name in columns:
         dimensions = DIMENSIONS.get(name, DIMENSIONS.get(name.rstrip("0123456789"), ""))
         dimensions = own_dimensions.get(name, dimensions)
         unit = units.of(dimensions if has_mass else dimensions.removeprefix("mass "))
         if is_unit(unit):
-            found[name] = unit
-    return found
+            units_by_name[name] = unit
+    return units_by_name
 
 
 def _dimensions_of_designs(result: Any) -> dict[str, str]:

@@ -177,12 +177,12 @@ def sensitivity_of(
     varied = VariedRecord(record, moved.change, graze_times, jumps)
     none = MovedGrazes(graze_times, np.zeros(len(graze_times), np.int64), jumps, jumps)
     begin = moved.begin if begin is None else begin
-    found = _carried(run, moved, varied, begin, none)
-    if len(graze_times) or _unheld(found).any():
+    carried = _carried(run, moved, varied, begin, none)
+    if len(graze_times) or _unheld(carried).any():
         passing = varied._replace(jumps=np.zeros_like(jumps))
         grazes = _grazes(_carried(run, moved, passing, begin, none))
-        return dataclasses.replace(found, grazes=grazes)
-    return found
+        return dataclasses.replace(carried, grazes=grazes)
+    return carried
 
 
 def _carried(

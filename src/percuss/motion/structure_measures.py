@@ -181,9 +181,9 @@ def _mean_motion(
     d: MovedStructureMotion, times: Floats
 ) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
     """Return (x, v) and their columns in the mean of a chatter's tail."""
-    found = [_taylor(d, float(t), True, d.run.structure.n)[:2] for t in times]
-    x, v = (np.array([orders[k] for orders, _ in found]) for k in range(2))
-    dx, dv = (np.array([moved[k] for _, moved in found]) for k in range(2))
+    series = [_taylor(d, float(t), True, d.run.structure.n)[:2] for t in times]
+    x, v = (np.array([orders[k] for orders, _ in series]) for k in range(2))
+    dx, dv = (np.array([moved[k] for _, moved in series]) for k in range(2))
     return (x, v), (dx, dv)
 
 

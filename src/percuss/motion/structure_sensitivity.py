@@ -158,12 +158,12 @@ def structure_sensitivity_of(
         record, moved_sets(system, moved, record.sets), graze_times, graze_stops, jumps
     )
     none = MovedGrazes(graze_times, graze_stops, jumps, jumps)
-    found = _carried(run, moved, varied, own, none)
-    if len(graze_times) or _landed(found).any():
+    carried = _carried(run, moved, varied, own, none)
+    if len(graze_times) or _landed(carried).any():
         passing = varied._replace(jumps=np.zeros_like(jumps))
         grazes = _grazes(_carried(run, moved, passing, own, none))
-        return dataclasses.replace(found, grazes=grazes)
-    return found
+        return dataclasses.replace(carried, grazes=grazes)
+    return carried
 
 
 def _touched(run: AnyStructureMotion) -> Integers:
@@ -193,9 +193,9 @@ def _carried(
     kinds, stops = marks[:, columns.KIND], marks[:, columns.BOUND]
 
     def rows(kind: np.int64) -> tuple[Integers, Floats]:
-        found = np.flatnonzero(kinds == kind)
+        numbers = np.flatnonzero(kinds == kind)
         # A clearance grows above a wall below, and falls with y below a wall above.
-        return found, run.system.signs[stops[found], None]
+        return numbers, run.system.signs[stops[numbers], None]
 
     struck, signs = rows(columns.IMPACT)
     crossed, sides = rows(columns.CROSSING)
@@ -222,15 +222,15 @@ def _carried(
 
 def _releases(run: AnyStructureMotion, held: Integers, out: ColumnRecord) -> Floats:
     """Return how the ends of contacts move: with the event at which a contact ends."""
-    found = np.full((len(held), out.instants.shape[2]), np.nan)
+    releases = np.full((len(held), out.instants.shape[2]), np.nan)
     events = run.record.events
     for k in range(len(held)):
         t = float(run.contacts.release[k])
         if np.isnan(t):
             continue
         row = int(np.flatnonzero(events[:, columns.EVENT_T] == t)[-1])
-        found[k] = out.instants[row, engine.DT]
-    return found
+        releases[k] = out.instants[row, engine.DT]
+    return releases
 
 
 def _landed(d: StructureSensitivity) -> Flags:

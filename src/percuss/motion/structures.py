@@ -591,8 +591,8 @@ class StructureTrajectory:
     def _labelled(self, data: dict[str, object], coordinates: dict[str, object]) -> Dataset:
         import xarray
 
-        found = xarray.Dataset(data, coordinates, attrs={"outcome": str(self.outcome.value)})
-        return labelled(found, self.structure.units)
+        dataset = xarray.Dataset(data, coordinates, attrs={"outcome": str(self.outcome.value)})
+        return labelled(dataset, self.structure.units)
 
 
 def _rows(run: StructureRun, *kinds: np.int64) -> Integers:

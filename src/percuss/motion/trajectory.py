@@ -534,8 +534,8 @@ class Trajectory(HasPicture):
     def _dataset(self, data: Mapping[str, object], coords: Mapping[str, object]) -> Dataset:
         import xarray
 
-        found = xarray.Dataset(data, coords=coords, attrs={"outcome": str(self.outcome.value)})
-        return labelled(found, self.oscillator.units)
+        dataset = xarray.Dataset(data, coords=coords, attrs={"outcome": str(self.outcome.value)})
+        return labelled(dataset, self.oscillator.units)
 
 
 def beyond_record_of(forcing: Forcing, t0: float, t_end: float) -> str:

@@ -17,9 +17,9 @@ __all__ = [
     "MET",
     "MOST_MOTIONS",
     "DesignSearch",
-    "Found",
     "Goal",
     "OutcomeLimits",
+    "SearchEnd",
     "Trials",
     "Wanted",
 ]
@@ -93,7 +93,7 @@ class Wanted:
         return worst if worst is not None and worst.value < -MET else None
 
 
-class Found(NamedTuple):
+class SearchEnd(NamedTuple):
     """Where a search ended: the motion there, and why not at an optimum."""
 
     trial: Trial
@@ -145,26 +145,26 @@ class DesignSearch:
         """Return how far a setting is from the given one, in sides of the box."""
         return float(np.sqrt(np.square(self.place(trial.values) - self.given).sum()))
 
-    def is_better(self, one: Found, other: Found) -> bool:
+    def is_better(self, one: SearchEnd, other: SearchEnd) -> bool:
         """Return whether a search ended at the better setting."""
-        kept, also_kept = (self.wanted.missed(found.trial) is None for found in (one, other))
+        kept, also_kept = (self.wanted.missed(end.trial) is None for end in (one, other))
         if kept != also_kept:
             return kept
         if not isinstance(self.wanted.goal, str):
             return self.distance(one.trial) < self.distance(other.trial)
         sign = -1.0 if self.wanted.goal == "largest" else 1.0
-        mine, its = (found.trial.outcome(self.wanted.outcome)[0] for found in (one, other))
+        mine, its = (end.trial.outcome(self.wanted.outcome)[0] for end in (one, other))
         return sign * mine < sign * its
 
     def is_usable(self, trial: Trial) -> bool:
         """Return whether all that is wanted of a motion has a derivative."""
         try:
-            found = [trial.outcome(name) for name in (self.wanted.outcome, *self.wanted.limits)]
+            outcomes = [trial.outcome(name) for name in (self.wanted.outcome, *self.wanted.limits)]
         except ConvergenceError:
             return False
-        return all(np.isfinite([value, *slope]).all() for value, slope in found)
+        return all(np.isfinite([value, *slope]).all() for value, slope in outcomes)
 
-    def run(self, first: Trial) -> Found:
+    def run(self, first: Trial) -> SearchEnd:
         """Go from a motion to the next optimum."""
         try:
             from scipy.optimize import minimize
@@ -175,9 +175,9 @@ class DesignSearch:
         try:
             place, ending = self._descended(path, minimize)
         except _StopSearchError as stop:
-            return Found(path.last, str(stop))
+            return SearchEnd(path.last, str(stop))
         trial = path.near(place)
-        return Found(trial, self._reason(trial, ending))
+        return SearchEnd(trial, self._reason(trial, ending))
 
     def _descended(self, path: _Path, minimize: Callable[..., Any]) -> tuple[Floats, int]:
         """Return where SLSQP ended, and how."""

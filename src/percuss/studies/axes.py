@@ -271,7 +271,7 @@ def guesses_in(
     study, place, start
         As in `ranges_in`.
     """
-    found: dict[str, Phase | ParameterRange] = {}
+    guesses: dict[str, Phase | ParameterRange] = {}
     table = raw_table(raw_table(study.document, str(place[0])), str(place[1]))
     names: dict[str, str] = {}
     for path, entry, given in _entries(place, table, len(place)):
@@ -292,8 +292,8 @@ def guesses_in(
         if name in names:
             study.faults.add(entry, f"the same parameter as {names[name]}")
         names[name] = path
-        found[path] = ends
-    return found
+        guesses[path] = ends
+    return guesses
 
 
 def _guess(

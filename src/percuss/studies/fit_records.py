@@ -169,7 +169,7 @@ def _data(
         study.faults.add(place, NO_PLACE, shown(file))
     elif names is not None:
         try:
-            found = columns_of_file(study.folder / file, study.model.units, names)
+            columns = columns_of_file(study.folder / file, study.model.units, names)
         except OSError as error:
             study.faults.add(place, (error.strerror or "not read").lower(), shown(file))
         except ValueError as error:
@@ -177,7 +177,7 @@ def _data(
         else:
             return {
                 name: tuple(None if math.isnan(value) else value for value in column.tolist())
-                for name, column in found.items()
+                for name, column in columns.items()
             }
     return None
 

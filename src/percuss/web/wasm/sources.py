@@ -106,19 +106,19 @@ def _original(node: ast.ImportFrom, name: str) -> str:
 def _definitions(module: str) -> dict[str, ast.stmt]:
     """Return the statements of a module of percuss by the names that they define."""
     file = _file_of(module) if module.startswith("percuss.") and module not in LEFT_OUT else None
-    found: dict[str, ast.stmt] = {}
+    definitions: dict[str, ast.stmt] = {}
     if file is None:
-        return found
+        return definitions
     for node in ast.parse(file.read_text("utf-8")).body:
         if isinstance(node, ast.FunctionDef | ast.ClassDef):
-            found[node.name] = node
+            definitions[node.name] = node
         elif isinstance(node, ast.ImportFrom):
-            found |= {it.asname or it.name: node for it in node.names}
+            definitions |= {it.asname or it.name: node for it in node.names}
         elif isinstance(node, ast.Assign | ast.AnnAssign):
             targets = node.targets if isinstance(node, ast.Assign) else [node.target]
             names = [it for target in targets for it in ast.walk(target)]
-            found |= {it.id: node for it in names if isinstance(it, ast.Name)}
-    return found
+            definitions |= {it.id: node for it in names if isinstance(it, ast.Name)}
+    return definitions
 
 
 def _file_of(name: str) -> Traversable | None:
