@@ -19,7 +19,6 @@ from percuss.arrays import Floats
 from percuss.errors import ParameterError
 from percuss.fitting.measured import MeasuredRecord
 from percuss.fitting.shooting import Layout, Shots, shoot
-from percuss.kernels.record import N_EVENTS
 from percuss.kernels.structure.sample import evaluate
 from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import as_float
@@ -132,8 +131,7 @@ def motion_at(
     """Return displacements and velocities, (n_times, n, 2), of the motion from a state."""
     place = np.zeros((len(times), system.structure.n, 2))
     run, _ = followed(system, start, float(times[-1]), MOST_IMPACTS)
-    n = int(run.counters[N_EVENTS])
-    evaluate(run._replace(events=run.events[:n], marks=run.marks[:n]), times, True, place)
+    evaluate(run, times, True, place)
     return place
 
 

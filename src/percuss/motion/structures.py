@@ -116,7 +116,7 @@ def followed(
         while True:
             status = engine.march(run, end, limit, PATIENCE)
             if status in _OUTCOMES:
-                return run, _OUTCOMES[status]
+                return _as_far_as_filled(run), _OUTCOMES[status]
             if status == state.NEW_SET:
                 system.add(int(run.counters[state.WANTED]))
                 run = run._replace(sets=system.sets)
@@ -127,12 +127,23 @@ def followed(
             searched = float(run.free.min(initial=math.inf))
             here = float(run.state[columns.T]) + (searched if searched < math.inf else 0.0)
             if not progress.reach_event(here, int(run.counters[columns.N_IMPACTS])):
-                return run, Outcome.interrupted
+                return _as_far_as_filled(run), Outcome.interrupted
     except KeyboardInterrupt:
-        return run, Outcome.interrupted
+        return _as_far_as_filled(run), Outcome.interrupted
     finally:
         if progress is not None:
             progress.close()
+
+
+def _as_far_as_filled(run: StructureRun) -> StructureRun:
+    """Return the run with the rows of its events and grazes that have been written."""
+    n, n_grazes = (int(run.counters[i]) for i in (columns.N_EVENTS, columns.N_GRAZES))
+    return run._replace(
+        events=run.events[:n],
+        marks=run.marks[:n],
+        states=run.states[:n],
+        grazes=run.grazes[:n_grazes],
+    )
 
 
 def _longer(run: StructureRun) -> StructureRun:
@@ -185,13 +196,12 @@ class StructureTrajectory:
         outcome: Outcome,
     ) -> StructureTrajectory:
         """Return the trajectory of a run, as the kernels left it."""
-        n, n_grazes = (int(run.counters[i]) for i in (columns.N_EVENTS, columns.N_GRAZES))
         # The scratch of a result is its own: another run may go on with the same sets.
         run = run._replace(
-            events=run.events[:n].copy(),
-            marks=run.marks[:n].copy(),
-            states=run.states[:n].copy(),
-            grazes=run.grazes[:n_grazes].copy(),
+            events=run.events.copy(),
+            marks=run.marks.copy(),
+            states=run.states.copy(),
+            grazes=run.grazes.copy(),
         )
         if outcome is not Outcome.reached_t_end:
             end = min(end, float(run.state[columns.T]))

@@ -253,12 +253,23 @@ def ranges_in(
         if as_float(ends[0]) > as_float(ends[1]):
             study.faults.add(entry, "the least is above the largest", shown(given))
             continue
-        name = long_form(path, study.model, study.force, start)
-        if name in names:
-            study.faults.add(entry, f"the same parameter as {names[name]}")
-        names[name] = path
+        _note_parameter(study, path, entry, start, names)
         ranges[path] = ends
     return ranges
+
+
+def _note_parameter(
+    study: StudyDraft,
+    path: str,
+    entry: Path,
+    start: Start | StructureStart | None,
+    names: dict[str, str],
+) -> None:
+    """Note a parameter by its long form, and add the fault of one that has been named before."""
+    name = long_form(path, study.model, study.force, start)
+    if name in names:
+        study.faults.add(entry, f"the same parameter as {names[name]}")
+    names[name] = path
 
 
 def guesses_in(
@@ -288,10 +299,7 @@ def guesses_in(
             ends = _guess(study, path, entry, given, start)
         if ends is None:
             continue
-        name = long_form(path, study.model, study.force, start)
-        if name in names:
-            study.faults.add(entry, f"the same parameter as {names[name]}")
-        names[name] = path
+        _note_parameter(study, path, entry, start, names)
         guesses[path] = ends
     return guesses
 

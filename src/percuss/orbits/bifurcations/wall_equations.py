@@ -35,7 +35,6 @@ from percuss.kernels.record import (
 from percuss.kernels.restitution import kept_of_error, restitution_at
 from percuss.kernels.structure.basis import wall_of
 from percuss.kernels.structure.run import StructureRun, new_run
-from percuss.kernels.structure.sample import evaluate
 from percuss.kernels.structure.sensitivity import rates_at
 from percuss.kernels.structure.tangent import carry_run
 from percuss.model.acting_sets import StructureSystem
@@ -51,12 +50,16 @@ from percuss.orbits.bifurcations.structure_branch import (
     StructureEquations,
     tests_of_matrix,
 )
-from percuss.orbits.orbit.structure_orbit import PeriodMap, StructureOrbit, orbit_of_map
+from percuss.orbits.orbit.structure_orbit import (
+    MOST_EVENTS,
+    PeriodMap,
+    StructureOrbit,
+    map_between,
+    orbit_of_map,
+)
 
 __all__ = ["TOUCH", "Touch", "WallEquations", "meets_walls_in_turn", "touch_of"]
 
-# Events of one flight.
-MOST_EVENTS = 100_000
 # The events of orbits that neither stick nor land at rest.
 IN_TURN = (START, IMPACT, CROSSING)
 # Impacts of an orbit whose instants are unknowns; with more its map over the period serves.
@@ -401,19 +404,7 @@ def _open_flight(opened: StructureSystem, start: Floats, begin: float, end: floa
     period = opened.period or 0.0
     shift = math.floor(begin / period) * period
     first, last = begin - shift, end - shift
-    record, outcome = followed(opened, (start[:n], start[n:], first), last, MOST_EVENTS)
-    if outcome is not Outcome.reached_t_end:
-        what = f"the motion does not last until its next impact: {outcome.value}"
-        raise ConvergenceError(what, start, math.nan, "start nearer to an orbit")
-    rows = int(record.counters[N_EVENTS])
-    record = record._replace(
-        events=record.events[:rows], marks=record.marks[:rows], states=record.states[:rows]
-    )
-    place = np.empty((1, n, 2))
-    evaluate(record, np.array([last]), True, place)
-    columns = np.zeros((2, n, 2 * n))
-    columns[0, :, :n], columns[1, :, n:] = np.eye(n), np.eye(n)
-    carry_run(record, last, columns, np.zeros((n, 2, 2 * n)), np.zeros((2, 2, n)))
+    image, derivative, record = map_between(opened, start, (first, last), "until its next impact")
     after, before = np.empty((2, n)), np.empty((2, n))
     rates_at(record, first, True, after)
     rates_at(record, last, True, before)
@@ -421,8 +412,8 @@ def _open_flight(opened: StructureSystem, start: Floats, begin: float, end: floa
         begin,
         end,
         start,
-        np.concatenate([place[0, :, 0], place[0, :, 1]]),
-        columns.reshape(2 * n, 2 * n),
+        image,
+        derivative,
         after.reshape(-1),
         before.reshape(-1),
         record,
@@ -520,11 +511,10 @@ def _is_motion(
     record, outcome = followed(system, (state[:n], state[n:], 0.0), period, MOST_EVENTS)
     if outcome is not Outcome.reached_t_end:
         return False
-    rows = int(record.counters[N_EVENTS])
-    kinds = record.marks[:rows, KIND]
+    kinds = record.marks[:, KIND]
     if not np.isin(kinds, IN_TURN).all():
         return False
-    struck = np.flatnonzero((kinds == IMPACT) & (np.abs(record.events[:rows, V_BEFORE]) > slow))
+    struck = np.flatnonzero((kinds == IMPACT) & (np.abs(record.events[:, V_BEFORE]) > slow))
     t = record.events[struck, EVENT_T] + record.events[struck, EVENT_T_LOW]
     inner = [(at, stop) for at, stop in passage if APART < at / period < 1.0 - APART]
     met = [

@@ -12,7 +12,7 @@ import numpy as np
 from percuss.arrays import Complexes, Floats
 from percuss.errors import ConvergenceError, ParameterError, PercussError
 from percuss.kernels import eigenvalues as kernels
-from percuss.kernels.record import N_EVENTS, NEXT_REGION
+from percuss.kernels.record import NEXT_REGION
 from percuss.kernels.structure.run import StructureRun
 from percuss.kernels.structure.sample import evaluate
 from percuss.kernels.structure.tangent import carry_run
@@ -77,16 +77,31 @@ def period_map(
     ConvergenceError
         If the motion does not reach the end.
     """
-    n = system.structure.n
     end = n_periods * _period_of(system)
-    record, outcome = followed(system, (state[:n], state[n:], 0.0), end, MOST_EVENTS)
+    return map_between(system, state, (0.0, end), f"{n_periods} periods", derivative=derivative)
+
+
+def map_between(
+    system: StructureSystem,
+    state: Floats,
+    span: tuple[float, float],
+    how_long: str,
+    *,
+    derivative: bool = True,
+) -> PeriodMap:
+    """Return the state (x, v), (2 n,), at the end of a span of time, with its derivative.
+
+    Raises
+    ------
+    ConvergenceError
+        If the motion does not reach the end; ``how_long`` says in words when that is.
+    """
+    n = system.structure.n
+    begin, end = span
+    record, outcome = followed(system, (state[:n], state[n:], begin), end, MOST_EVENTS)
     if outcome is not Outcome.reached_t_end:
-        what = f"the motion does not last {n_periods} periods: {outcome.value}"
+        what = f"the motion does not last {how_long}: {outcome.value}"
         raise ConvergenceError(what, state, math.nan, "start nearer to an orbit")
-    rows = int(record.counters[N_EVENTS])
-    record = record._replace(
-        events=record.events[:rows], marks=record.marks[:rows], states=record.states[:rows]
-    )
     place = np.empty((1, n, 2))
     evaluate(record, np.array([end]), True, place)
     image = np.concatenate([place[0, :, 0], place[0, :, 1]])
