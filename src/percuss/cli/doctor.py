@@ -13,7 +13,7 @@ from pathlib import Path
 
 from percuss.version import __version__
 
-__all__ = ["facts", "missing_extras"]
+__all__ = ["facts"]
 
 # Optional packages: the extra, the modules it needs, and what they are for.
 EXTRAS: dict[str, tuple[tuple[str, ...], str]] = {
@@ -34,11 +34,6 @@ BROWSERS = ("chromium", "chromium-browser", "google-chrome", "firefox", "msedge"
 def facts() -> dict[str, str]:
     """Return the facts about this machine, in words by their names."""
     return dict(_facts())
-
-
-def missing_extras() -> list[str]:
-    """Return the extras whose packages are not installed."""
-    return [extra for extra, (modules, _) in EXTRAS.items() if not all(map(find_spec, modules))]
 
 
 def _facts() -> Iterator[tuple[str, str]]:

@@ -196,6 +196,7 @@ class StructureTrajectory:
         outcome: Outcome,
     ) -> StructureTrajectory:
         """Return the trajectory of a run, as the kernels left it."""
+        run = _as_far_as_filled(run)
         # The scratch of a result is its own: another run may go on with the same sets.
         run = run._replace(
             events=run.events.copy(),

@@ -59,13 +59,6 @@ SMOOTH, FARTHEST = 0.5, 4.0
 UPRIGHT = 0.05
 # Systems that are kept.
 SYSTEMS = 16
-# A pair of multipliers on the unit circle nearer than this to a root of unity of low order is a
-# strong resonance.
-RESONANT = 1e-3
-# A bracket in the parameter that is a location, as a part of it.
-LOCATED = 1e-9
-# An event this near to t = 0, as a part of the period, is passing it; parts of the range beyond.
-STROBED, BEYOND = 1e-6, (100.0 * DIFFERENCE, 1e-4, 1e-3)
 
 _KINDS: dict[str, SpecialPointKind] = {
     "multiplier 1": "branch_point",
