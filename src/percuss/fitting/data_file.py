@@ -290,14 +290,14 @@ def _faults_of_head(
 ) -> list[str]:
     """Return what is wrong with the names of columns."""
     faults = []
-    there = [column.quantity for column in head]
-    for quantity in dict.fromkeys(there):
+    named = [column.quantity for column in head]
+    for quantity in dict.fromkeys(named):
         twice = [column.title for column in head if column.quantity == quantity]
         if len(twice) > 1:
             listed = " and ".join(f'"{title}"' for title in twice)
             faults.append(f"{listed} are both {quantity}; keep one of them, or name it in columns")
     for quantity, name in names.items():
-        if quantity not in there:
+        if quantity not in named:
             close = difflib.get_close_matches(name, titles, n=1)
             hint = f'; did you mean "{close[0]}"?' if close else ""
             faults.append(f'no column "{name}"{hint}')
@@ -310,10 +310,10 @@ def _faults_of_head(
     if faults:
         return faults
     listed = f"; its columns are {', '.join(titles)[:200]}"
-    quantities = [name for name in there if name not in ("t", "noise")]
+    quantities = [name for name in named if name not in ("t", "noise")]
     if not quantities:
         return [f"no column of {known_names()}{listed}"]
-    if "t" not in there and quantities != ["impact_times"]:
+    if "t" not in named and quantities != ["impact_times"]:
         return [f"no column of instants, t or time{listed}"]
     return []
 

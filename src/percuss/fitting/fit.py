@@ -157,9 +157,9 @@ def _records(
         if len(some) != n:
             raise ParameterError(name, len(some), f"of {n} records")
     records = []
-    for one, given_force, its_start in zip(whole, forces, starts, strict=True):
+    for its_data, given_force, its_start in zip(whole, forces, starts, strict=True):
         its_force = loads_of(osc, given_force) if isinstance(osc, Structure) else given_force
-        samples, impacts = read_samples(one, noise, osc)
+        samples, impacts = read_samples(its_data, noise, osc)
         is_free = its_start is None or _is_free(its_start)
         begin: Start | StructureStart | None = None
         if isinstance(osc, Structure):

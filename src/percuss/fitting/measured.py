@@ -275,7 +275,11 @@ def _columns(data: Any, units: Units | None) -> tuple[dict[str, Any], dict[str, 
 
 
 def _attributes(variables: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: it.attrs["noise"] for name, it in variables.items() if "noise" in it.attrs}
+    return {
+        name: variable.attrs["noise"]
+        for name, variable in variables.items()
+        if "noise" in variable.attrs
+    }
 
 
 def _of_file(path: Path, units: Units | None) -> dict[str, Any]:
@@ -320,13 +324,13 @@ def _samples(name: str, t: Floats, values: Floats, quantity: int, noise: Any) ->
         sizes = np.full(len(t), float(sizes))
     if sizes.shape != t.shape:
         raise ParameterError(f"noise.{name}", len(sizes), f"of {len(t)} values")
-    there = np.isfinite(values)
-    if not np.isfinite(t[there]).all():
+    is_given = np.isfinite(values)
+    if not np.isfinite(t[is_given]).all():
         raise ParameterError("data.t", math.nan, "an instant is no finite number")
-    if not is_estimated and not (sizes[there] > 0.0).all():
-        raise ParameterError(f"noise.{name}", float(np.min(sizes[there])), "not above 0")
-    order = np.argsort(t[there], kind="stable")
-    t, values, sizes = t[there][order], values[there][order], sizes[there][order]
+    if not is_estimated and not (sizes[is_given] > 0.0).all():
+        raise ParameterError(f"noise.{name}", float(np.min(sizes[is_given])), "not above 0")
+    order = np.argsort(t[is_given], kind="stable")
+    t, values, sizes = t[is_given][order], values[is_given][order], sizes[is_given][order]
     if is_estimated:
         sizes = np.full(len(t), _rough_noise(t, values, quantity))
     return MeasuredSamples(
@@ -365,6 +369,6 @@ def _merged(parts: Sequence[MeasuredSamples]) -> MeasuredSamples:
         np.concatenate([part.noise for part in parts]),
         np.concatenate([part.is_estimated for part in parts]),
     )
-    apart = np.diff(np.sort(whole.t))
-    reach = float(np.median(apart[apart > 0.0])) if (apart > 0.0).any() else 0.0
+    intervals = np.diff(np.sort(whole.t))
+    reach = float(np.median(intervals[intervals > 0.0])) if (intervals > 0.0).any() else 0.0
     return replace(whole, reach=reach).taken(np.argsort(whole.t, kind="stable"))

@@ -278,12 +278,12 @@ def _at_fixed(problem: FitProblem, near: FitPoint, which: int, value: float) -> 
     """Return the solution at a fixed value of one parameter, None if there is none."""
     low, high, values = problem.low.copy(), problem.high.copy(), near.values.copy()
     low[which] = high[which] = values[which] = value
-    held = replace(problem, low=low, high=high)
-    begin = point_at(held, values, near.shots.nodes)
+    fixed = replace(problem, low=low, high=high)
+    begin = point_at(fixed, values, near.shots.nodes)
     if begin is None:
         return None
-    descent = descend(held, begin, TAUT)
-    return descent.point if descent.is_settled and not len(descent.torn(held)) else None
+    descent = descend(fixed, begin, TAUT)
+    return descent.point if descent.is_settled and not len(descent.torn(fixed)) else None
 
 
 def go_on() -> bool:
@@ -337,8 +337,8 @@ def result_of(search: FitSearch, best: FitCandidate) -> Fit:
     """Return the result of a search."""
     problem, point = best.problem, best.descent.point
     values = dict(zip(problem.paths, point.values.tolist(), strict=True))
-    held = (point.values <= problem.low) | (point.values >= problem.high)
-    covariance, errors, unknown = _uncertainty(search, best, held)
+    at_bound = (point.values <= problem.low) | (point.values >= problem.high)
+    covariance, errors, unknown = _uncertainty(search, best, at_bound)
     layouts = tuple(problem.layouts)
     first = layouts[0].record
     osc, force, start = replace_parameters(problem.osc, first.force, first.start, values)
@@ -364,7 +364,7 @@ def result_of(search: FitSearch, best: FitCandidate) -> Fit:
         converged=not best.reason,
         reason=best.reason,
         n_runs=search.n_runs,
-        at_bounds=tuple(path for path, at in zip(problem.paths, held, strict=True) if at),
+        at_bounds=tuple(path for path, at in zip(problem.paths, at_bound, strict=True) if at),
         oscillator=osc,
         forcing=force,
         start=start,
@@ -376,7 +376,7 @@ def result_of(search: FitSearch, best: FitCandidate) -> Fit:
 
 
 def _uncertainty(
-    search: FitSearch, best: FitCandidate, held: Flags
+    search: FitSearch, best: FitCandidate, at_bound: Flags
 ) -> tuple[Floats, Floats, tuple[dict[str, float], ...]]:
     """Return covariance, standard errors, and the directions that the data leave open."""
     paths, n = search.paths, len(search.paths)
@@ -385,7 +385,7 @@ def _uncertainty(
     scales = np.maximum(np.abs(values), width)
     scales = np.where(scales > 0.0, scales, 1.0)
     covariance, errors = np.zeros((n, n)), np.zeros(n)
-    free = np.flatnonzero(~held)
+    free = np.flatnonzero(~at_bound)
     unknown = []
     if len(free):
         matrix = best.descent.triangle[:, :-1] * scales

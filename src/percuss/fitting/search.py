@@ -195,9 +195,9 @@ class FitSearch:
         """Return the best of the guesses."""
         tried = self._guesses(values) if is_first else [values]
         points = []
-        for one in tried:
+        for guess in tried:
             self.n_runs += 1
-            point = point_at(problem, one, nodes)
+            point = point_at(problem, guess, nodes)
             if point is not None:
                 points.append(point)
         return min(points, key=lambda point: point.cost(problem, LOOSE), default=None)
@@ -423,7 +423,10 @@ def _is_same(one: FitCandidate, other: FitCandidate) -> bool:
 
 
 def _is_better(one: FitCandidate, other: FitCandidate) -> bool:
-    keys = [(bool(it.reason), len(it.descent.torn(it.problem)), it.misfit) for it in (one, other)]
+    keys = [
+        (bool(candidate.reason), len(candidate.descent.torn(candidate.problem)), candidate.misfit)
+        for candidate in (one, other)
+    ]
     return keys[0] < keys[1]
 
 

@@ -117,9 +117,9 @@ class Shots:
     @property
     def is_complete(self) -> bool:
         """Whether all segments were followed, to numbers whose products are numbers too."""
-        beside = np.isfinite(self.away)
+        has_event = np.isfinite(self.away)
         numbers = (
-            self.values[:, 0], self.rows[:, 0], self.values[beside, 1], self.rows[beside, 1],
+            self.values[:, 0], self.rows[:, 0], self.values[has_event, 1], self.rows[has_event, 1],
             self.ends, self.end_rows, self.hits,
         )  # fmt: skip
         # A comparison with NaN is false.

@@ -221,13 +221,13 @@ def _sided(some: MeasuredSamples, shots: Shots, own: slice) -> tuple[Floats, Flo
     both = (some.values[:, None] - shots.values[own]) / some.noise[:, None]
     rows = shots.rows[own] / some.noise[:, None, None]
     right, row = both[:, 0].copy(), rows[:, 0].copy()
-    beside = np.flatnonzero(np.isfinite(shots.away[own]))
-    jumps = some.kinds[beside] != DISPLACEMENT
-    better = np.abs(both[beside, 1]) < np.abs(both[beside, 0])
-    other = beside[jumps & better]
+    near_event = np.flatnonzero(np.isfinite(shots.away[own]))
+    jumps = some.kinds[near_event] != DISPLACEMENT
+    better = np.abs(both[near_event, 1]) < np.abs(both[near_event, 0])
+    other = near_event[jumps & better]
     right[other], row[other] = both[other, 1], rows[other, 1]
-    near = shots.away[own][beside] / (KINK * some.reach)
-    kink, share = beside[~jumps & (near < 1.0)], (0.5 - 0.5 * near)[~jumps & (near < 1.0)]
+    near = shots.away[own][near_event] / (KINK * some.reach)
+    kink, share = near_event[~jumps & (near < 1.0)], (0.5 - 0.5 * near)[~jumps & (near < 1.0)]
     row[kink] += share[:, None] * (rows[kink, 1] - rows[kink, 0])
     return right, row
 
@@ -245,14 +245,14 @@ def _matched(layout: Layout, hits: Floats, node: int) -> tuple[Integers, Floats,
     hits = hits[(hits[:, 0] >= node) & (hits[:, 0] < node + len(layout))]
     own = node + np.searchsorted(layout.spans[:, 0], impacts.t, side="right") - 1
     own = np.maximum(own, node)
-    apart = np.abs(hits[None, :, 1] - impacts.t[:, None])
+    distance = np.abs(hits[None, :, 1] - impacts.t[:, None])
     if not len(layout.record.samples):
-        apart = np.where(hits[None, :, 0] == own[:, None], apart, np.inf)
+        distance = np.where(hits[None, :, 0] == own[:, None], distance, np.inf)
     n, width = len(impacts), hits.shape[1] - 2
     segment, right, rows = own.astype(np.int64), np.full(n, UNSEEN), np.zeros((n, width))
     if len(hits):
-        nearest = np.argmin(apart, axis=1)
-        met = np.isfinite(apart[np.arange(n), nearest])
+        nearest = np.argmin(distance, axis=1)
+        met = np.isfinite(distance[np.arange(n), nearest])
         hit = hits[nearest[met]]
         segment[met] = hit[:, 0].astype(np.int64)
         right[met] = (impacts.t[met] - hit[:, 1]) / impacts.noise[met]
@@ -434,8 +434,8 @@ class FitStep:
             out = free & ((ahead < problem.low) | (ahead > problem.high))
             if not out.any():
                 break
-            held = np.clip(ahead, problem.low, problem.high)
-            step[out] = ((held - values) * units)[out]
+            at_bound = np.clip(ahead, problem.low, problem.high)
+            step[out] = ((at_bound - values) * units)[out]
             free &= ~out
         return step / units
 

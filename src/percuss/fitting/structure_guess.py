@@ -195,8 +195,10 @@ def one_segment(
     if span[1] >= record.end:
         inside = samples.t >= span[0]
     own = samples.taken(inside)
-    one = MeasuredRecord(own, samples.taken(slice(0, 0)), record.force, start)
-    return Layout(one, np.array([span]), np.array([0, len(own)]), start is not None, keys)
+    record_of_segment = MeasuredRecord(own, samples.taken(slice(0, 0)), record.force, start)
+    return Layout(
+        record_of_segment, np.array([span]), np.array([0, len(own)]), start is not None, keys
+    )
 
 
 def corrected(

@@ -370,7 +370,9 @@ class StructureSystem:
             self._made[key] = self._make(key)
             self._check_size(key)
         made = list(self._made.values())
-        arrays = {name: _joined([one[name] for one in made]) for name in made[0]}
+        arrays = {
+            name: _joined([arrays_of_set[name] for arrays_of_set in made]) for name in made[0]
+        }
         self._sets = Sets(
             **arrays, keys=np.array(list(self._made), dtype=np.int64),
             stops=self._frames.stops, walls=self._frames.walls, records=self._records,
@@ -659,8 +661,8 @@ def _record_alone(forcing: Forcing) -> Forcing:
 def _stacked(laws: Sequence[Law]) -> Floats:
     rows = max((len(law) for law in laws), default=1)
     stacked = np.zeros((len(laws), rows, COLUMNS))
-    for one, law in zip(stacked, laws, strict=True):
-        one[: len(law)] = law
+    for rows_of_law, law in zip(stacked, laws, strict=True):
+        rows_of_law[: len(law)] = law
     return stacked
 
 
@@ -694,10 +696,10 @@ def within_walls(structure: Structure, state: Floats) -> Floats:
     for _ in range(PUSHES):
         is_moved = False
         for stop, c in zip(structure.stops, structure.stop_directions, strict=True):
-            beyond = float((c * x).sum()) - as_float(stop.at)
-            if isinstance(stop, Wall) and beyond * (1.0 if stop.side == "above" else -1.0) > 0.0:
+            depth = float((c * x).sum()) - as_float(stop.at)
+            if isinstance(stop, Wall) and depth * (1.0 if stop.side == "above" else -1.0) > 0.0:
                 push = solve_linear(structure.mass_matrix, c)
-                x -= beyond / float((c * push).sum()) * push
+                x -= depth / float((c * push).sum()) * push
                 is_moved = True
         if not is_moved:
             break

@@ -367,8 +367,8 @@ def _moved_drag(
     size, moved_size = float((normal * along).sum()), float((normal * moved_along).sum())
     if not size > 1e-20 * float((normal * normal).sum()):
         return 0.0
-    way = along / size
-    moved_way = moved_along / size - way * (moved_size / size)
-    slowed = solve_linear(mass, matmul(damping, way))
-    moved_slowed = matmul(damped, way) + matmul(damping, moved_way) - matmul(heavier, slowed)
+    unit = along / size
+    moved_unit = moved_along / size - unit * (moved_size / size)
+    slowed = solve_linear(mass, matmul(damping, unit))
+    moved_slowed = matmul(damped, unit) + matmul(damping, moved_unit) - matmul(heavier, slowed)
     return float((normal * freed(slowed, solve_linear(mass, moved_slowed))[1]).sum())

@@ -134,8 +134,8 @@ def _quantity(
     b = int(record.marks[flight_at(record.events, t, after), events_of.NEXT_REGION])
     if not int(record.sets.keys[b]) >> stop & 1:
         return 0.0, np.zeros(len(d.paths))
-    it, sign = run.structure.stops[stop], float(run.system.signs[stop])
-    if not isinstance(it, SoftStop):
+    acting, sign = run.structure.stops[stop], float(run.system.signs[stop])
+    if not isinstance(acting, SoftStop):
         value, rate, column = force
         return sign * value, sign * (column + rate * late)
     c = run.structure.stop_directions[stop]
@@ -144,10 +144,10 @@ def _quantity(
         [(c[:, None] * moved[k]).sum(axis=0) for k in range(2)],
     )
     away, stiffer, damped = d.moved.stops[:, stop].T
-    depth = y - as_float(it.at)
-    value = -as_float(it.stiffness) * depth - as_float(it.damping) * speed
-    column = -stiffer * depth - as_float(it.stiffness) * (dy - away)
-    column = column - damped * speed - as_float(it.damping) * faster
+    depth = y - as_float(acting.at)
+    value = -as_float(acting.stiffness) * depth - as_float(acting.damping) * speed
+    column = -stiffer * depth - as_float(acting.stiffness) * (dy - away)
+    column = column - damped * speed - as_float(acting.damping) * faster
     return float(value), np.asarray(column)
 
 

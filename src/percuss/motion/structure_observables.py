@@ -226,12 +226,15 @@ def _gauge(run: StructureRun, forms: list[LinearForm | None], level: float | Non
         if level is not None:
             watched = watched._replace(constant=watched.constant - level)
         opposite = watched.plus(watched, -2.0)
-        for row, one in enumerate((form, watched, opposite)):
-            guard[i, row, :, at.OF_U], guard[i, row, :, at.OF_W] = one.of_u, one.of_w
-            levels[i, row, at.CONSTANT] = one.constant
+        for row, form_of_row in enumerate((form, watched, opposite)):
+            guard[i, row, :, at.OF_U], guard[i, row, :, at.OF_W] = (
+                form_of_row.of_u,
+                form_of_row.of_w,
+            )
+            levels[i, row, at.CONSTANT] = form_of_row.constant
             levels[i, row, at.IS_FED] = 1.0
-            feed[i, row], record_feed[i, row] = one.feed, one.record_feed
-            slope_feed[i, row] = one.slope_feed
+            feed[i, row], record_feed[i, row] = form_of_row.feed, form_of_row.record_feed
+            slope_feed[i, row] = form_of_row.slope_feed
         omegas = sets.law[i, FIRST_HARMONIC : FIRST_HARMONIC + m, OMEGA].tolist()
         arrays = {"modes": sets.modes[i], "drive": sets.drive[i]}
         fill_guard_bounds(arrays, omegas, guard[i], feed[i], levels[i])

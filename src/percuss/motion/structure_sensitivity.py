@@ -199,7 +199,7 @@ def _carried(
 
     struck, signs = rows(columns.IMPACT)
     crossed, sides = rows(columns.CROSSING)
-    held, _ = rows(columns.CONTACT)
+    contacts, _ = rows(columns.CONTACT)
     return StructureSensitivity(
         paths=moved.paths,
         impacts=MovedImpacts(
@@ -210,7 +210,7 @@ def _carried(
         crossings=MovedCrossings(
             out.instants[crossed, engine.DT], sides * out.instants[crossed, engine.DV_BEFORE]
         ),
-        contacts=MovedContacts(out.instants[held, engine.DT], _releases(run, held, out)),
+        contacts=MovedContacts(out.instants[contacts, engine.DT], _releases(run, contacts, out)),
         grazes=grazes,
         run=run,
         moved=moved,
@@ -220,11 +220,11 @@ def _carried(
     )
 
 
-def _releases(run: AnyStructureMotion, held: Integers, out: ColumnRecord) -> Floats:
+def _releases(run: AnyStructureMotion, contacts: Integers, out: ColumnRecord) -> Floats:
     """Return how the ends of contacts move: with the event at which a contact ends."""
-    releases = np.full((len(held), out.instants.shape[2]), np.nan)
+    releases = np.full((len(contacts), out.instants.shape[2]), np.nan)
     events = run.record.events
-    for k in range(len(held)):
+    for k in range(len(contacts)):
         t = float(run.contacts.release[k])
         if np.isnan(t):
             continue

@@ -342,9 +342,9 @@ class StructureTrajectory:
         for stop, c in zip(self.structure.stops, self.structure.stop_directions, strict=True):
             if isinstance(stop, SoftStop):
                 depth = (flat_x * c).sum(axis=1) - as_float(stop.at)
-                beyond = depth > 0.0 if stop.side == "above" else depth < 0.0
+                is_pressed = depth > 0.0 if stop.side == "above" else depth < 0.0
                 stored = 0.5 * as_float(stop.stiffness) * depth * depth
-                energy = energy + np.where(beyond, stored, 0.0)
+                energy = energy + np.where(is_pressed, stored, 0.0)
         return np.asarray(energy.reshape(x.shape[:-1]))
 
     def sample(self, n: int) -> Dataset:

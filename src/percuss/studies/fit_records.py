@@ -244,8 +244,8 @@ def _noise(
             study.faults.add(place, NO_NOISE, shown(value))
             return None, {}
         if name and data is not None and name not in data:
-            there = ", ".join(key for key in data if key not in ("t", "noise"))
-            study.faults.add(place, f"none of the record's {there}", shown(value))
+            columns = ", ".join(key for key in data if key not in ("t", "noise"))
+            study.faults.add(place, f"none of the record's {columns}", shown(value))
             return None, {}
     return (dict(given) if isinstance(given, Mapping) else given), {}
 

@@ -244,9 +244,9 @@ class StructureEquations:
         system = self.system_at(self.values(point))
         # The sets that the last motion met: made at once they need one search less.
         system.add(*self.keys)
-        there = period_map(system, state, self.n_periods)
-        self.keys = there.keys_met
-        return there
+        mapped = period_map(system, state, self.n_periods)
+        self.keys = mapped.keys_met
+        return mapped
 
     @property
     def kinds(self) -> Mapping[str, SpecialPointKind]:
@@ -264,9 +264,9 @@ class StructureEquations:
 
     def closure(self, z: Floats) -> tuple[Floats, Floats]:
         """Return the scaled residuals of a point, and their derivative without the parameters."""
-        there = self.maps(tuple(z.tolist()))
-        matrix = there.derivative * (self.scale[None, :] / self.scale[:, None]) - np.eye(self.size)
-        return there.image / self.scale - z[: self.size], matrix
+        mapped = self.maps(tuple(z.tolist()))
+        matrix = mapped.derivative * (self.scale[None, :] / self.scale[:, None]) - np.eye(self.size)
+        return mapped.image / self.scale - z[: self.size], matrix
 
     def conditions(self, z: Floats) -> Mapping[str, float]:
         """Return functions of a point that are zero at special points."""
@@ -325,9 +325,9 @@ class StructureEquations:
         here = self.image(z)
         for k in moved:
             step = DIFFERENCE if k < n or z[k] < 0.5 else -DIFFERENCE
-            there = z.copy()
-            there[k] += step
-            change = (self.image(there) - here) / step
+            beside = z.copy()
+            beside[k] += step
+            change = (self.image(beside) - here) / step
             if k >= n and exact is None:
                 self.by_parameters[:, k - n] = change[:n]
             if self.condition is not None:
@@ -376,9 +376,9 @@ class StructureEquations:
 
     def solution(self, z: Floats) -> StructureOrbit:
         """Return the orbit of a solution."""
-        there, state = self.maps(tuple(z.tolist())), z[: self.size] * self.scale
+        mapped, state = self.maps(tuple(z.tolist())), z[: self.size] * self.scale
         system = self.system_at(self.values(z))
-        return orbit_of_map(system, state, self.n_periods, there, closing_error(there, state))
+        return orbit_of_map(system, state, self.n_periods, mapped, closing_error(mapped, state))
 
     def point(self, z: Floats, before: Point[Self]) -> Point[Self]:
         """Return a solution with its tangent, on the side of an earlier one's, and its tests."""

@@ -58,7 +58,7 @@ from percuss.orbits.orbit.structure_orbit import (
     orbit_of_map,
 )
 
-__all__ = ["TOUCH", "Touch", "WallEquations", "meets_walls_in_turn", "touch_of"]
+__all__ = ["GRAZE", "StructureGraze", "WallEquations", "graze_of", "meets_walls_in_turn"]
 
 # The events of orbits that neither stick nor land at rest.
 IN_TURN = (START, IMPACT, CROSSING)
@@ -69,8 +69,8 @@ MOST_IMPACTS = 40
 APART, ALIKE = 1e-9, 1e-6
 # Instants of a flight at which its clearances are looked at, and steps to their least values.
 LOOKED, REFINED = 48, 4
-# The condition of a touch; speeds below this part of the unit are none at a touch.
-TOUCH, SLOW = "touch", 1e-5
+# The condition of a graze; speeds below this part of the unit are none at a graze.
+GRAZE, SLOW = "graze", 1e-5
 # Clearances below this part of the unit of length are rounding.
 ROUNDED = 1e-12
 
@@ -129,7 +129,7 @@ class WallMotion:
     of_speeds: Floats
 
 
-class Touch(NamedTuple):
+class StructureGraze(NamedTuple):
     """A stop that an orbit touches at an instant without velocity."""
 
     stop: int
@@ -149,26 +149,26 @@ class WallEquations(StructureEquations):
         orbit: StructureOrbit,
         ranges: Mapping[str, tuple[float, float]],
         condition: str | None = None,
-        touch: Touch | None = None,
+        graze: StructureGraze | None = None,
     ) -> None:
         super().__init__(orbit, ranges, condition)
-        impacts, self.touch = orbit.run.impacts, touch
-        meetings = list(zip(impacts.t.tolist(), impacts.stop.tolist(), strict=True))
+        impacts, self.graze = orbit.run.impacts, graze
+        contacts = list(zip(impacts.t.tolist(), impacts.stop.tolist(), strict=True))
         speeds = np.abs(impacts.v_before).tolist()
-        if touch is not None:
+        if graze is not None:
             near = APART * orbit.period
-            kept = [k for k, (t, _) in enumerate(meetings) if abs(t - touch.t) > near]
-            meetings, speeds = [meetings[k] for k in kept], [speeds[k] for k in kept]
-            meetings.append((touch.t, touch.stop))
+            kept = [k for k, (t, _) in enumerate(contacts) if abs(t - graze.t) > near]
+            contacts, speeds = [contacts[k] for k in kept], [speeds[k] for k in kept]
+            contacts.append((graze.t, graze.stop))
             # It is the first where there is no impact.
             speeds.append(0.0)
         # The fastest comes first: its own graze comes last.
-        first = meetings[int(np.argmax(speeds))][0] if meetings else 0.0
-        meetings = sorted((t + orbit.period if t < first else t, stop) for t, stop in meetings)
-        self.instants = np.array([t for t, _ in meetings])
-        self.walls = tuple(stop for _, stop in meetings)
-        late = None if touch is None else touch.t + (orbit.period if touch.t < first else 0.0)
-        self.touched = -1 if late is None else self.instants.tolist().index(late)
+        first = contacts[int(np.argmax(speeds))][0] if contacts else 0.0
+        contacts = sorted((t + orbit.period if t < first else t, stop) for t, stop in contacts)
+        self.instants = np.array([t for t, _ in contacts])
+        self.walls = tuple(stop for _, stop in contacts)
+        late = None if graze is None else graze.t + (orbit.period if graze.t < first else 0.0)
+        self.grazed = -1 if late is None else self.instants.tolist().index(late)
         self.units = self.scale
         self.size = len(self.units) + len(self.walls)
         self.scale = np.concatenate([self.units, np.ones(len(self.walls))])
@@ -180,8 +180,8 @@ class WallEquations(StructureEquations):
 
     def _opened(self, system: StructureSystem) -> StructureSystem:
         """Return the same structure without its walls, and without a soft stop that is touched."""
-        touched = -1 if self.touch is None else self.touch.stop
-        return _without(system, touched)
+        grazed = -1 if self.graze is None else self.graze.stop
+        return _without(system, grazed)
 
     @property
     def kinds(self) -> Mapping[str, SpecialPointKind]:
@@ -205,8 +205,8 @@ class WallEquations(StructureEquations):
 
     def closure(self, z: Floats) -> tuple[Floats, Floats]:
         """Return the scaled residuals of a point, and their derivative without the parameters."""
-        there = self.motions(tuple(z.tolist()))
-        return there.residual, there.derivative
+        motion = self.motions(tuple(z.tolist()))
+        return motion.residual, motion.derivative
 
     def exact_derivatives(self, orbit: StructureOrbit) -> None:  # noqa: ARG002
         """Return None: by the parameters there are differences."""
@@ -214,11 +214,11 @@ class WallEquations(StructureEquations):
 
     def conditions(self, z: Floats) -> Mapping[str, float]:
         """Return functions of a point that are zero at special points."""
-        there = self.motions(tuple(z.tolist()))
-        speeds = there.speeds / float(self.units[-1])
-        if self.touch is not None:
-            return {TOUCH: float(speeds[self.touched])}
-        matrix, n = there.derivative, len(self.units)
+        motion = self.motions(tuple(z.tolist()))
+        speeds = motion.speeds / float(self.units[-1])
+        if self.graze is not None:
+            return {GRAZE: float(speeds[self.grazed])}
+        matrix, n = motion.derivative, len(self.units)
         # The instants eliminated, it is the derivative of the map over the period, less 1.
         moved = matrix[:n, :n]
         if self.walls:
@@ -273,39 +273,41 @@ class WallEquations(StructureEquations):
         )
 
     def _met(self, system: StructureSystem, i: int) -> _Met:
-        """Return the stop of an impact, or of the touch, which changes no velocity."""
+        """Return the stop of an impact, or of the graze, which changes no velocity."""
         met = _met_at(system, self.walls[i])
-        return met._replace(law=None) if i == self.touched else met
+        return met._replace(law=None) if i == self.grazed else met
 
     def solution(self, z: Floats) -> StructureOrbit:
         """Return the orbit of a solution, which may be formal."""
-        there = self.motions(tuple(z.tolist()))
+        motion = self.motions(tuple(z.tolist()))
         system = self.system_at(self.values(z))
         period = self.n_periods * _period_of(system)
         # Rounding may leave the last instants of a period on its other side.
-        instants = [flight.end % period for flight in there.flights] if self.walls else []
+        instants = [flight.end % period for flight in motion.flights] if self.walls else []
         order = sorted(range(len(instants)), key=instants.__getitem__)
         met = [(i + 1) % len(self.walls) for i in order]
         passage = [
             (instants[i], self.walls[j])
             for i, j in zip(order, met, strict=True)
-            if j != self.touched
+            if j != self.grazed
         ]
         opened = self.opened_at(system)
         state = (
-            _state_at_zero(opened, there.flights, period) if self.walls else there.flights[0].start
+            _state_at_zero(opened, motion.flights, period)
+            if self.walls
+            else motion.flights[0].start
         )
-        touched = -1 if self.touch is None else self.touch.stop
-        soft = _soft_stops(system, touched)
+        grazed = -1 if self.graze is None else self.graze.stop
+        soft = _soft_stops(system, grazed)
         record, image = _whole_record(system, (opened, soft), state, passage, period)
         matrix = np.zeros((2, len(state) // 2, len(state)))
         n = len(state) // 2
         matrix[0, :, :n], matrix[1, :, n:] = np.eye(n), np.eye(n)
         carry_run(record, period, matrix, np.zeros((n, 2, 2 * n)), np.zeros((2, 2, n)))
         whole = PeriodMap(image, matrix.reshape(2 * n, 2 * n), record)
-        error = float(np.abs(there.residual).max()) / max(1.0, float(np.abs(z).max()))
-        speeds = np.delete(there.speeds, [self.touched]) if self.touched >= 0 else there.speeds
-        slow = SLOW * float(self.units[-1]) if self.touched >= 0 else 0.0
+        error = float(np.abs(motion.residual).max()) / max(1.0, float(np.abs(z).max()))
+        speeds = np.delete(motion.speeds, [self.grazed]) if self.grazed >= 0 else motion.speeds
+        slow = SLOW * float(self.units[-1]) if self.grazed >= 0 else 0.0
         admissible = bool((speeds > 0.0).all()) and _is_motion(system, state, passage, period, slow)
         return orbit_of_map(system, state, self.n_periods, whole, error, admissible=admissible)
 
@@ -315,12 +317,12 @@ class WallEquations(StructureEquations):
         The monodromy grows beyond all bounds where a velocity goes to zero: multiplied by it, what
         is asked of its eigenvalues stays smooth.
         """
-        there = self.motions(tuple(z.tolist()))
-        speeds = there.speeds / float(self.units[-1])
+        motion = self.motions(tuple(z.tolist()))
+        speeds = motion.speeds / float(self.units[-1])
         of_matrix = tests_of_matrix(orbit.monodromy)
         entries = int((orbit.run.crossings.direction == "in").sum())
         return {
-            "multiplier 1": determinant(there.derivative),
+            "multiplier 1": determinant(motion.derivative),
             "multiplier -1": of_matrix["multiplier -1"] * float(np.prod(speeds)),
             "torus": of_matrix["torus"] if orbit.admissible else math.nan,
             "contacts": float(entries),
@@ -369,18 +371,18 @@ def _met_at(system: StructureSystem, stop: int) -> _Met:
     )
 
 
-def _without(system: StructureSystem, touched: int) -> StructureSystem:
+def _without(system: StructureSystem, grazed: int) -> StructureSystem:
     """Return the same structure without its walls, and without another stop."""
     structure = system.structure
-    fields = {one.name: getattr(structure, one.name) for one in dataclasses.fields(structure)}
-    soft = tuple(structure.stops[i] for i in _soft_stops(system, touched))
+    fields = {field.name: getattr(structure, field.name) for field in dataclasses.fields(structure)}
+    soft = tuple(structure.stops[i] for i in _soft_stops(system, grazed))
     return StructureSystem.of(draft(Structure, **fields | {"stops": soft}), system.loads)
 
 
-def _soft_stops(system: StructureSystem, touched: int) -> list[int]:
+def _soft_stops(system: StructureSystem, grazed: int) -> list[int]:
     """Return the numbers of the soft stops that an opened structure keeps."""
     stops = enumerate(system.structure.stops)
-    return [i for i, stop in stops if isinstance(stop, SoftStop) and i != touched]
+    return [i for i, stop in stops if isinstance(stop, SoftStop) and i != grazed]
 
 
 def _period_of(system: StructureSystem) -> float:
@@ -427,7 +429,10 @@ def _state_at_zero(opened: StructureSystem, flights: Sequence[OpenFlight], perio
         if flight.begin < whole < flight.end:
             return _open_flight(opened, flight.start, flight.begin, whole).image
     # An impact at this very instant: the state after it.
-    return min(flights, key=lambda one: abs(one.begin / period - round(one.begin / period))).start
+    return min(
+        flights,
+        key=lambda candidate: abs(candidate.begin / period - round(candidate.begin / period)),
+    ).start
 
 
 def _whole_record(
@@ -533,7 +538,7 @@ def _least_clearance(orbit: StructureOrbit) -> float:
     return _turns(orbit, walls)[0]
 
 
-def _turns(orbit: StructureOrbit, stops: Sequence[int]) -> tuple[float, Touch | None]:
+def _turns(orbit: StructureOrbit, stops: Sequence[int]) -> tuple[float, StructureGraze | None]:
     """Return the least clearance to one of some stops at which the structure turns, and where."""
     run = orbit.run
     ends = np.concatenate([[0.0], run.impacts.t, [run.t_end]])
@@ -544,11 +549,11 @@ def _turns(orbit: StructureOrbit, stops: Sequence[int]) -> tuple[float, Touch | 
             if end - begin > APART * run.t_end:
                 gap, t = _least_in_flight(run, own, begin, end)
                 if gap < least:
-                    least, place = gap, Touch(stop, t)
+                    least, place = gap, StructureGraze(stop, t)
     return least, place
 
 
-def touch_of(orbit: StructureOrbit) -> Touch:
+def graze_of(orbit: StructureOrbit) -> StructureGraze:
     """Return where an orbit at a graze touches a stop: at an impact without velocity, or a turn.
 
     Raises
@@ -563,7 +568,7 @@ def touch_of(orbit: StructureOrbit) -> Touch:
         k = int(np.argmin(np.abs(impacts.v_before)))
         size = float(np.abs(structure.stop_directions[int(impacts.stop[k])]).sum())
         if abs(float(impacts.v_before[k])) < SLOW * unit * size:
-            return Touch(int(impacts.stop[k]), float(impacts.t[k]))
+            return StructureGraze(int(impacts.stop[k]), float(impacts.t[k]))
     entered = orbit.run.crossings
     found = []
     for stop in range(len(structure.stops)):
@@ -572,7 +577,7 @@ def touch_of(orbit: StructureOrbit) -> Touch:
             found.append((abs(gap), place))
         slow = (entered.stop == stop) & (np.abs(entered.v) < math.sqrt(SLOW) * unit)
         if slow.any():
-            found.append((0.0, Touch(stop, float(entered.t[slow].mean()))))
+            found.append((0.0, StructureGraze(stop, float(entered.t[slow].mean()))))
     if not found:
         raise ParameterError("point", orbit, "its orbit touches no stop")
     return min(found)[1]

@@ -277,12 +277,12 @@ def structure_orbit_at(system: StructureSystem, state: Floats, n_periods: int) -
         part = 1.0
         for _ in range(HALVINGS):
             try:
-                there = period_map(system, state + part * step, n_periods)
+                mapped = period_map(system, state + part * step, n_periods)
             except PercussError:
                 part *= 0.5
                 continue
-            if closing_error(there, state + part * step) < error or error < SOLVED:
-                better = there
+            if closing_error(mapped, state + part * step) < error or error < SOLVED:
+                better = mapped
                 break
             part *= 0.5
         if better is None:
@@ -302,7 +302,7 @@ def orbit_of_map(
     system: StructureSystem,
     state: Floats,
     n_periods: int,
-    there: PeriodMap,
+    mapped: PeriodMap,
     error: float,
     *,
     admissible: bool = True,
@@ -311,25 +311,25 @@ def orbit_of_map(
     structure, loads, n = system.structure, system.loads, system.structure.n
     start = StructureStart(state[:n].tolist(), state[n:].tolist())
     end = n_periods * _period_of(system)
-    run = StructureTrajectory.of_run(system, start, there.record, end, Outcome.reached_t_end)
+    run = StructureTrajectory.of_run(system, start, mapped.record, end, Outcome.reached_t_end)
     return StructureOrbit(
         structure=structure,
         loads=loads,
         x0=state[:n],
         v0=state[n:],
         n_periods=n_periods,
-        multipliers=multipliers_of_matrix(there.derivative),
+        multipliers=multipliers_of_matrix(mapped.derivative),
         residual=error,
         run=run,
-        monodromy=there.derivative,
+        monodromy=mapped.derivative,
         admissible=admissible,
     )
 
 
-def closing_error(there: PeriodMap, state: Floats) -> float:
+def closing_error(mapped: PeriodMap, state: Floats) -> float:
     """Return by how much a motion fails to close, as a part of its size."""
-    size = max(norm(state), float(np.abs(there.image).max()))
-    return float(np.abs(there.image - state).max()) / size if size > 0.0 else 0.0
+    size = max(norm(state), float(np.abs(mapped.image).max()))
+    return float(np.abs(mapped.image - state).max()) / size if size > 0.0 else 0.0
 
 
 def multipliers_of_matrix(matrix: Floats) -> Complexes:

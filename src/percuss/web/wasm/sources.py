@@ -99,7 +99,7 @@ def _reached() -> dict[str, str]:
 
 def _original(node: ast.ImportFrom, name: str) -> str:
     """Return the name under which a module has what is imported as another name."""
-    return next(it.name for it in node.names if name in (it.asname, it.name))
+    return next(alias.name for alias in node.names if name in (alias.asname, alias.name))
 
 
 @functools.cache
@@ -113,11 +113,11 @@ def _definitions(module: str) -> dict[str, ast.stmt]:
         if isinstance(node, ast.FunctionDef | ast.ClassDef):
             definitions[node.name] = node
         elif isinstance(node, ast.ImportFrom):
-            definitions |= {it.asname or it.name: node for it in node.names}
+            definitions |= {item.asname or item.name: node for item in node.names}
         elif isinstance(node, ast.Assign | ast.AnnAssign):
             targets = node.targets if isinstance(node, ast.Assign) else [node.target]
-            names = [it for target in targets for it in ast.walk(target)]
-            definitions |= {it.id: node for it in names if isinstance(it, ast.Name)}
+            names = [item for target in targets for item in ast.walk(target)]
+            definitions |= {item.id: node for item in names if isinstance(item, ast.Name)}
     return definitions
 
 
