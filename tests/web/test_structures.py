@@ -268,8 +268,10 @@ def test_faults_stand_where_they_are_and_the_picture_stays(page: Page) -> None:
     expect(said).to_have_text("the start: x2 - x1 = 1 is above the wall at 0.5")
     view.get_by_label("x2", exact=True).fill("0.1")
     expect(said).to_have_text("")
-    # A motion without a period of its own says so.
     view.get_by_label("Preset").select_option("absorber")
+    expect(view.locator(".facts")).to_contain_text("in 2 forcing periods", timeout=WAIT)
+    # A motion without a period of its own, here one that runs away, says so.
+    view.get_by_label("beam k", exact=True).fill("-1")
     expect(view.locator(".facts")).to_contain_text("none found", timeout=WAIT)
     expect(view.locator(".mass")).to_have_count(2)
 
