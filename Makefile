@@ -14,7 +14,7 @@ PIP = $$($(BIN)/python -c 'import pip' 2>/dev/null && echo $(BIN)/python || echo
 
 STUDIES = examples/n3_above.toml examples/n3_below.toml examples/half_harmonic.toml
 
-.PHONY: paper demo test frozen nightly docs benchmark wasm check checks-and-structure-ensembles
+.PHONY: paper demo test frozen nightly docs benchmark wasm check checks-and-large-kernels
 .PHONY: doctests floors dist lock clean numbers numbers-of-motions numbers-of-grids
 .DELETE_ON_ERROR:
 
@@ -38,14 +38,14 @@ TESTS = $(BIN)/python -m pytest -n logical --dist worksteal
 
 # The examples of docstrings compile the kernels for all on one core; mypy has another meanwhile,
 # and then pytest, which keeps all tests compiled for the workers: what is wrong with one these tell.
-# Ensembles of structures have kernels of their own, which are compiled while the doctests run.
-STRUCTURE_ENSEMBLES = tests/structures/test_ensembles.py
+# The largest kernels of structures are compiled while the doctests run, by the tests that need them.
+LARGE_KERNELS = tests/structures/test_ensembles.py tests/fitting/test_structure_shooting.py
 test: .venv/dev.stamp
-	$(MAKE) --jobs 2 checks-and-structure-ensembles doctests
-	$(TESTS) tests --ignore $(STRUCTURE_ENSEMBLES)
+	$(MAKE) --jobs 2 checks-and-large-kernels doctests
+	$(TESTS) tests $(LARGE_KERNELS:%=--ignore=%)
 
-checks-and-structure-ensembles: check
-	$(BIN)/python -m pytest -q $(STRUCTURE_ENSEMBLES)
+checks-and-large-kernels: check
+	$(BIN)/python -m pytest -q $(LARGE_KERNELS)
 
 # What a change of the house must not change; after a change that is meant, `make frozen KEEP=--write`.
 frozen: .venv/dev.stamp

@@ -6,6 +6,7 @@ import gc
 import os
 import shutil
 from collections.abc import Generator, Iterator
+from pathlib import Path
 
 import pytest
 from hypothesis import settings
@@ -17,6 +18,8 @@ settings.register_profile("percuss", deadline=None, derandomize=True)
 settings.load_profile("percuss")
 
 listen_to_ctrl_c()
+
+LONG_TESTS = Path(__file__).with_name("long_tests.txt")
 
 # How long a page is waited for [ms]: by itself 5 s, which a machine that does much else needs.
 expect.set_options(timeout=60_000)
@@ -34,6 +37,16 @@ def pytest_collection() -> Generator[None, object, object]:
     finally:
         gc.freeze()
         gc.enable()
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark the tests that tests/long_tests.txt names: they run at night."""
+    long = {line for line in LONG_TESTS.read_text(encoding="utf-8").splitlines() if line[0] != "#"}
+    for item in items:
+        case = item.nodeid.removeprefix("tests/")
+        if case in long or case.partition("[")[0] in long:
+            item.add_marker("nightly")
 
 
 def pytest_xdist_auto_num_workers() -> int:

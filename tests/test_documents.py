@@ -24,6 +24,7 @@ PAGES = {
 
 # Whole pages that cannot run in seconds or not here, and why.
 NOT_RUN = {
+    "certified-howto.md": "tests/certified/test_howto.py runs it, and looks at what it shows",
     "cluster.md": "needs a queue or a cloud",
 }
 

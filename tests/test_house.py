@@ -22,6 +22,7 @@ from percuss.kernels import march
 from percuss.studies import running
 
 ROOT = Path(percuss.__file__).parent
+TESTS = Path(__file__).parent
 
 # Reads of another module's `_name`, for each package.
 PRIVATE_READS = {
@@ -167,6 +168,17 @@ def test_a_study_runs_through_few_modules_on_its_way_to_the_kernel(
         sys.setprofile(before)
 
     assert len(files) <= MODULES_OF_A_STUDY, "\n".join(sorted(map(str, files)))
+
+
+def test_each_long_test_is_there() -> None:
+    lines = (TESTS / "long_tests.txt").read_text(encoding="utf-8").splitlines()
+    cases = [line for line in lines if not line.startswith("#")]
+
+    assert cases == sorted(set(cases))
+    for case in cases:
+        file, _, name = case.partition("::")
+        function = f"def {name.partition('[')[0]}("
+        assert function in (TESTS / file).read_text(encoding="utf-8"), case
 
 
 def test_a_private_read_is_found_wherever_it_stands() -> None:

@@ -52,6 +52,10 @@ WITHOUT_PROOF = {
         "infinitely many impacts accumulate next to it, and the equations of an orbit have finitely "
         "many"
     ),
+    "border_collision": (
+        "the derivative of the equations has two values there, one for an impact before the jump of "
+        "the force and one after it, and no proof here takes both"
+    ),
 }
 
 

@@ -68,6 +68,7 @@ MARKERS = {
     "corner": "*",
     "strong_resonance": "P",
     "torus": "p",
+    "border_collision": "h",
 }
 # Labels of special points nearer than these parts of the width and height stand below each other,
 # above each other where they are in this part of the height.

@@ -21,8 +21,9 @@ from percuss.model.expression import Expression
 from percuss.model.paths import get_parameter, moved_fields, replace_parameters
 from percuss.model.system import System
 from percuss.numerics import dot, norm
-from percuss.orbits.continuation.correct import WEAK, corrected, tangent_of
-from percuss.orbits.continuation.problem import Point, along_parameter
+from percuss.orbits.bifurcations.force_jumps import Crossing, ForceJumps
+from percuss.orbits.continuation.correct import WEAK, corrected, solved, tangent_of
+from percuss.orbits.continuation.problem import BorderError, Point, along_parameter
 from percuss.orbits.orbit.itinerary import Itinerary, entries_of, entry, is_wall
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.solve import Solution, orbit_of_solution
@@ -103,6 +104,7 @@ class OrbitEquations:
         met = entries_of(self.system, self.events)
         self.entries = [(i, stop, entry(self.system.oscillator, stop).sign) for i, stop in met]
         self.walls = is_wall(law, self.events)
+        self.jumps = ForceJumps.of(law) if n else ForceJumps(())
         self._phases = np.empty((2, int(law[0, N_HARMONICS]), 2))
         self.system_at = lru_cache(SYSTEMS)(self._system_at)
         self.law_at = lru_cache(SYSTEMS)(self._law_at)
@@ -133,6 +135,16 @@ class OrbitEquations:
             given = values[0] if len(values) == 1 else values
             raise ParameterError(", ".join(self.paths), given, "the stops fall together there")
         return law
+
+    def sides(self, unknowns: Floats, values: tuple[float, ...]) -> Integers:
+        """Return the number of jumps of the force before each event and the return of the first.
+
+        The equations are smooth where none of these numbers, (n + 1,), changes.
+        """
+        if not self.jumps:
+            return np.zeros(self.n + 1, dtype=np.int64)
+        t = np.cumsum(unknowns[: 1 + self.n]) * self.scale[0]
+        return self.jumps.passed(self.law_at(values), t)
 
     def shot(self, unknowns: Floats, law: Law) -> tuple[Floats, Floats]:
         """Return scaled residuals and their derivative by the scaled unknowns, under a law."""
@@ -180,6 +192,13 @@ SHORT, LONG, STRAIGHT = 1e-7, 0.05, 0.995
 # Least length of a step off a point at which families meet; factor to the next, shorter one; and
 # largest correction as a part of the length, so that no other family is found.
 LEAST, SHORTER, BENT = 1e-9, 0.25, 0.1
+# Newton's steps to a border, and the part of the period off it at which derivatives are those of
+# one side.
+TO_BORDER, OFF_BORDER = 20, 1e-7
+# Residuals of a point on a border.
+ON_BORDER = 1e-12
+# A border further away than this, in steps that would pass it, is not the one that was passed.
+FAR = 3.0
 # Determinants this near 1 are those of conservative motion.
 CONSERVATIVE = 1e-12
 
@@ -200,6 +219,8 @@ class BranchEquations(OrbitEquations):
         ends = np.roll(self.events[:, AT], -1)
         self._returning = [i for i in range(self.n) if self.events[i, AT] == ends[i]]
         self._hops = [i for i in self._returning if self.walls[i] and self.walls[(i + 1) % self.n]]
+        self._centre: Floats | None = None
+        self.border: tuple[Crossing, Floats, Floats] | None = None
 
     def start(self, orbit: PeriodicOrbit, value: float) -> Floats:
         """Return the point of an orbit."""
@@ -279,10 +300,12 @@ class BranchEquations(OrbitEquations):
             before, here = self.residual(z, known)[0], self.residual(z, self.value(z))[0]
             with np.errstate(over="ignore", invalid="ignore"):
                 return np.asarray((here - before) / step)
-        sides = []
         # Not past another stop: beyond it the order of the stops differs.
         distances = (abs(self.part_of(0, at) - float(z[-1])) for at in self._others)
         step = min([STEP, *(0.5 * distance for distance in distances if distance > 0.0)])
+        if self.jumps and not self._is_smooth(z, step):
+            return self._one_sided_slope(z, step)
+        sides = []
         for q in (z[-1] - step, z[-1] + step):
             try:
                 sides.append((q, self.residual(z, self.low + q * (self.high - self.low))[0]))
@@ -294,7 +317,136 @@ class BranchEquations(OrbitEquations):
         with np.errstate(over="ignore", invalid="ignore"):
             return np.asarray((above - below) / (q1 - q0))
 
+    def _sides_at(self, z: Floats, part: float) -> Integers:
+        """Return `sides` of the unknowns of a point at another scaled parameter."""
+        return self.sides(z[:-1], (self.low + part * (self.high - self.low),))
+
+    def _is_smooth(self, z: Floats, step: float) -> bool:
+        """Return whether no jump passes an event between two parameters about a point."""
+        low, high = (self._sides_at(z, float(z[-1]) + way * step) for way in (-1.0, 1.0))
+        return bool((low == high).all())
+
+    def _one_sided_slope(self, z: Floats, step: float) -> Floats:
+        """Return the derivative by the parameter from differences of second order to one side."""
+        here = self._sides_at(z, float(z[-1]))
+        way = next(
+            way
+            for way in (1.0, -1.0, 0.0)
+            if (self._sides_at(z, float(z[-1]) + 2.0 * way * step) == here).all()
+        )
+        # Between two jumps less than four steps apart the error of a short one has to do.
+        h = way * step if way else OFF_BORDER * step
+        width = self.high - self.low
+        at = [self.residual(z, self.low + (float(z[-1]) + k * h) * width)[0] for k in range(3)]
+        with np.errstate(over="ignore", invalid="ignore"):
+            return np.asarray((4.0 * at[1] - 3.0 * at[0] - at[2]) / (2.0 * h))
+
     def corrected(self, guess: Floats, normal: Floats, *, near_others: bool = False) -> Floats:
+        """Return the point of the family as `_corrected` does, on this side of any border.
+
+        Raises
+        ------
+        BorderError
+            If an event passes a jump of the force on the way from the centre.
+        """
+        try:
+            z = self._corrected(guess, normal, near_others=near_others)
+        except ConvergenceError:
+            self._check_border(guess)
+            raise
+        self._check_border(z)
+        return z
+
+    def _check_border(self, z: Floats) -> None:
+        """Raise `BorderError` where an event passes a jump between the centre and a point."""
+        if self._centre is None or not self.jumps:
+            return
+        before, after = (self.sides(one[:-1], self.values(one)) for one in (self._centre, z))
+        crossings = self.jumps.crossings(before[: self.n], after[: self.n])
+        if not crossings:
+            return
+        parts = [self._part_before(z, crossing) for crossing in crossings]
+        first = int(np.argmin(parts))
+        crossing = crossings[first]
+        shifts = np.zeros(self.n)
+        for each in crossings:
+            shifts[each.event] = -each.way
+        guess = self._centre + parts[first] * (z - self._centre)
+        located = self._on_border(guess, crossing, shifts)
+        if located is not None and norm(located - self._centre) > FAR * norm(z - self._centre):
+            located = None
+        self.border = None
+        if located is not None:
+            self.border = crossing, located, self._sides_of_centre(located, before)
+        what = f"event {crossing.event} meets a jump of the force"
+        raise BorderError(what, is_located=located is not None)
+
+    def beyond_jump(self, z: Floats, crossing: Crossing) -> float:
+        """Return by how much of the period an event lies after a jump of the force."""
+        at = self.jumps.instant(self.law_at(self.values(z)), crossing.jump)
+        return float(z[: 1 + crossing.event].sum() - at / self.scale[0])
+
+    def _part_before(self, z: Floats, crossing: Crossing) -> float:
+        """Return the part of the way from the centre to a point at which an event meets a jump."""
+        assert self._centre is not None
+        before, after = (self.beyond_jump(one, crossing) for one in (self._centre, z))
+        return float(before / (before - after)) if before != after else 0.5
+
+    def _sides_of_centre(self, z: Floats, passed: Integers) -> Floats:
+        """Return 1.0 for events that lie after the jump they meet at a point, -1.0 before, else 0.
+
+        ``passed`` are the `sides` of the centre.
+        """
+        shifts = np.zeros(self.n)
+        for i, count in enumerate(passed[: self.n].tolist()):
+            for jump, side in ((count, -1.0), (count - 1, 1.0)):
+                if abs(self.beyond_jump(z, Crossing(i, jump, side))) < OFF_BORDER:
+                    shifts[i] = side
+        return shifts
+
+    def by_side(self, z: Floats, shifts: Floats) -> Floats:
+        """Return the derivatives at a point of a border with its events shifted to their sides."""
+        moved = OFF_BORDER * np.append(shifts, shifts[0])
+        inside = z.copy()
+        inside[: 1 + self.n] += np.diff(moved, prepend=0.0)
+        return self.derivatives(inside)
+
+    def slope_of_border(self, z: Floats, crossing: Crossing) -> Floats:
+        """Return the derivative of `beyond_jump` by a point."""
+        slope = np.zeros(len(z))
+        slope[: 1 + crossing.event] = 1.0
+        ends = []
+        for way in (-1.0, 1.0):
+            moved = z.copy()
+            moved[-1] += way * STEP
+            ends.append(self.beyond_jump(moved, crossing))
+        slope[-1] = (ends[1] - ends[0]) / (2.0 * STEP)
+        return slope
+
+    def _on_border(self, z: Floats, crossing: Crossing, shifts: Floats) -> Floats | None:
+        """Return the point near a guess at which an event meets a jump, None if there is none.
+
+        Newton's method: the equations are continuous, and the border is a plane, so that after
+        the first step only derivatives along it matter, which both sides share.
+        """
+        least = math.inf
+        best = z
+        for _ in range(TO_BORDER):
+            try:
+                matrix = self.by_side(z, shifts)
+                residual, _ = self.residual(z, self.value(z))
+                missed = np.append(residual, self.beyond_jump(z, crossing))
+                border = self.slope_of_border(z, crossing)
+            except PercussError:
+                return None
+            error = float(np.abs(missed).max()) / self.size(z)
+            if not error < least:
+                break
+            least, best = error, z
+            z = z + solved(np.vstack([matrix, border]), -missed)
+        return best if least < ON_BORDER else None
+
+    def _corrected(self, guess: Floats, normal: Floats, *, near_others: bool = False) -> Floats:
         """Return the point of the family in the plane through a guess with this normal.
 
         Where another family crosses, the component towards it, of a small singular value, can be
@@ -346,6 +498,9 @@ class BranchEquations(OrbitEquations):
         difference from the earlier point, which needs no new law.
         """
         stepped = SHORT < abs(z[-1] - before.z[-1]) < LONG
+        if stepped and self.jumps:
+            there, here = (self._sides_at(z, float(one[-1])) for one in (before.z, z))
+            stepped = bool((there == here).all())
         known = self.value(before.z) if stepped else None
         orbit = self.solution(z)
         tangent = self.tangent(z, before.tangent, known)
@@ -360,8 +515,9 @@ class BranchEquations(OrbitEquations):
         """
         return dataclasses.replace(point, tangent=self.tangent(point.z, point.tangent))
 
-    def recentre(self, point: Point[Self]) -> None:
-        """Do nothing: Newton's method needs no point near the guess."""
+    def recentre(self, point: Point[Self] | None) -> None:
+        """Take a point as that whose side of the borders `corrected` keeps to; None for any side."""
+        self._centre, self.border = None if point is None else point.z, None
 
     def corrector_normal(self, tangent: Floats) -> Floats:
         """Return the normal of Newton's hyperplane: the parameter's if it changes enough."""

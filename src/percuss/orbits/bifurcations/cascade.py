@@ -38,6 +38,7 @@ ENDS = {
     "chatter": "chatter",
     "symmetry_breaking": "lose their symmetry",
     "branch_point": "meet another family",
+    "border_collision": "meet a jump of the force",
 }
 
 

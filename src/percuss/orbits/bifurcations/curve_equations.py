@@ -21,7 +21,7 @@ from percuss.kernels.law_columns import Law
 from percuss.numerics import directions, dot, matmul, norm
 from percuss.orbits.bifurcations.branch_equations import OrbitEquations, Ranges
 from percuss.orbits.continuation.correct import Broyden, corrected, solved, tangent_of
-from percuss.orbits.continuation.problem import Point
+from percuss.orbits.continuation.problem import BorderError, Point
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
 __all__ = [
@@ -43,6 +43,8 @@ LONGEST_STEP = 0.25
 # Velocities into a soft stop below this part of the scale: it is hardly met. Steps to there are
 # repeated with half the length, down to the second number, in scaled arclength.
 HARDLY, NEAR_END = 1e-4, 1e-5
+# Cosine of the angle between tangents below which a curve is told to have a corner.
+TURNED = 0.97
 # Scaled steps of central differences, where h^2 and 1e-16/h are both small, and of one-sided ones.
 CENTRAL, ONE_SIDED = 1e-5, 1e-7
 
@@ -58,6 +60,7 @@ class CurveEquations(ABC):
 
     noun = "curve"
     order = 2
+    of_multipliers = False
 
     def __init__(self, equations: OrbitEquations) -> None:
         self.equations, self.paths = equations, equations.paths
@@ -165,10 +168,24 @@ class CurveEquations(ABC):
     def point(self, z: Floats, before: Point[Self]) -> Point[Self]:
         """Return a solution with its tangent, on the side of an earlier one's, and its tests."""
         point = self._point(z, before.tangent)
+        if self._meets_jump(before, point):
+            raise BorderError("an event meets a jump of the force", is_located=False)
         lost = self.lost_stop(point.tests)
         if lost and norm(z - before.z) > NEAR_END:
             raise ConvergenceError(lost, z, 0.0, "take smaller steps")
         return point
+
+    def _meets_jump(self, before: Point[Self], point: Point[Self]) -> bool:
+        """Return whether a curve has a corner, or ends, between two points at a jump of the force.
+
+        There the multipliers jump, so that a condition on them is no longer met; other curves may
+        turn little.
+        """
+        if not self.equations.jumps:
+            return False
+        sides = [self.equations.sides(each.z[:-2], self.values(each.z)) for each in (before, point)]
+        changes = bool((sides[0] != sides[1]).any())
+        return changes and (self.of_multipliers or dot(before.tangent, point.tangent) < TURNED)
 
     def lost_stop(self, tests: Mapping[str, float]) -> str:
         """Return the soft stop that is hardly met, "" for none.
@@ -226,6 +243,8 @@ class MultiplierCurve(CurveEquations):
     start
         The point at which to begin.
     """
+
+    of_multipliers = True
 
     def __init__(self, equations: OrbitEquations, multiplier: float, start: Floats) -> None:
         super().__init__(equations)

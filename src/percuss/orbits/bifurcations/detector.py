@@ -6,8 +6,10 @@ from typing import TypeAlias
 
 import numpy as np
 
+from percuss.errors import PercussError
 from percuss.model.oscillator import SoftStop
 from percuss.numerics import norm
+from percuss.orbits.bifurcations.border_collision import Border, border_reached
 from percuss.orbits.bifurcations.branch_equations import BranchEquations, fastest
 from percuss.orbits.bifurcations.soft_grazing import start_beyond
 from percuss.orbits.bifurcations.special_points import (
@@ -40,7 +42,16 @@ class BranchDetector:
     def stopped(
         self, here: Point[BranchEquations], reason: str
     ) -> Segment[BranchEquations, SpecialPoint]:
-        """Return the end of the range, or the corner, at which the branch ends."""
+        """Return what is beyond the last point: a border with the branch beyond it, or an end.
+
+        It ends at the end of the range, or at a corner.
+        """
+        try:
+            border = border_reached(here)
+        except PercussError as error:
+            return Segment([], f"beyond {here.text} {reason}: {error}")
+        if border is not None:
+            return self._across(here, border)
         if here.z[-1] in (0.0, 1.0):
             return Segment([], f"{here.text} reached")
         family = here.problem
@@ -52,6 +63,18 @@ class BranchDetector:
         return Segment(
             [(point, special)], f"at {family.path} = {special.value:.12g} {special.detail}"
         )
+
+    def _across(
+        self, here: Point[BranchEquations], border: Border
+    ) -> Segment[BranchEquations, SpecialPoint]:
+        """Return the special points up to a border, the border, and the branch beyond it."""
+        until: Segment[BranchEquations, SpecialPoint] = Segment([])
+        if border.before.z is not here.z:
+            until = self.between(here, border.before)
+        if until.end_reason:
+            return until
+        row = [(border.point, border.special)] if border.special is not None else []
+        return Segment([*until.rows, *row], border.end_reason, border.beyond)
 
     def between(
         self, here: Point[BranchEquations], new: Point[BranchEquations]

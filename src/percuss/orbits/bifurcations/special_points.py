@@ -48,6 +48,7 @@ SpecialPointKind: TypeAlias = Literal[
     "corner",
     "strong_resonance",
     "torus",
+    "border_collision",
 ]
 
 # A bracket in the parameter that is a location, as a part of it.
@@ -80,7 +81,9 @@ class SpecialPoint:
         while the force pushes into the wall: they accumulate), "corner" (two stops that are met
         come to lie at one place), "strong_resonance" (of a conservative family, trace -1 or 0),
         "torus" (a complex pair of multipliers crosses the unit circle, Neimark-Sacker: there an
-        invariant torus starts; only negative damping makes areas grow).
+        invariant torus starts; only negative damping makes areas grow), "border_collision" (an
+        impact meets a jump of the force: the multipliers jump, and the branch may turn, a nonsmooth
+        fold; those of `orbit` are those of one of the two sides).
     path, value
         The parameter and its value there.
     interval

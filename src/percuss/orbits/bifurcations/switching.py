@@ -10,6 +10,7 @@ import numpy as np
 from percuss.arrays import Floats
 from percuss.errors import ConvergenceError, ParameterError, PercussError
 from percuss.numerics import directions, matmul, norm
+from percuss.orbits.bifurcations.border_doubling import doubled_at_border
 from percuss.orbits.bifurcations.branch_equations import BranchEquations, own_value
 from percuss.orbits.bifurcations.grazing_contact import (
     GrazingContact,
@@ -31,7 +32,7 @@ __all__ = ["orbit_past_graze", "switch_branch"]
 
 
 # Kinds of points at which another family starts, and what to say of the others.
-SWITCHED = ("period_doubling", "symmetry_breaking", "branch_point", "grazing")
+SWITCHED = ("period_doubling", "symmetry_breaking", "branch_point", "grazing", "border_collision")
 OTHERS = {
     "fold": "the family turns there, and no other one starts",
     "chatter": "impacts accumulate there, and the orbits beyond it stick",
@@ -58,7 +59,9 @@ def switch_branch(
 
     At a period doubling that is the orbit of twice the period; where a symmetry breaks, one of
     the two that mirror each other; at a branch point, an orbit of the family that crosses; at a
-    graze, one with another impact, or without the one of zero velocity. In the first three cases
+    graze, one with another impact, or without the one of zero velocity; at a border collision, the
+    orbit of twice the period that has the impact before the jump of the force and after it in turn,
+    where one starts. In the first three cases
     the equations are those of the orbit, at a doubling of its two-fold cover; they have two small
     singular values, one along the branch, and the step goes along the other (Keller 1977,
     section 5; Seydel 2010, section 5.6). Newton's method corrects it with the length of that step
@@ -67,8 +70,8 @@ def switch_branch(
     Parameters
     ----------
     point
-        Of kind "period_doubling", "symmetry_breaking", "branch_point" or "grazing"; of a structure of
-        the first or the third.
+        Of kind "period_doubling", "symmetry_breaking", "branch_point", "grazing" or
+        "border_collision"; of a structure of the first or the third.
     other_side
         Whether to step in the opposite direction, not at a graze: to the mirrored orbit, the same
         doubled orbit a period later, or the other half of a family that crosses.
@@ -111,6 +114,8 @@ def switch_branch(
         return orbit_past_graze(orbit, point.path)
     if len(orbit.itinerary) == 0:
         raise ParameterError("point", point.value, "an orbit without impacts; no other starts")
+    if point.kind == "border_collision":
+        return doubled_at_border(orbit, point.path, -1.0 if other_side else 1.0)
     tangent = point.tangent
     if point.kind == "period_doubling":
         if orbit.itinerary.halves_differ() < FREE:

@@ -13,7 +13,7 @@ from percuss.arrays import Floats
 from percuss.errors import ParameterError, PercussError
 from percuss.model.exact import real, whole
 from percuss.numerics import dot, norm
-from percuss.orbits.continuation.problem import P, Point, along_parameter
+from percuss.orbits.continuation.problem import BorderError, P, Point, along_parameter
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.signature import are_same
 from percuss.progress import Progress
@@ -190,6 +190,10 @@ def _step(
     while step > steps.least:
         try:
             new = _tried(here, bend, step)
+        except BorderError as border:
+            new, why, invalid = None, str(border), False
+            if border.is_located:
+                return None, step, why
         except PercussError as error:
             new, why, invalid = None, str(error), isinstance(error, ParameterError)
         if new is not None:

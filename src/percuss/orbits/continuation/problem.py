@@ -9,8 +9,21 @@ from typing import Any, Generic, Protocol, Self, TypeVar
 import numpy as np
 
 from percuss.arrays import Floats
+from percuss.errors import PercussError
 
-__all__ = ["Point", "Problem", "along_parameter"]
+__all__ = ["BorderError", "Point", "Problem", "along_parameter"]
+
+
+class BorderError(PercussError):
+    """The equations have other derivatives beyond a border that a step would pass.
+
+    ``is_located`` where the problem knows the point on the border, so that shorter steps tell
+    nothing more.
+    """
+
+    def __init__(self, what: str, *, is_located: bool) -> None:
+        super().__init__(what)
+        self.is_located = is_located
 
 
 class Problem(Protocol):
@@ -43,6 +56,8 @@ class Problem(Protocol):
             If there is none near.
         ParameterError
             If the parameters cannot have the values.
+        BorderError
+            If it, or the guess, lies beyond a border of the equations.
         """
 
     def solution(self, z: Floats) -> Any:

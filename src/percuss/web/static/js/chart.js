@@ -4,6 +4,7 @@ const COLOURS = ["--curve", "--orbit", "--c3", "--c4", "--c5", "--c6"];
 const SPECIAL = {
   fold: "fold", period_doubling: "period doubling", symmetry_breaking: "symmetry breaking", grazing: "graze",
   chatter: "chatter", corner: "corner", strong_resonance: "strong resonance", torus: "torus",
+  border_collision: "border collision",
 };
 
 /** Return the families of an answer: layers to draw, kinds for the legend, points to read out. */
