@@ -29,7 +29,7 @@ Limit = Literal["after", "before"]
 
 
 class EventColumn(NamedTuple):
-    """What a column of a table of events is, and its dimensions."""
+    """A column of a table of events: its meaning and its dimensions."""
 
     meaning: str
     dimensions: str = "1"
