@@ -373,7 +373,7 @@ class StructureSystem:
         arrays = {name: _joined([one[name] for one in made]) for name in made[0]}
         self._sets = Sets(
             **arrays, keys=np.array(list(self._made), dtype=np.int64),
-            stops=self._frames.stops, walls=self._frames.walls, records=self._records,
+            stops=self._frames.stops, walls=self._frames.walls, records=self.records,
             normals=self._frames.gradients, impulses=self._frames.impulses,
         )  # fmt: skip
 
@@ -444,7 +444,7 @@ class StructureSystem:
         return total
 
     @cached_property
-    def _record_directions(self) -> Floats:
+    def record_directions(self) -> Floats:
         """What each record does at value 1, (n_records, n)."""
         rows = [
             self._directions[i]
@@ -454,7 +454,7 @@ class StructureSystem:
         return np.array(rows).reshape(len(rows), self.structure.n)
 
     @cached_property
-    def _records(self) -> Floats:
+    def records(self) -> Floats:
         """Laws that hold one record each, (n_records, rows, COLUMNS)."""
         free = Oscillator(stiffness=0, damping=0)
         return _stacked(
@@ -474,7 +474,7 @@ class StructureSystem:
         modes[:, at.FORCE] = matmul(inward[:, 1, n:], pull)
         modes[:, at.RATE] = matmul(inward[:, 0, n:], pull)
         levels[:, at.CONSTANT] += matmul(direct, self._constant)
-        m, r, s = len(self.omegas), len(self._record_directions), len(levels)
+        m, r, s = len(self.omegas), len(self.record_directions), len(levels)
         drive = np.zeros((n, m, at.DRIVE_ENTRIES))
         feed = np.zeros((s, m, 2))
         for k, push in enumerate(self._pushes):
@@ -483,7 +483,7 @@ class StructureSystem:
                 drive[:, k, column + 1] = -matmul(inward[:, part, n:], push.imag)
             feed[:, k, 0], feed[:, k, 1] = matmul(direct, push.real), -matmul(direct, push.imag)
         record_drive = np.zeros((n, r, 2))
-        for k, push in enumerate(self._record_directions):
+        for k, push in enumerate(self.record_directions):
             record_drive[:, k, 0] = matmul(inward[:, 1, n:], push)
             record_drive[:, k, 1] = matmul(inward[:, 0, n:], push)
         arrays = {name: frame[name] for name in ("shape", "offset", "inverse", "kick")} | {
@@ -493,7 +493,7 @@ class StructureSystem:
             "watch": watch,
             "levels": levels,
             "feed": feed,
-            "record_feed": matmul(direct, self._record_directions.T) if r else np.zeros((s, 0)),
+            "record_feed": matmul(direct, self.record_directions.T) if r else np.zeros((s, 0)),
         }
         law = self._law(modes)
         arrays |= {"law": law, "of_set": self._bounds(law, arrays)}
