@@ -40,7 +40,7 @@ LOCATED = 1e-9
 STROBED, BEYOND = 1e-6, (100.0 * DIFFERENCE, 1e-4, 1e-3)
 
 
-Row: TypeAlias = tuple[Point[StructureEquations], StructureSpecialPoint | None]
+StructureRow: TypeAlias = tuple[Point[StructureEquations], StructureSpecialPoint | None]
 
 
 class _BranchDetector:
@@ -120,7 +120,7 @@ class _BranchDetector:
         except PercussError as error:
             return Segment([], f"beyond {here.text} {reason}: {error}")
         assert border is not None
-        rows: list[Row] = []
+        rows: list[StructureRow] = []
         point = cast("Point[StructureEquations]", border.point)
         if border.before.z is not here.z:
             rows += self.between(
