@@ -25,7 +25,7 @@ from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start
 from percuss.model.system import System
 from percuss.motion.extremes import Extrema, QuantityName
-from percuss.motion.tables import Contacts, Crossings, Grazes, Impacts, Limit
+from percuss.motion.tables import HasEvents, Limit
 
 __all__ = [
     "AnyMotion", "MovedContacts", "MovedCrossings", "MovedEvents", "MovedGrazes", "MovedImpacts",
@@ -33,7 +33,7 @@ __all__ = [
 ]  # fmt: skip
 
 
-class AnyMotion(Protocol):
+class AnyMotion(HasEvents, Protocol):
     """What a derivative reads of a motion, as a `Trajectory` has it."""
 
     @property
@@ -57,38 +57,8 @@ class AnyMotion(Protocol):
         ...
 
     @property
-    def t0(self) -> float:
-        """When it starts."""
-        ...
-
-    @property
-    def t_end(self) -> float:
-        """When it ends."""
-        ...
-
-    @property
     def record(self) -> tuple[Floats, Integers]:
         """Its events and marks."""
-        ...
-
-    @property
-    def impacts(self) -> Impacts:
-        """Its impacts."""
-        ...
-
-    @property
-    def crossings(self) -> Crossings:
-        """Its crossings."""
-        ...
-
-    @property
-    def contacts(self) -> Contacts:
-        """Its contacts."""
-        ...
-
-    @property
-    def grazes(self) -> Grazes:
-        """Its grazes."""
         ...
 
     def __call__(self, t: ArrayLike, limit: Limit = "after") -> tuple[Floats, Floats]:

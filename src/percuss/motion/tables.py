@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import lru_cache, partial
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
 __all__ = [
-    "COLUMNS", "Contacts", "Crossings", "EventColumn", "EventTable", "Grazes", "Impacts",
+    "COLUMNS", "Contacts", "Crossings", "EventColumn", "EventTable", "Grazes", "HasEvents", "Impacts",
     "Limit", "no_contacts", "no_crossings", "no_grazes",
 ]  # fmt: skip
 
@@ -303,3 +303,31 @@ def no_contacts(units: Units | None) -> Contacts:
 def no_grazes(units: Units | None) -> Grazes:
     """Return a table without rows."""
     return Grazes(_NO_FLOATS, _NO_NUMBERS, _NO_FLOATS, _NO_FLOATS, units)
+
+
+class HasEvents(Protocol):
+    """A motion between two instants with its events."""
+
+    @property
+    def t0(self) -> float:
+        """Time of its start."""
+
+    @property
+    def t_end(self) -> float:
+        """Time of its end."""
+
+    @property
+    def impacts(self) -> Impacts:
+        """Its impacts."""
+
+    @property
+    def crossings(self) -> Crossings:
+        """Its crossings."""
+
+    @property
+    def contacts(self) -> Contacts:
+        """Its contacts."""
+
+    @property
+    def grazes(self) -> Grazes:
+        """Its grazes."""

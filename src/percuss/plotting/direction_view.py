@@ -89,7 +89,7 @@ class DirectionView:
     def _parallel(self) -> list[tuple[int, Stop]]:
         """The stops whose direction is a multiple of c, with their numbers, as stops of y."""
         structure: Structure = self.run.structure
-        found: list[tuple[int, Stop]] = []
+        stops: list[tuple[int, Stop]] = []
         for i, stop in enumerate(structure.stops):
             own = structure.stop_directions[i]
             k = int(np.argmax(np.abs(self._c)))
@@ -99,8 +99,8 @@ class DirectionView:
             is_below = (stop.side == "below") == (factor > 0.0)
             place = as_float(stop.at) / factor
             side: Literal["below", "above"] = "below" if is_below else "above"
-            found.append((i, dataclasses.replace(stop, at=place, side=side, on=None)))
-        return found
+            stops.append((i, dataclasses.replace(stop, at=place, side=side, on=None)))
+        return stops
 
     @cached_property
     def impacts(self) -> Impacts:

@@ -51,7 +51,7 @@ class _BranchDetector:
     ) -> Segment[StructureEquations, StructureSpecialPoint]:
         """Return the special points between two neighbours, in order."""
         equations = here.problem
-        found = []
+        rows = []
         turns = here.tangent[-1] * new.tangent[-1] < 0.0
         for name, kind in equations.kinds.items():
             ends = (here.tests[name], new.tests[name])
@@ -92,9 +92,9 @@ class _BranchDetector:
                 detail,
             )
             point = Point(zero.z, new.tangent, zero.orbit, tests, equations)
-            found.append((zero.part, point, special))
-        found.sort(key=lambda one: one[0])
-        return Segment([(point, special) for _, point, special in found])
+            rows.append((zero.part, point, special))
+        rows.sort(key=lambda row: row[0])
+        return Segment([(point, special) for _, point, special in rows])
 
     def stopped(
         self,
@@ -154,21 +154,21 @@ def _past_the_strobe(here: Point[StructureEquations]) -> Point[StructureEquation
         # The state just after an impact is solved for, wherever t = 0 is.
         return None
     times = np.sort(np.concatenate([run.impacts.t, run.crossings.t]))
-    way = math.copysign(1.0, here.tangent[-1])
+    sign = math.copysign(1.0, here.tangent[-1])
     for limit, at in (("after", times[:1]), ("before", times[-1:])):
         distance = np.abs(at - (0.0 if limit == "after" else run.t_end))
         if not (distance < STROBED * run.t_end).any():
             continue
         state = np.concatenate(run(float(at[0]), limit=limit)) / equations.scale
         for step in BEYOND:
-            part = here.z[-1] + way * step
+            part = here.z[-1] + sign * step
             if not 0.0 <= part <= 1.0:
                 return None
             try:
                 normal = along_parameter(len(here.z))
                 z = equations.corrected(np.append(state, part), normal)
                 point = equations.started(equations.solution(z), equations.values(z))
-                return dataclasses.replace(point, tangent=way * point.tangent)
+                return dataclasses.replace(point, tangent=sign * point.tangent)
             except PercussError:
                 continue
     return None
@@ -244,10 +244,10 @@ def continue_structure_orbit(
     return StructureBranch(
         path=path,
         values=np.array([equations.values(point.z)[0] for point, _ in rows]),
-        multipliers=np.array([one.multipliers for one in orbits]),
-        is_stable=np.array([one.is_stable for one in orbits]),
-        n_impacts=np.array([one.n_impacts for one in orbits]),
-        amplitude=np.array([_amplitudes(one) for one in orbits]),
+        multipliers=np.array([each.multipliers for each in orbits]),
+        is_stable=np.array([each.is_stable for each in orbits]),
+        n_impacts=np.array([each.n_impacts for each in orbits]),
+        amplitude=np.array([_amplitudes(each) for each in orbits]),
         orbits=orbits,
         special_points=special,
         end_reason=why,

@@ -53,7 +53,14 @@ class JumpsOfLoads:
         structure, records, period = system.structure, system.records, system.period
         n_stops = len(structure.stops)
         found: list[tuple[float, Integers]] = []
-        for law, direction in zip(records, system.record_directions, strict=True):
+        directions = [
+            direction
+            for direction, forcing in zip(
+                system.loads.directions(structure), system.loads.forcings, strict=True
+            )
+            if forcing.record is not None
+        ]
+        for law, direction in zip(records, directions, strict=True):
             jumps = ForceJumps.of(law)
             if not jumps or period is None:
                 continue

@@ -36,7 +36,6 @@ from percuss.kernels.record import (
 from percuss.kernels.restitution import kept_of_error, restitution_at
 from percuss.kernels.structure.basis import wall_of
 from percuss.kernels.structure.run import StructureRun, new_run
-from percuss.kernels.structure.sample import evaluate
 from percuss.kernels.structure.sensitivity import rates_at
 from percuss.kernels.structure.tangent import carry_run
 from percuss.model.acting_sets import StructureSystem
@@ -56,12 +55,16 @@ from percuss.orbits.bifurcations.structure_branch import (
     tests_of_matrix,
 )
 from percuss.orbits.continuation.problem import Point, along_parameter
-from percuss.orbits.orbit.structure_orbit import PeriodMap, StructureOrbit, orbit_of_map
+from percuss.orbits.orbit.structure_orbit import (
+    MOST_EVENTS,
+    PeriodMap,
+    StructureOrbit,
+    map_between,
+    orbit_of_map,
+)
 
-__all__ = ["TOUCH", "Touch", "WallEquations", "meets_walls_in_turn", "touch_of"]
+__all__ = ["GRAZE", "StructureGraze", "WallEquations", "graze_of", "meets_walls_in_turn"]
 
-# Events of one flight.
-MOST_EVENTS = 100_000
 # The events of orbits that neither stick nor land at rest.
 IN_TURN = (START, IMPACT, CROSSING, KNOT)
 # Impacts of an orbit whose instants are unknowns; with more its map over the period serves.
@@ -71,8 +74,8 @@ MOST_IMPACTS = 40
 APART, ALIKE = 1e-9, 1e-6
 # Instants of a flight at which its clearances are looked at, and steps to their least values.
 LOOKED, REFINED = 48, 4
-# The condition of a touch; speeds below this part of the unit are none at a touch.
-TOUCH, SLOW = "touch", 1e-5
+# The condition of a graze; speeds below this part of the unit are none at a graze.
+GRAZE, SLOW = "graze", 1e-5
 # Clearances below this part of the unit of length are rounding.
 ROUNDED = 1e-12
 
@@ -131,7 +134,7 @@ class WallMotion:
     of_speeds: Floats
 
 
-class Touch(NamedTuple):
+class StructureGraze(NamedTuple):
     """A stop that an orbit touches at an instant without velocity."""
 
     stop: int
@@ -151,26 +154,26 @@ class WallEquations(StructureEquations, Bordered):
         orbit: StructureOrbit,
         ranges: Mapping[str, tuple[float, float]],
         condition: str | None = None,
-        touch: Touch | None = None,
+        graze: StructureGraze | None = None,
     ) -> None:
         super().__init__(orbit, ranges, condition)
-        impacts, self.touch = orbit.run.impacts, touch
-        meetings = list(zip(impacts.t.tolist(), impacts.stop.tolist(), strict=True))
+        impacts, self.graze = orbit.run.impacts, graze
+        contacts = list(zip(impacts.t.tolist(), impacts.stop.tolist(), strict=True))
         speeds = np.abs(impacts.v_before).tolist()
-        if touch is not None:
+        if graze is not None:
             near = APART * orbit.period
-            kept = [k for k, (t, _) in enumerate(meetings) if abs(t - touch.t) > near]
-            meetings, speeds = [meetings[k] for k in kept], [speeds[k] for k in kept]
-            meetings.append((touch.t, touch.stop))
+            kept = [k for k, (t, _) in enumerate(contacts) if abs(t - graze.t) > near]
+            contacts, speeds = [contacts[k] for k in kept], [speeds[k] for k in kept]
+            contacts.append((graze.t, graze.stop))
             # It is the first where there is no impact.
             speeds.append(0.0)
         # The fastest comes first: its own graze comes last.
-        first = meetings[int(np.argmax(speeds))][0] if meetings else 0.0
-        meetings = sorted((t + orbit.period if t < first else t, stop) for t, stop in meetings)
-        self.instants = np.array([t for t, _ in meetings])
-        self.walls = tuple(stop for _, stop in meetings)
-        late = None if touch is None else touch.t + (orbit.period if touch.t < first else 0.0)
-        self.touched = -1 if late is None else self.instants.tolist().index(late)
+        first = contacts[int(np.argmax(speeds))][0] if contacts else 0.0
+        contacts = sorted((t + orbit.period if t < first else t, stop) for t, stop in contacts)
+        self.instants = np.array([t for t, _ in contacts])
+        self.walls = tuple(stop for _, stop in contacts)
+        late = None if graze is None else graze.t + (orbit.period if graze.t < first else 0.0)
+        self.grazed = -1 if late is None else self.instants.tolist().index(late)
         self.units = self.scale
         self.size = len(self.units) + len(self.walls)
         self.scale = np.concatenate([self.units, np.ones(len(self.walls))])
@@ -183,8 +186,8 @@ class WallEquations(StructureEquations, Bordered):
 
     def _opened(self, system: StructureSystem) -> StructureSystem:
         """Return the same structure without its walls, and without a soft stop that is touched."""
-        touched = -1 if self.touch is None else self.touch.stop
-        return _without(system, touched)
+        grazed = -1 if self.graze is None else self.graze.stop
+        return _without(system, grazed)
 
     @property
     def kinds(self) -> Mapping[str, SpecialPointKind]:
@@ -208,8 +211,8 @@ class WallEquations(StructureEquations, Bordered):
 
     def closure(self, z: Floats) -> tuple[Floats, Floats]:
         """Return the scaled residuals of a point, and their derivative without the parameters."""
-        there = self.motions(tuple(z.tolist()))
-        return there.residual, there.derivative
+        motion = self.motions(tuple(z.tolist()))
+        return motion.residual, motion.derivative
 
     def recentre(self, point: Point[Self] | None) -> None:
         """Take a point as that whose side of the borders `corrected` keeps to; None for any side."""
@@ -282,11 +285,11 @@ class WallEquations(StructureEquations, Bordered):
 
     def conditions(self, z: Floats) -> Mapping[str, float]:
         """Return functions of a point that are zero at special points."""
-        there = self.motions(tuple(z.tolist()))
-        speeds = there.speeds / float(self.units[-1])
-        if self.touch is not None:
-            return {TOUCH: float(speeds[self.touched])}
-        matrix, n = there.derivative, len(self.units)
+        motion = self.motions(tuple(z.tolist()))
+        speeds = motion.speeds / float(self.units[-1])
+        if self.graze is not None:
+            return {GRAZE: float(speeds[self.grazed])}
+        matrix, n = motion.derivative, len(self.units)
         # The instants eliminated, it is the derivative of the map over the period, less 1.
         moved = matrix[:n, :n]
         if self.walls:
@@ -341,39 +344,41 @@ class WallEquations(StructureEquations, Bordered):
         )
 
     def _met(self, system: StructureSystem, i: int) -> _Met:
-        """Return the stop of an impact, or of the touch, which changes no velocity."""
+        """Return the stop of an impact, or of the graze, which changes no velocity."""
         met = _met_at(system, self.walls[i])
-        return met._replace(law=None) if i == self.touched else met
+        return met._replace(law=None) if i == self.grazed else met
 
     def solution(self, z: Floats) -> StructureOrbit:
         """Return the orbit of a solution, which may be formal."""
-        there = self.motions(tuple(z.tolist()))
+        motion = self.motions(tuple(z.tolist()))
         system = self.system_at(self.values(z))
         period = self.n_periods * _period_of(system)
         # Rounding may leave the last instants of a period on its other side.
-        instants = [flight.end % period for flight in there.flights] if self.walls else []
+        instants = [flight.end % period for flight in motion.flights] if self.walls else []
         order = sorted(range(len(instants)), key=instants.__getitem__)
         met = [(i + 1) % len(self.walls) for i in order]
         passage = [
             (instants[i], self.walls[j])
             for i, j in zip(order, met, strict=True)
-            if j != self.touched
+            if j != self.grazed
         ]
         opened = self.opened_at(system)
         state = (
-            _state_at_zero(opened, there.flights, period) if self.walls else there.flights[0].start
+            _state_at_zero(opened, motion.flights, period)
+            if self.walls
+            else motion.flights[0].start
         )
-        touched = -1 if self.touch is None else self.touch.stop
-        soft = _soft_stops(system, touched)
+        grazed = -1 if self.graze is None else self.graze.stop
+        soft = _soft_stops(system, grazed)
         record, image = _whole_record(system, (opened, soft), state, passage, period)
         matrix = np.zeros((2, len(state) // 2, len(state)))
         n = len(state) // 2
         matrix[0, :, :n], matrix[1, :, n:] = np.eye(n), np.eye(n)
         carry_run(record, period, matrix, np.zeros((n, 2, 2 * n)), np.zeros((2, 2, n)))
         whole = PeriodMap(image, matrix.reshape(2 * n, 2 * n), record)
-        error = float(np.abs(there.residual).max()) / max(1.0, float(np.abs(z).max()))
-        speeds = np.delete(there.speeds, [self.touched]) if self.touched >= 0 else there.speeds
-        slow = SLOW * float(self.units[-1]) if self.touched >= 0 else 0.0
+        error = float(np.abs(motion.residual).max()) / max(1.0, float(np.abs(z).max()))
+        speeds = np.delete(motion.speeds, [self.grazed]) if self.grazed >= 0 else motion.speeds
+        slow = SLOW * float(self.units[-1]) if self.grazed >= 0 else 0.0
         admissible = bool((speeds > 0.0).all()) and _is_motion(system, state, passage, period, slow)
         return orbit_of_map(system, state, self.n_periods, whole, error, admissible=admissible)
 
@@ -383,12 +388,12 @@ class WallEquations(StructureEquations, Bordered):
         The monodromy grows beyond all bounds where a velocity goes to zero: multiplied by it, what
         is asked of its eigenvalues stays smooth.
         """
-        there = self.motions(tuple(z.tolist()))
-        speeds = there.speeds / float(self.units[-1])
+        motion = self.motions(tuple(z.tolist()))
+        speeds = motion.speeds / float(self.units[-1])
         of_matrix = tests_of_matrix(orbit.monodromy)
         entries = int((orbit.run.crossings.direction == "in").sum())
         return {
-            "multiplier 1": determinant(there.derivative),
+            "multiplier 1": determinant(motion.derivative),
             "multiplier -1": of_matrix["multiplier -1"] * float(np.prod(speeds)),
             "torus": of_matrix["torus"] if orbit.admissible else math.nan,
             "contacts": float(entries),
@@ -437,18 +442,18 @@ def _met_at(system: StructureSystem, stop: int) -> _Met:
     )
 
 
-def _without(system: StructureSystem, touched: int) -> StructureSystem:
+def _without(system: StructureSystem, grazed: int) -> StructureSystem:
     """Return the same structure without its walls, and without another stop."""
     structure = system.structure
-    fields = {one.name: getattr(structure, one.name) for one in dataclasses.fields(structure)}
-    soft = tuple(structure.stops[i] for i in _soft_stops(system, touched))
+    fields = {field.name: getattr(structure, field.name) for field in dataclasses.fields(structure)}
+    soft = tuple(structure.stops[i] for i in _soft_stops(system, grazed))
     return StructureSystem.of(draft(Structure, **fields | {"stops": soft}), system.loads)
 
 
-def _soft_stops(system: StructureSystem, touched: int) -> list[int]:
+def _soft_stops(system: StructureSystem, grazed: int) -> list[int]:
     """Return the numbers of the soft stops that an opened structure keeps."""
     stops = enumerate(system.structure.stops)
-    return [i for i, stop in stops if isinstance(stop, SoftStop) and i != touched]
+    return [i for i, stop in stops if isinstance(stop, SoftStop) and i != grazed]
 
 
 def _period_of(system: StructureSystem) -> float:
@@ -472,19 +477,7 @@ def _open_flight(opened: StructureSystem, start: Floats, begin: float, end: floa
     period = opened.period or 0.0
     shift = math.floor(begin / period) * period
     first, last = begin - shift, end - shift
-    record, outcome = followed(opened, (start[:n], start[n:], first), last, MOST_EVENTS)
-    if outcome is not Outcome.reached_t_end:
-        what = f"the motion does not last until its next impact: {outcome.value}"
-        raise ConvergenceError(what, start, math.nan, "start nearer to an orbit")
-    rows = int(record.counters[N_EVENTS])
-    record = record._replace(
-        events=record.events[:rows], marks=record.marks[:rows], states=record.states[:rows]
-    )
-    place = np.empty((1, n, 2))
-    evaluate(record, np.array([last]), True, place)
-    columns = np.zeros((2, n, 2 * n))
-    columns[0, :, :n], columns[1, :, n:] = np.eye(n), np.eye(n)
-    carry_run(record, last, columns, np.zeros((n, 2, 2 * n)), np.zeros((2, 2, n)))
+    image, derivative, record = map_between(opened, start, (first, last), "until its next impact")
     after, before = np.empty((2, n)), np.empty((2, n))
     rates_at(record, first, True, after)
     rates_at(record, last, True, before)
@@ -492,8 +485,8 @@ def _open_flight(opened: StructureSystem, start: Floats, begin: float, end: floa
         begin,
         end,
         start,
-        np.concatenate([place[0, :, 0], place[0, :, 1]]),
-        columns.reshape(2 * n, 2 * n),
+        image,
+        derivative,
         after.reshape(-1),
         before.reshape(-1),
         record,
@@ -507,7 +500,10 @@ def _state_at_zero(opened: StructureSystem, flights: Sequence[OpenFlight], perio
         if flight.begin < whole < flight.end:
             return _open_flight(opened, flight.start, flight.begin, whole).image
     # An impact at this very instant: the state after it.
-    return min(flights, key=lambda one: abs(one.begin / period - round(one.begin / period))).start
+    return min(
+        flights,
+        key=lambda candidate: abs(candidate.begin / period - round(candidate.begin / period)),
+    ).start
 
 
 def _whole_record(
@@ -591,11 +587,10 @@ def _is_motion(
     record, outcome = followed(system, (state[:n], state[n:], 0.0), period, MOST_EVENTS)
     if outcome is not Outcome.reached_t_end:
         return False
-    rows = int(record.counters[N_EVENTS])
-    kinds = record.marks[:rows, KIND]
+    kinds = record.marks[:, KIND]
     if not np.isin(kinds, IN_TURN).all():
         return False
-    struck = np.flatnonzero((kinds == IMPACT) & (np.abs(record.events[:rows, V_BEFORE]) > slow))
+    struck = np.flatnonzero((kinds == IMPACT) & (np.abs(record.events[:, V_BEFORE]) > slow))
     t = record.events[struck, EVENT_T] + record.events[struck, EVENT_T_LOW]
     inner = [(at, stop) for at, stop in passage if APART < at / period < 1.0 - APART]
     met = [
@@ -614,7 +609,7 @@ def _least_clearance(orbit: StructureOrbit) -> float:
     return _turns(orbit, walls)[0]
 
 
-def _turns(orbit: StructureOrbit, stops: Sequence[int]) -> tuple[float, Touch | None]:
+def _turns(orbit: StructureOrbit, stops: Sequence[int]) -> tuple[float, StructureGraze | None]:
     """Return the least clearance to one of some stops at which the structure turns, and where."""
     run = orbit.run
     ends = np.concatenate([[0.0], run.impacts.t, [run.t_end]])
@@ -625,11 +620,11 @@ def _turns(orbit: StructureOrbit, stops: Sequence[int]) -> tuple[float, Touch | 
             if end - begin > APART * run.t_end:
                 gap, t = _least_in_flight(run, own, begin, end)
                 if gap < least:
-                    least, place = gap, Touch(stop, t)
+                    least, place = gap, StructureGraze(stop, t)
     return least, place
 
 
-def touch_of(orbit: StructureOrbit) -> Touch:
+def graze_of(orbit: StructureOrbit) -> StructureGraze:
     """Return where an orbit at a graze touches a stop: at an impact without velocity, or a turn.
 
     Raises
@@ -644,7 +639,7 @@ def touch_of(orbit: StructureOrbit) -> Touch:
         k = int(np.argmin(np.abs(impacts.v_before)))
         size = float(np.abs(structure.stop_directions[int(impacts.stop[k])]).sum())
         if abs(float(impacts.v_before[k])) < SLOW * unit * size:
-            return Touch(int(impacts.stop[k]), float(impacts.t[k]))
+            return StructureGraze(int(impacts.stop[k]), float(impacts.t[k]))
     entered = orbit.run.crossings
     found = []
     for stop in range(len(structure.stops)):
@@ -653,7 +648,7 @@ def touch_of(orbit: StructureOrbit) -> Touch:
             found.append((abs(gap), place))
         slow = (entered.stop == stop) & (np.abs(entered.v) < math.sqrt(SLOW) * unit)
         if slow.any():
-            found.append((0.0, Touch(stop, float(entered.t[slow].mean()))))
+            found.append((0.0, StructureGraze(stop, float(entered.t[slow].mean()))))
     if not found:
         raise ParameterError("point", orbit, "its orbit touches no stop")
     return min(found)[1]

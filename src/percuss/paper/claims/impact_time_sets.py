@@ -45,7 +45,6 @@ RESONANT = 0.5
 LEAST_SINE = 1e-3
 # At half the resonant frequency.
 HALF_SINE, HALF_COSINE = sine(1), cosine(1)
-LATE = 1e6
 SHARED_END = 40.5 * math.pi
 PHASES = tuple((k + 0.5) * 2.0 * math.pi / 24 for k in range(24))
 
