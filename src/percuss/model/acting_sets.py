@@ -375,7 +375,7 @@ class StructureSystem:
         }
         self._sets = Sets(
             **arrays, keys=np.array(list(self._made), dtype=np.int64),
-            stops=self._frames.stops, walls=self._frames.walls, records=self._records,
+            stops=self._frames.stops, walls=self._frames.walls, records=self.records,
             normals=self._frames.gradients, impulses=self._frames.impulses,
         )  # fmt: skip
 
@@ -456,7 +456,7 @@ class StructureSystem:
         return np.array(rows).reshape(len(rows), self.structure.n)
 
     @cached_property
-    def _records(self) -> Floats:
+    def records(self) -> Floats:
         """Laws that hold one record each, (n_records, rows, COLUMNS)."""
         free = Oscillator(stiffness=0, damping=0)
         return _stacked(

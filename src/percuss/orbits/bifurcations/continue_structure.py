@@ -5,13 +5,14 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Mapping
-from typing import cast
+from typing import TypeAlias, cast
 
 import numpy as np
 
 from percuss.arrays import Floats
 from percuss.errors import ParameterError, PercussError
 from percuss.model.exact import Phase
+from percuss.orbits.bifurcations.border_collision import border_reached, effect_of
 from percuss.orbits.bifurcations.branch_equations import range_about
 from percuss.orbits.bifurcations.special_points import SpecialPointKind
 from percuss.orbits.bifurcations.structure_branch import (
@@ -37,6 +38,9 @@ RESONANT = 1e-3
 LOCATED = 1e-9
 # An event this near to t = 0, as a part of the period, is passing it; parts of the range beyond.
 STROBED, BEYOND = 1e-6, (100.0 * DIFFERENCE, 1e-4, 1e-3)
+
+
+StructureRow: TypeAlias = tuple[Point[StructureEquations], StructureSpecialPoint | None]
 
 
 class _BranchDetector:
@@ -97,8 +101,46 @@ class _BranchDetector:
         here: Point[StructureEquations],
         reason: str,
     ) -> Segment[StructureEquations, StructureSpecialPoint]:
-        """Return what is beyond the last point: the same branch where an event is at t = 0."""
+        """Return what is beyond the last point: the same branch where an event is at t = 0.
+
+        Or where an impact meets a jump of the loads.
+        """
+        equations = here.problem
+        if isinstance(equations, WallEquations) and equations.border is not None:
+            return self._across(cast("Point[WallEquations]", here), reason)
         return Segment([], reason, _past_the_strobe(here))
+
+    def _across(
+        self, here: Point[WallEquations], reason: str
+    ) -> Segment[StructureEquations, StructureSpecialPoint]:
+        """Return the special points up to a border, the border, and the branch beyond it."""
+        equations = here.problem
+        try:
+            border = border_reached(here)
+        except PercussError as error:
+            return Segment([], f"beyond {here.text} {reason}: {error}")
+        assert border is not None
+        rows: list[StructureRow] = []
+        point = cast("Point[StructureEquations]", border.point)
+        if border.before.z is not here.z:
+            rows += self.between(
+                cast("Point[StructureEquations]", here),
+                cast("Point[StructureEquations]", border.before),
+            ).rows
+        if equations.jumps_at(border.event, point.z):
+            stop = equations.walls[border.event]
+            special = StructureSpecialPoint(
+                "border_collision",
+                equations.paths[0],
+                equations.values(point.z)[0],
+                "located",
+                cast("StructureOrbit", point.orbit),
+                -1,
+                f"an impact on stop {stop} meets a jump of the loads{effect_of(border)}",
+            )
+            rows.append((point, special))
+        beyond = cast("Point[StructureEquations] | None", border.beyond)
+        return Segment(rows, border.end_reason, beyond)
 
 
 def _past_the_strobe(here: Point[StructureEquations]) -> Point[StructureEquations] | None:

@@ -13,11 +13,11 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 
-from percuss.arrays import Floats
+from percuss.arrays import Floats, Integers
 from percuss.errors import ConvergenceError, ParameterError
 from percuss.kernels.record import (
     BOUND,
@@ -26,6 +26,7 @@ from percuss.kernels.record import (
     EVENT_T_LOW,
     IMPACT,
     KIND,
+    KNOT,
     N_EVENTS,
     NEXT_REGION,
     START,
@@ -45,11 +46,15 @@ from percuss.model.structure import Structure
 from percuss.motion.structures import StructureTrajectory, followed
 from percuss.motion.trajectory import Outcome
 from percuss.numerics import determinant, matmul, solve_linear
+from percuss.orbits.bifurcations.borders import Bordered
+from percuss.orbits.bifurcations.force_jumps import Crossing
+from percuss.orbits.bifurcations.jumps_of_loads import JumpsOfLoads
 from percuss.orbits.bifurcations.special_points import SpecialPointKind
 from percuss.orbits.bifurcations.structure_branch import (
     StructureEquations,
     tests_of_matrix,
 )
+from percuss.orbits.continuation.problem import Point, along_parameter
 from percuss.orbits.orbit.structure_orbit import (
     MOST_EVENTS,
     PeriodMap,
@@ -61,7 +66,7 @@ from percuss.orbits.orbit.structure_orbit import (
 __all__ = ["GRAZE", "StructureGraze", "WallEquations", "graze_of", "meets_walls_in_turn"]
 
 # The events of orbits that neither stick nor land at rest.
-IN_TURN = (START, IMPACT, CROSSING)
+IN_TURN = (START, IMPACT, CROSSING, KNOT)
 # Impacts of an orbit whose instants are unknowns; with more its map over the period serves.
 MOST_IMPACTS = 40
 # Parts of the period: impacts nearer than the first come at one instant; instants of a motion and
@@ -136,7 +141,7 @@ class StructureGraze(NamedTuple):
     t: float
 
 
-class WallEquations(StructureEquations):
+class WallEquations(StructureEquations, Bordered):
     """The equations of orbits that meet walls in a given order.
 
     The unknowns are the state after the first impact, in units of the first orbit's size, the
@@ -175,6 +180,7 @@ class WallEquations(StructureEquations):
         n_unknowns = self.size + len(self.paths)
         self.by_parameters = np.zeros((self.size, len(self.paths)))
         self.of_condition = np.zeros(n_unknowns)
+        self.jumps = JumpsOfLoads.of(StructureSystem.of(orbit.structure, orbit.loads))
         self.motions = lru_cache(32)(self._motion)
         self.opened_at = lru_cache(16)(self._opened)
 
@@ -207,6 +213,71 @@ class WallEquations(StructureEquations):
         """Return the scaled residuals of a point, and their derivative without the parameters."""
         motion = self.motions(tuple(z.tolist()))
         return motion.residual, motion.derivative
+
+    def recentre(self, point: Point[Self] | None) -> None:
+        """Take a point as that whose side of the borders `corrected` keeps to; None for any side."""
+        self.border = None
+        self.centre = point.z if point is not None and len(self.jumps.cycles) else None
+
+    def corrected(self, guess: Floats, normal: Floats, *, near_others: bool = False) -> Floats:
+        """Return the solution in the plane through a guess, on this side of any border.
+
+        Raises
+        ------
+        BorderError
+            If an impact passes a jump of the loads on the way from the centre.
+        """
+        alone = self.condition is None
+        try:
+            z = super().corrected(guess, normal, near_others=near_others)
+        except ConvergenceError:
+            self.check_border(guess, is_located=alone)
+            raise
+        self.check_border(z, is_located=alone)
+        return z
+
+    def _cycles(self, z: Floats) -> Floats:
+        """Return the instants of the impacts, in periods of the loads."""
+        return z[len(self.units) : self.size] * self.n_periods
+
+    def passed(self, z: Floats) -> Integers:
+        """Return the number of jumps of the loads before each impact."""
+        return self.jumps.passed(self._cycles(z))
+
+    def missed(self, z: Floats) -> Floats:
+        """Return the residuals of a point."""
+        return self.closure(z)[0]
+
+    def beyond_jump(self, z: Floats, crossing: Crossing) -> float:
+        """Return by how much of the period an impact lies after a jump of the loads."""
+        at = self.jumps.instant(crossing.jump)
+        return float(self._cycles(z)[crossing.event] - at) / self.n_periods
+
+    def slope_of_border(self, z: Floats, crossing: Crossing) -> Floats:
+        """Return the derivative of `beyond_jump` by a point: jumps stay where they are in a period."""
+        return along_parameter(len(z), len(self.units) + crossing.event)
+
+    def shifted(self, z: Floats, shifts: Floats) -> Floats:
+        """Return a point with its impacts shifted by parts of the period."""
+        moved = z.copy()
+        moved[len(self.units) : self.size] += shifts
+        return moved
+
+    def derivatives(self, z: Floats) -> Floats:
+        """Return the derivatives of the residuals by a point; nothing that is known changes."""
+        kept = self.known, self.last, self.by_parameters
+        self._take_derivatives(z, self.first)
+        matrix = self.residual(z)[1]
+        self.known, self.last, self.by_parameters = kept
+        return matrix
+
+    def halves_differ(self, orbit: StructureOrbit) -> float:  # noqa: ARG002
+        """Return infinity: the doubled orbits of structures are not compared."""
+        return math.inf
+
+    def jumps_at(self, event: int, z: Floats) -> bool:
+        """Return whether the load that jumps at an impact next to a jump pushes on its wall."""
+        return self.jumps.pushes(self._cycles(z)[event], self.walls[event])
 
     def exact_derivatives(self, orbit: StructureOrbit) -> None:  # noqa: ARG002
         """Return None: by the parameters there are differences."""
