@@ -18,7 +18,7 @@ import matplotlib.pyplot as plt
 import percuss
 
 # What everything may use; lines to it would hide the others.
-COMMON = ("arrays", "errors", "execution", "lazy", "processes", "progress", "version")
+COMMON = ("arrays", "errors", "execution", "lazy", "pictures", "processes", "progress", "version")
 WIDTH, HEIGHT, GAP = 5.2, 1.5, 0.45
 
 

@@ -161,22 +161,23 @@ def test_a_function_without_a_name_in_a_module_is_refused_by_processes_in_a_sent
 
 
 def test_what_is_no_number_is_a_sentence_for_each_point_and_counted() -> None:
-    def telling(osc: pc.Oscillator, force: pc.Forcing) -> float:
+    def partial_measure(osc: pc.Oscillator, force: pc.Forcing) -> float:
         omega = as_float(get_parameter(osc, force, None, "forcing.omega"))
         return "chaos" if omega > 2.5 else 1.0  # type: ignore[return-value]
 
     with pytest.warns(
         UserWarning, match=r"2 of 3 points have no answer, .*omega = 2\.6; the reason"
     ):
-        data = pc.sweep(telling, OSC, FORCE, over={"forcing.omega": [2.0, 2.6, 2.7]})
+        data = pc.sweep(partial_measure, OSC, FORCE, over={"forcing.omega": [2.0, 2.6, 2.7]})
 
     assert data.attrs["failed"] == 2
     assert "returned 'chaos', which is no number" in data.reason.values[0]
     assert len(data.reason.values[0].splitlines()) == 1
     with pytest.warns(
-        UserWarning, match=r"telling has no answer for any of 2 points; the reason \(2 of 2\)"
+        UserWarning,
+        match=r"partial_measure has no answer for any of 2 points; the reason \(2 of 2\)",
     ):
-        pc.sweep(telling, OSC, FORCE, over={"forcing.omega": [2.6, 2.7]})
+        pc.sweep(partial_measure, OSC, FORCE, over={"forcing.omega": [2.6, 2.7]})
 
 
 def test_a_motion_with_too_many_impacts_is_given_up() -> None:

@@ -58,10 +58,10 @@ def starts_of(x0: float, n: int = N) -> Floats:
 
 
 def followed(
-    laws: Floats, which: NDArray[np.int64], starts: Floats, until: float, **wishes: object
+    laws: Floats, which: NDArray[np.int64], starts: Floats, until: float, **options: object
 ) -> BatchResult:
     n = len(which)
-    plan = Plan(np.full(n, 2.0), np.full(n, 1.5), np.full(n, until), **wishes)  # type: ignore[arg-type]
+    plan = Plan(np.full(n, 2.0), np.full(n, 1.5), np.full(n, until), **options)  # type: ignore[arg-type]
     return follow_batch(laws, which, starts, plan)
 
 
@@ -108,13 +108,13 @@ def test_a_motion_does_not_know_its_neighbours(section: int, with_extremes: bool
     which = np.arange(n) % len(laws)
     starts = starts_of(0.0, n)
     starts[:, 0] = np.array([x0 for _, _, x0 in CASES.values()])[which]
-    wishes = {"section": section, "n_points": 5, "with_extremes": with_extremes}
-    together = followed(laws, which, starts, 12.0, **wishes)
+    options = {"section": section, "n_points": 5, "with_extremes": with_extremes}
+    together = followed(laws, which, starts, 12.0, **options)
 
     for size in (1, 4, 11, n - 1):
         for first in range(0, n, max(size, n // 3)):
             chunk = slice(first, first + size)
-            alone = followed(laws, which[chunk], starts[chunk], 12.0, **wishes)
+            alone = followed(laws, which[chunk], starts[chunk], 12.0, **options)
             expected = BatchResult(
                 together.status[chunk],
                 together.state[chunk],
@@ -123,7 +123,7 @@ def test_a_motion_does_not_know_its_neighbours(section: int, with_extremes: bool
                 together.points[chunk],
             )
             assert_same(alone, expected)
-    turned = followed(laws, which[::-1].copy(), starts[::-1].copy(), 12.0, **wishes)
+    turned = followed(laws, which[::-1].copy(), starts[::-1].copy(), 12.0, **options)
     np.testing.assert_array_equal(turned.values[::-1], together.values)
     np.testing.assert_array_equal(turned.points[::-1], together.points)
 

@@ -197,9 +197,9 @@ def test_a_knot_on_a_straight_line_changes_nothing(seed: int, kind: RecordKind, 
         pc.simulate(osc, pc.record(*samples, kind), 0.0, 0.4, t_end=float(t[-1]), max_impacts=40)
         for samples in ((t, f), more)
     )
-    meetings = [run.crossings.t if soft else run.impacts.t for run in (first, second)]
-    assert len(meetings[0]) == len(meetings[1])
-    assert np.abs(meetings[0] - meetings[1]).max(initial=0.0) < 1e-9
+    instants = [run.crossings.t if soft else run.impacts.t for run in (first, second)]
+    assert len(instants[0]) == len(instants[1])
+    assert np.abs(instants[0] - instants[1]).max(initial=0.0) < 1e-9
     if len(first.impacts) < 40:
         times = np.linspace(0.0, 0.9 * float(min(first.t_end, second.t_end)), 50)
         assert np.abs(first(times)[0] - second(times)[0]).max() < 1e-9

@@ -179,7 +179,7 @@ def test_an_orbit_of_twice_the_period_starts_at_one() -> None:
     over = {"oscillator.stops.0.at": ("-0.2", "-0.18")}
     branch = pc.continue_orbit(pc.find_orbit(osc, pc.pulses("0.9", "0.86", amplitude=-1)), over)
     (point,) = borders(branch)
-    assert "from asymptotic to unstable; an orbit of twice the period starts" in point.detail
+    assert "from stable to unstable; an orbit of twice the period starts" in point.detail
     doubled = pc.switch_branch(point)
     assert (doubled.n_impacts, doubled.n_periods, doubled.stability) == (2, 2, "asymptotic")
     cycles = (2.0 * doubled.impacts.t / doubled.period + 0.5) % 1.0 - 0.5
@@ -197,3 +197,36 @@ def test_an_orbit_of_twice_the_period_starts_at_one() -> None:
     assert "two-fold cover" in origin.detail
     assert "two-fold cover" in back.end_reason
     assert pc.switch_branch(origin).n_periods == 1
+
+
+def test_a_structure_of_one_coordinate_has_the_same_point(through: pc.Branch) -> None:
+    (point,) = borders(through)
+    wall = pc.Wall(at=WALL, side="above", restitution=R, on=0)
+    structure = pc.Structure(mass=1, stiffness=1, damping=2 * DAMPING, stops=(wall,))
+    orbit = pc.find_orbit(structure, pc.Loads({0: pc.square_wave("1.97")}))
+    branch = pc.continue_orbit(orbit, over={"loads.0.record.omega": ("1.97", "1.94")})
+    (own,) = branch.special_points
+    assert own.kind == "border_collision"
+    assert own.value == pytest.approx(point.value, abs=1e-11)
+    assert own.detail == point.detail.replace("of the force", "of the loads")
+    assert branch.values[-1] == 1.94
+    fresh = pc.find_orbit(HARD, pc.square_wave("1.94"))
+    assert branch.multipliers[-1] == pytest.approx(fresh.multipliers, abs=1e-9)
+
+
+@pytest.mark.parametrize("loaded", [0, 1])
+def test_a_load_on_another_mass_makes_no_corner(loaded: int) -> None:
+    """The acceleration of the mass that hits the wall jumps with a load on itself alone."""
+    wall = pc.Wall(at="0.5", side="above", restitution="0.7", on=0)
+    chain = pc.chain([1, 1], [1, 1, 0], ["0.1", "0.1", 0], stops=(wall,))
+    start, end = (("2.0", "2.09"), ("1.1", "1.02"))[loaded]
+    orbit = pc.find_orbit(chain, pc.Loads({loaded: pc.square_wave(start)}))
+    branch = pc.continue_orbit(orbit, over={"loads.0.record.omega": (start, end)})
+    kinds = [point.kind for point in branch.special_points]
+    assert branch.values[-1] == float(end)
+    cycles = np.array([each.run.impacts.t[-1] / each.period for each in branch])
+    assert cycles.min() < 0.5 < cycles.max()
+    assert ("border_collision" in kinds) == (loaded == 0)
+    last = branch[len(branch) - 1]
+    run = pc.simulate(chain, last.loads, x0=last.x0, v0=last.v0, t_end=last.period)
+    assert np.abs(np.concatenate(run(run.t_end)) - np.concatenate([last.x0, last.v0])).max() < 1e-9

@@ -1,4 +1,4 @@
-"""Chaos, proven: sets of states about a saddle and its homoclinic orbits whose images cross each other."""
+"""Proofs of chaos: sets of states along homoclinic orbits of a saddle whose images cross each other."""
 
 from __future__ import annotations
 
@@ -156,11 +156,11 @@ class CertifiedChaos:
             reason = self.reason or f"numbers of loops are 0 to {len(self.loops) - 1}"
             raise ParameterError("itinerary", tuple(itinerary), reason)
         numbers = [number for loop in order for number in self.loops[loop]]
-        found = certify(_orbit_through(self, numbers), digits=digits)
-        if not _visits(self, found, numbers):
+        certified = certify(_orbit_through(self, numbers), digits=digits)
+        if not _visits(self, certified, numbers):
             reason = f"the orbit of loops {order} was not enclosed inside its sets"
-            raise ConvergenceError(reason, (), found.unique_within, "ask for more digits")
-        return found
+            raise ConvergenceError(reason, (), certified.unique_within, "ask for more digits")
+        return certified
 
 
 def prove_chaos(
@@ -182,7 +182,7 @@ def prove_chaos(
     Parameters
     ----------
     osc, force
-        What moves, under harmonics with a common period.
+        The oscillator and its forcing: harmonics with a common period.
     saddle
         An unstable orbit with one impact a period on the stop; default: the first one that is found
         and has homoclinic orbits.
@@ -221,10 +221,10 @@ def prove_chaos(
     reported = Progress(progress, max(1, len(candidates)), "saddles")
     best: CertifiedChaos | None = None
     for orbit in candidates:
-        found = _proof_at(orbit, stop, most_orbits)
-        if found or best is None:
-            best = found
-        if found or not reported.advance():
+        chaos = _proof_at(orbit, stop, most_orbits)
+        if chaos or best is None:
+            best = chaos
+        if chaos or not reported.advance():
             break
     reported.close()
     if best is None:

@@ -101,7 +101,7 @@ class Covering(NamedTuple):
     Attributes
     ----------
     sign
-        Whether it keeps (+1) or turns round (-1) the unstable direction.
+        Whether it keeps (+1) or reverses (-1) the unstable direction.
     beyond
         By how much the images of the unstable sides lie beyond those of the other set, at least.
     within

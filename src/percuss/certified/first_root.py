@@ -11,7 +11,7 @@ from percuss.certified.ball_arithmetic import OpenGraze, Undecided
 from percuss.certified.flight import SmoothFunction
 from percuss.certified.numbers import Number, constant_of, upper
 
-__all__ = ["BallStretch", "Bracket", "FloatStretch", "Level", "Search", "Stretch"]
+__all__ = ["BallStretch", "Bracket", "FloatStretch", "Level", "Search"]
 
 
 # A float, or a ball.
@@ -128,9 +128,6 @@ class BallStretch(NamedTuple):
     def root(self, h: float) -> float:
         """Return about where a decreasing polynomial is zero on [0, h]."""
         return FloatStretch.of(list(self.balls)).root(h)
-
-
-Stretch: TypeAlias = FloatStretch | BallStretch
 
 
 def _bernstein(coefficients: list[Real], h: Real) -> list[Real]:

@@ -341,8 +341,8 @@ class CertifiedRun:
             stops = np.reshape(values[3:], (len(self.oscillator.stops), len(times)))
             data["stops" + suffix] = (("stop", "t"), stops)
         coords = {"t": [as_float(time) for time in times]}
-        found = xarray.Dataset(data, coords=coords, attrs={"outcome": self.outcome.value})
-        return labelled(found, self.oscillator.units)
+        dataset = xarray.Dataset(data, coords=coords, attrs={"outcome": self.outcome.value})
+        return labelled(dataset, self.oscillator.units)
 
     def energy(self, t: ArrayLike | Phase) -> Balls:
         """Return the mechanical energy at times t; per unit mass where there is no mass.
@@ -393,8 +393,8 @@ class CertifiedRun:
             "v_radius": (name, v.radius()),
         }
         coords = {name: index}
-        found = xarray.Dataset(data, coords=coords, attrs={"outcome": self.outcome.value})
-        return labelled(found, self.oscillator.units)
+        dataset = xarray.Dataset(data, coords=coords, attrs={"outcome": self.outcome.value})
+        return labelled(dataset, self.oscillator.units)
 
 
 def _inside(instant: Ball, towards: float) -> float:

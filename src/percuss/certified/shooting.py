@@ -241,7 +241,7 @@ def newton(step: Callable[[Vector], arb_mat], guess: Vector) -> Vector:
 
 
 class Image(NamedTuple):
-    """Where the flights from an event lead: instant and velocity after the next one.
+    """The end of the flights from an event: instant and velocity after the next one.
 
     Attributes
     ----------
@@ -397,15 +397,15 @@ class Shooting:
         bracket = Bracket(level, low, high, s, from_start=returns, far=high)
         # So far that it holds the flight of the orbit itself, and of others in its box.
         isolation = (2 * (end - t - s).abs_upper()).max(arb(s * ISOLATION))
-        found = landed(self.system, start, whole, bracket, coarse, isolation)
+        landing = landed(self.system, start, whole, bracket, coarse, isolation)
         after = law_of(self.system).next_knot(start.piece)
-        early = knot is not None and not found.box[0] > knot
-        if early or (after is not None and not found.box[0] < after.t):
+        early = knot is not None and not landing.box[0] > knot
+        if early or (after is not None and not landing.box[0] < after.t):
             reason = f"whether an event of the orbit at t = {float(end):.12g} is before or after a "
             raise Undecided("precision", f"{reason}knot of the record is open")
         if by_state is not None:
-            found = replace(found, derivative=times(found.derivative, by_state))
-        return found, knot
+            landing = replace(landing, derivative=times(landing.derivative, by_state))
+        return landing, knot
 
     def images(self, states: States, coarse: int) -> list[Image]:
         """Return the images of the states after the events, and their derivatives."""

@@ -489,13 +489,13 @@ def doctor(
     """Show versions, cores, caches and optional packages, and how to install what is missing."""
     from percuss.cli.doctor import facts
 
-    found = facts()
+    rows = facts()
     if as_json:
         import json
 
-        typer.echo(json.dumps(found, ensure_ascii=False, indent=2))
+        typer.echo(json.dumps(rows, ensure_ascii=False, indent=2))
         return
-    for name, text in found.items():
+    for name, text in rows.items():
         typer.echo(f"{name:<12}{text}")
 
 

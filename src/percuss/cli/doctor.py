@@ -1,4 +1,4 @@
-"""What ``percuss doctor`` looks at: versions, cores, caches, a browser, and optional packages."""
+"""The report of ``percuss doctor``: versions, cores, caches, a browser, and optional packages."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pathlib import Path
 
 from percuss.version import __version__
 
-__all__ = ["facts", "missing_extras"]
+__all__ = ["facts"]
 
 # Optional packages: the extra, the modules it needs, and what they are for.
 EXTRAS: dict[str, tuple[tuple[str, ...], str]] = {
@@ -32,13 +32,8 @@ BROWSERS = ("chromium", "chromium-browser", "google-chrome", "firefox", "msedge"
 
 
 def facts() -> dict[str, str]:
-    """Return what there is on this machine, in words by their names."""
+    """Return the facts about this machine, in words by their names."""
     return dict(_facts())
-
-
-def missing_extras() -> list[str]:
-    """Return the extras whose packages are not installed."""
-    return [extra for extra, (modules, _) in EXTRAS.items() if not all(map(find_spec, modules))]
 
 
 def _facts() -> Iterator[tuple[str, str]]:
@@ -91,5 +86,5 @@ def _kernels() -> str:
 
 def _found(names: tuple[str, ...], use: str, otherwise: str) -> str:
     which: Callable[[str], str | None] = shutil.which
-    found = next(filter(None, map(which, names)), None)
-    return otherwise if found is None else f"{found}: {use}"
+    program = next(filter(None, map(which, names)), None)
+    return otherwise if program is None else f"{program}: {use}"

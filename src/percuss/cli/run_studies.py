@@ -1,4 +1,4 @@
-"""What ``percuss run`` does: read all studies, then run one after the other and report each."""
+"""The command ``percuss run``: all studies are read, then run and reported one after the other."""
 
 from __future__ import annotations
 
@@ -96,14 +96,14 @@ class _Jobs:
             raise ParameterError("study", twice[0], f"{reason}; run them one by one with --out")
 
     def read(self, file: Path) -> Study | None:
-        """Return the study of a file; None with its faults told."""
+        """Return the study of a file; None after its faults were printed."""
         from percuss.studies.reading import load_study
         from percuss.studies.tables import Certify
 
         try:
             study = load_study(file, changes=self._options.changes)
         except StudyError as error:
-            self._say_error(file, error, "faulty", faults=error.faults)
+            self._print_error(file, error, "faulty", faults=error.faults)
             return None
         digits = self._options.certify
         return study if digits is None else replace(study, certify=Certify(digits))
@@ -133,7 +133,7 @@ class _Jobs:
             name=self._name(file),
             is_quiet=options.is_quiet,
         )
-        with self._told_errors(file, study) as errors, bar as progress:
+        with self._printed_errors(file, study) as errors, bar as progress:
             result = run_study(
                 study,
                 folder,
@@ -193,16 +193,16 @@ class _Jobs:
         return shlex.join(words)
 
     @contextmanager
-    def _told_errors(self, file: Path, study: Study) -> Iterator[list[PercussError]]:
-        """Tell of an error of one of several studies, and let the others run."""
+    def _printed_errors(self, file: Path, study: Study) -> Iterator[list[PercussError]]:
+        """Print the error of one of several studies, and let the others run."""
         errors: list[PercussError] = []
         try:
             yield errors
         except PercussError as error:
             errors.append(error)
-            self._say_error(file, error, "failed", study)
+            self._print_error(file, error, "failed", study)
 
-    def _say_error(
+    def _print_error(
         self,
         file: Path,
         error: PercussError,

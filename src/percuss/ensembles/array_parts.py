@@ -122,19 +122,19 @@ def parts_of_array(store: Path) -> list[Path]:
         If there are none, or they are those of several arrays.
     """
     folder = folder_of_parts(store)
-    found: dict[int, dict[int, Path]] = defaultdict(dict)
+    folders: dict[int, dict[int, Path]] = defaultdict(dict)
     for path in sorted(folder.glob("*-of-*.zarr")):
         match = NAME.fullmatch(path.name)
         if match is not None and stores_of_study(path):
-            found[int(match[2])][int(match[1])] = path
-    if not found:
+            folders[int(match[2])][int(match[1])] = path
+    if not folders:
         reason = "no parts there; percuss run STUDY --store STORE --part i/n makes them"
         raise OutputError(folder, reason)
-    if len(found) > 1:
-        counts = " and ".join(f"{count:,}" for count in sorted(found))
+    if len(folders) > 1:
+        counts = " and ".join(f"{count:,}" for count in sorted(folders))
         reason = f"holds parts of several arrays, of {counts} parts; remove those of all but one"
         raise OutputError(folder, reason)
-    return [path for _, path in sorted(next(iter(found.values())).items())]
+    return [path for _, path in sorted(next(iter(folders.values())).items())]
 
 
 def merge_parts(store: str | Path, *, progress: Report = None) -> int:

@@ -320,9 +320,9 @@ class StrobedStructure:
                 orbit = structure_orbit_at(self.system, strobes[0], n_periods)
             except PercussError:
                 return Attractor("periodic", n_periods, n_impacts, strobes)
-            there = np.concatenate([orbit.x0, orbit.v0])
-            if np.abs(there - strobes[0]).max() <= NEAR * np.abs(strobes).max():
-                strobes = strobes + (there - strobes[0]) * (np.arange(n_periods) == 0)[:, None]
+            state = np.concatenate([orbit.x0, orbit.v0])
+            if np.abs(state - strobes[0]).max() <= NEAR * np.abs(strobes).max():
+                strobes = strobes + (state - strobes[0]) * (np.arange(n_periods) == 0)[:, None]
                 largest = float(np.abs(orbit.multipliers).max())
                 exponent = float(log(largest) / orbit.period) if largest > 0.0 else -math.inf
                 residual = orbit.residual

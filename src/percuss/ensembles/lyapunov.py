@@ -232,12 +232,12 @@ def _of_structure_orbit(
         return None
     try:
         here = period_map(system, strobes[0, -1], n_periods)
-        there = period_map(system, here.image, n_periods)
+        mapped = period_map(system, here.image, n_periods)
     except (ConvergenceError, ParameterError):
         return None
     length = n_periods * system.period
     rates = []
-    for step_map in (here, there):
+    for step_map in (here, mapped):
         multipliers = multipliers_of_matrix(step_map.derivative)
         sizes = hypot(multipliers.real, multipliers.imag)
         sizes[len(sizes) - n_lost :] = 0.0

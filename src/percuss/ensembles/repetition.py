@@ -152,8 +152,8 @@ def impact_periods(points: Floats, impacts: Floats, periods: int) -> Integers:
     """
     counts = _repeated_points(points)
     n_periods = np.zeros(len(points), dtype=np.int64)
-    found = counts > 0
-    n_periods[found] = np.round(counts[found] * periods / impacts[found])
+    repeats = counts > 0
+    n_periods[repeats] = np.round(counts[repeats] * periods / impacts[repeats])
     return n_periods
 
 

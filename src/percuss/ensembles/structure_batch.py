@@ -45,7 +45,7 @@ def follow_structures(
     starts
         (n_motions, 2 n + 1) array of x [length], v [length/time] and t [time].
     plan
-        When, and what is recorded.
+        The window of each motion, and the observables that are recorded.
     on
         (n,) direction c of the displacement y = c . x that is observed.
     """
@@ -74,12 +74,14 @@ def follow_structures(
         logs=np.zeros((k, c)),
     )
     is_seen = plan.with_extremes or plan.with_loads
-    wishes = batch.Wishes(plan.max_impacts, plan.section, plan.of_stop, is_seen, PATIENCE)
+    options = batch.StructureOptions(
+        plan.max_impacts, plan.section, plan.of_stop, is_seen, PATIENCE
+    )
     order = np.argsort(which, kind="stable")
     cuts = np.flatnonzero(np.diff(which[order])) + 1
     for rows in np.split(order, cuts) if k else ():
         own = batch.StructureMembers(*(cast("Any", array[rows]) for array in members))
-        _follow(systems[int(which[rows[0]])], own, wishes, on)
+        _follow(systems[int(which[rows[0]])], own, options, on)
         for whole, part in zip(members, own, strict=True):
             whole[rows] = part
     put_in_order(members.points, members.values)
@@ -102,7 +104,10 @@ def follow_structures(
 
 
 def _follow(
-    system: StructureSystem, members: batch.StructureMembers, wishes: batch.Wishes, on: Floats
+    system: StructureSystem,
+    members: batch.StructureMembers,
+    options: batch.StructureOptions,
+    on: Floats,
 ) -> None:
     """Follow the motions of one system, making sets of acting stops as they are met."""
     n = system.structure.n
@@ -121,7 +126,7 @@ def _follow(
         if (members.status == NO_MODES).all():
             return
         run = new_run(system.sets, rows, GRAZES)
-        # What is seen has arrays of its own, and more rows than there are clearances.
+        # Views have arrays of their own, and more rows than there are clearances.
         viewer = new_run(system.sets, 0, 0)._replace(
             events=run.events, marks=run.marks, states=run.states,
             values=np.zeros(len(run.values) + 1), order=np.zeros(len(run.values) + 1),
@@ -132,7 +137,7 @@ def _follow(
             np.empty((2, n, c)), np.empty((n, 2, c)), np.empty((2, 2, n)), np.empty(c)
         )
         views = views_of(system, on)
-        batch.follow_members(members, run, viewer, views, space, wishes, stop_flag())
+        batch.follow_members(members, run, viewer, views, space, options, stop_flag())
         check_wanted()
         waits = members.status == state.NEW_SET
         wanted = set(members.counters[waits, state.WANTED].tolist())
@@ -169,18 +174,18 @@ def views_of(system: StructureSystem, on: Floats) -> batch.Views:
         (n,) direction c of y = c . x, the first view.
     """
     sets = system.sets
-    b, n_stops, n = sets.watch.shape[:3]
+    b, n_stops, n = sets.guard.shape[:3]
     shape = (b, n_stops + 1)
     views = batch.Views(
-        np.zeros((*shape, n, at.WATCH_ENTRIES)),
+        np.zeros((*shape, n, at.GUARD_ENTRIES)),
         np.zeros((*shape, at.LEVEL_COLUMNS)),
         np.zeros((*shape, *sets.feed.shape[2:])),
         np.zeros((*shape, sets.record_feed.shape[2])),
     )
-    views.watch[:, 0, :, :2] = (sets.shape * on[:, None, None]).sum(axis=1)
+    views.guard[:, 0, :, :2] = (sets.shape * on[:, None, None]).sum(axis=1)
     views.levels[:, 0, at.CONSTANT] = matmul(sets.offset, on)
     views.levels[:, 0, at.IS_ON] = 1.0
-    views.watch[:, 1:, :, :2] = sets.watch[:, :, :, :2]
+    views.guard[:, 1:, :, :2] = sets.guard[:, :, :, :2]
     views.levels[:, 1:] = sets.levels
     views.feed[:, 1:] = sets.feed
     views.record_feed[:, 1:] = sets.record_feed
@@ -193,10 +198,10 @@ def views_of(system: StructureSystem, on: Floats) -> batch.Views:
 
 def _set_force(views: batch.Views, sets: Sets, i: int, spring: float, dashpot: float) -> None:
     """Turn the view of a depth into that of the soft stop's force."""
-    of_u, of_w = sets.watch[:, i, :, at.OF_U], sets.watch[:, i, :, at.OF_W]
+    of_u, of_w = sets.guard[:, i, :, at.OF_U], sets.guard[:, i, :, at.OF_W]
     slow, fast = -sets.modes[:, :, at.SPRING] * of_w, of_u - sets.modes[:, :, at.DRAG] * of_w
-    views.watch[:, 1 + i, :, at.OF_U] = spring * of_u + dashpot * slow
-    views.watch[:, 1 + i, :, at.OF_W] = spring * of_w + dashpot * fast
+    views.guard[:, 1 + i, :, at.OF_U] = spring * of_u + dashpot * slow
+    views.guard[:, 1 + i, :, at.OF_W] = spring * of_w + dashpot * fast
     views.levels[:, 1 + i, at.CONSTANT] *= spring
 
 

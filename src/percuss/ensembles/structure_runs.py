@@ -1,4 +1,4 @@
-"""What the batch of structures does not see of its motions, from runs of their own."""
+"""Observables that the batch of structures leaves out, from single runs of its motions."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from percuss.arrays import Floats, Integers
 from percuss.ensembles.batch import BatchResult, Plan, reason_of
 from percuss.kernels import observables
-from percuss.kernels.record import N_EVENTS
 from percuss.kernels.structure.run import StructureRun
 from percuss.model.acting_sets import StructureSystem
 from percuss.motion.structure_means import mean_power_of_run, mean_square_of_run
@@ -18,7 +17,7 @@ __all__ = ["needs_runs", "observe_runs"]
 
 
 def needs_runs(plan: Plan) -> bool:
-    """Return whether a plan asks for what the batch does not see."""
+    """Return whether a plan asks for observables that the batch leaves out."""
     return plan.with_means or plan.section == observables.PASSAGES
 
 
@@ -43,10 +42,6 @@ def observe_runs(
         begin = start[:n].copy(), start[n : 2 * n].copy(), float(start[2 * n])
         span = float(plan.since[i]), float(plan.until[i])
         run, _ = followed(system, begin, span[1], plan.max_impacts)
-        rows = int(run.counters[N_EVENTS])
-        run = run._replace(
-            events=run.events[:rows], marks=run.marks[:rows], states=run.states[:rows]
-        )
         if plan.with_means:
             _note_means(result.values[i], system, run, span, on)
         if plan.section == observables.PASSAGES:

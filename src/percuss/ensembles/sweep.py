@@ -315,7 +315,7 @@ def check_structure(names: Sequence[str], grid: Grid) -> None:
     """Raise unless a structure has these measures, of the displacement that was given."""
     for name in names:
         if not MEASURES[name].of_structures:
-            known = ", ".join(name for name, one in MEASURES.items() if one.of_structures)
+            known = ", ".join(name for name, measure in MEASURES.items() if measure.of_structures)
             raise ParameterError("measure", name, f"not for structures; there are {known}")
         if MEASURES[name].of_displacement:
             _check_direction(grid)
@@ -329,7 +329,7 @@ def _check_direction(grid: Grid) -> None:
 
 @dataclass(frozen=True, slots=True)
 class OverGrid:
-    """What the jobs of a sweep share: the points of a grid."""
+    """The grid whose points the jobs of a sweep share."""
 
     grid: Grid
 

@@ -1,4 +1,4 @@
-"""Parameters of oscillators from what was measured of their motion."""
+"""Fits: the parameters of a model from measurements of its motion."""
 
 from __future__ import annotations
 

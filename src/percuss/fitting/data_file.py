@@ -19,7 +19,7 @@ from percuss.model.units import Units
 
 __all__ = ["columns_of_file", "columns_of_text", "known_names", "quantity_named"]
 
-# What columns are called, besides the names themselves.
+# Other names of columns.
 ALIASES = {
     "t": ("time", "timestamp"),
     "displacement": ("x", "position", "disp"),
@@ -29,7 +29,7 @@ ALIASES = {
     "impact_times": ("impact_time", "impacts"),
     "noise": ("sigma",),
 }
-# Powers of mass, length and time, in which each is measured.
+# Dimensions of the quantities, as powers of mass, length and time.
 _ACCELERATION, _FORCE = (0, 1, -2), (1, 1, -2)
 POWERS = {
     "t": ((0, 0, 1),),
@@ -41,19 +41,19 @@ POWERS = {
     "impact_times": ((0, 0, 1),),
 }
 _OF_KIND = {"mass": (1, 0, 0), "length": (0, 1, 0), "time": (0, 0, 1), "force": _FORCE}
-# What the table of units has no power of ten for [kg, m, s, N], and other names.
+# Units in kg, m, s and N that are no power of ten of these, and other names of units.
 FACTORS = {"in": 0.0254, "ft": 0.3048, "min": 60.0, "h": 3600.0, "lb": 0.45359237,
            "lbf": 4.4482216152605}  # fmt: skip
 SAME = {"sec": "s", "second": "s", "seconds": "s", "msec": "ms", "milliseconds": "ms",
         "meter": "m", "meters": "m", "metre": "m", "metres": "m"}  # fmt: skip
-# The acceleration that accelerometers count in [m/s^2].
+# Standard gravity, the unit of many accelerometers [m/s^2].
 GRAVITY = 9.80665
 NO_UNIT = ("", "-", "1", "dimensionless")
 MISSING = ("", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--")
 NOTES = ("#", "%")
 SEPARATORS = (";", "\t", ",", None)
 NAMED = {";": "semicolons", "\t": "tabs", ",": "commas", None: "blanks"}
-# Lines above the names: what a logger says of itself.
+# Lines above the names, at most: the notes of a data logger.
 MOST_LINES_ABOVE = 60
 MOST_TOLD = 10
 _IN_BRACKETS = re.compile(r"(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]\s*")
@@ -208,7 +208,7 @@ def _titled(cell: str) -> tuple[str, str]:
 
 def _columns_in(cells: Sequence[str], names: Mapping[str, str]) -> list[FileColumn]:
     """Return the columns that are read, of a line of names."""
-    found = []
+    columns = []
     own = {name: quantity for quantity, name in names.items()}
     for place, cell in enumerate(cells):
         title, unit = _titled(cell)
@@ -218,8 +218,8 @@ def _columns_in(cells: Sequence[str], names: Mapping[str, str]) -> list[FileColu
             # Another column was named for it.
             quantity = None if quantity in names else quantity
         if quantity is not None:
-            found.append(FileColumn(place, cell, quantity, unit))
-    return found
+            columns.append(FileColumn(place, cell, quantity, unit))
+    return columns
 
 
 def _is_number(cell: str) -> bool:
@@ -290,19 +290,19 @@ def _faults_of_head(
 ) -> list[str]:
     """Return what is wrong with the names of columns."""
     faults = []
-    there = [column.quantity for column in head]
-    for quantity in dict.fromkeys(there):
+    named = [column.quantity for column in head]
+    for quantity in dict.fromkeys(named):
         twice = [column.title for column in head if column.quantity == quantity]
         if len(twice) > 1:
             listed = " and ".join(f'"{title}"' for title in twice)
             faults.append(f"{listed} are both {quantity}; keep one of them, or name it in columns")
     for quantity, name in names.items():
-        if quantity not in there:
+        if quantity not in named:
             close = difflib.get_close_matches(name, titles, n=1)
             hint = f'; did you mean "{close[0]}"?' if close else ""
             faults.append(f'no column "{name}"{hint}')
     for title in titles:
-        # A slip of the pen would else leave a column out in silence.
+        # A typing error would otherwise leave a column out without a word.
         plain = _titled(title)[0].lower()
         close = difflib.get_close_matches(plain, POWERS, n=1, cutoff=0.85)
         if close and title not in [column.title for column in head] and close[0] not in names:
@@ -310,10 +310,10 @@ def _faults_of_head(
     if faults:
         return faults
     listed = f"; its columns are {', '.join(titles)[:200]}"
-    quantities = [name for name in there if name not in ("t", "noise")]
+    quantities = [name for name in named if name not in ("t", "noise")]
     if not quantities:
         return [f"no column of {known_names()}{listed}"]
-    if "t" not in there and quantities != ["impact_times"]:
+    if "t" not in named and quantities != ["impact_times"]:
         return [f"no column of instants, t or time{listed}"]
     return []
 
@@ -330,11 +330,11 @@ def _unit(text: str, quantity: str | None) -> UnitOfColumn | None:
     factor, powers = 1.0, [0, 0, 0]
     for place, part in enumerate(text.replace("*", " ").split("/")):
         for word in part.split():
-            found = re.fullmatch(r"([a-zA-Zµ]+)\^?(-?\d)?", word)
-            base = _base_unit(found[1]) if found else None
-            if found is None or base is None:
+            match = re.fullmatch(r"([a-zA-Zµ]+)\^?(-?\d)?", word)
+            base = _base_unit(match[1]) if match else None
+            if match is None or base is None:
                 return None
-            power = int(found[2] or 1) * (-1 if place else 1)
+            power = int(match[2] or 1) * (-1 if place else 1)
             factor *= base[0] ** power
             powers = [own + power * more for own, more in zip(powers, base[1], strict=True)]
     return (factor, (powers[0], powers[1], powers[2])) if any(powers) else None

@@ -1,4 +1,4 @@
-"""Parameters of an oscillator from what was measured of its motion."""
+"""The fit of a model to measurements of its motion."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def fit(
     resume: Fit | None = None,
     progress: Report = None,
 ) -> Fit:
-    """Fit parameters of an oscillator or a structure to what was measured of its motion.
+    """Fit parameters of an oscillator or a structure to measurements of its motion.
 
     Multiple shooting: the record is cut at nodes whose states are unknowns beside the parameters, so
     that chaos does not lead a search astray. Gauss-Newton's steps have derivatives exact to
@@ -59,7 +59,7 @@ def fit(
     Parameters
     ----------
     data
-        MeasuredSamples of `displacement`, `velocity`, `acceleration` or `stop_force` (`stop_force_1` for
+        Samples of `displacement`, `velocity`, `acceleration` or `stop_force` (`stop_force_1` for
         the second stop) at instants `t`: an xarray.Dataset or DataArray, a pandas.DataFrame, a
         mapping of arrays, or the path of a CSV file with these names, or `time`, `x`, `v`, `a`, and
         perhaps units, which are converted into those of the oscillator; instants need not be even,
@@ -79,7 +79,7 @@ def fit(
         Standard deviation of the data: a number, an array, or a mapping of these by quantity;
         without it that of `attrs["noise"]`, and else estimated from the residuals.
     prior
-        Mean and standard deviation of what was known of parameters before.
+        Mean and standard deviation of parameters, from what was known before.
     loss, loss_scale
         As `scipy.optimize.least_squares` has it: "linear", "soft_l1", "huber", "cauchy" or "arctan",
         and the residual in standard deviations beyond which it counts less.
@@ -99,7 +99,7 @@ def fit(
     Raises
     ------
     ParameterError
-        If data, ranges or start are none, there are fewer values than unknowns, or samples lie
+        If data, ranges or start are not as described, there are fewer values than unknowns, or samples lie
         before the start; and for impact times alone of a structure.
 
     Examples
@@ -157,9 +157,9 @@ def _records(
         if len(some) != n:
             raise ParameterError(name, len(some), f"of {n} records")
     records = []
-    for one, given_force, its_start in zip(whole, forces, starts, strict=True):
+    for its_data, given_force, its_start in zip(whole, forces, starts, strict=True):
         its_force = loads_of(osc, given_force) if isinstance(osc, Structure) else given_force
-        samples, impacts = read_samples(one, noise, osc)
+        samples, impacts = read_samples(its_data, noise, osc)
         is_free = its_start is None or _is_free(its_start)
         begin: Start | StructureStart | None = None
         if isinstance(osc, Structure):

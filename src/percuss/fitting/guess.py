@@ -1,7 +1,7 @@
 """The nodes of a record and their first states, from the samples around each.
 
-A window of a few samples without an impact is a flight, whose two unknowns are a matter of linear
-least squares, whatever was measured. Windows with an impact in them are told by their misfit.
+A window of a few samples without an impact is a flight, whose two unknowns follow from linear
+least squares, whichever quantity was measured. A large misfit shows that an impact lies in it.
 """
 
 from __future__ import annotations
@@ -128,16 +128,16 @@ def windows_of(osc: Oscillator, record: MeasuredRecord, values: Mapping[str, flo
         samples, m = _impacts_as_displacements(osc, record), 2
         begin = np.arange(max(len(samples) - 1, 0))
     rows = begin[:, None] + np.arange(m)
-    found = samples.taken(rows.ravel())
-    t = found.t.reshape(-1, m)
+    chosen = samples.taken(rows.ravel())
+    t = chosen.t.reshape(-1, m)
     middle = 0.5 * (t[:, 0] + t[:, -1])
     spans = np.stack([t[:, 0], middle], axis=1)
-    first = np.arange(0, len(found) + 1, m)
+    first = np.arange(0, len(chosen) + 1, m)
     none = samples.taken(slice(0, 0))
-    layout = Layout(MeasuredRecord(found, none, force, None), spans, first, False)
+    layout = Layout(MeasuredRecord(chosen, none, force, None), spans, first, False)
     shots = shoot(bare, (layout,), {}, np.zeros((len(begin), 2)))
-    j = (shots.rows[:, 0] / found.noise[:, None]).reshape(-1, m, 2)
-    r = ((found.values - shots.values[:, 0]) / found.noise).reshape(-1, m)
+    j = (shots.rows[:, 0] / chosen.noise[:, None]).reshape(-1, m, 2)
+    r = ((chosen.values - shots.values[:, 0]) / chosen.noise).reshape(-1, m)
     at_first, covariance, misfits = _least_squares(j, r)
     to_end = shots.end_rows
     states = shots.ends + (to_end * at_first[:, None, :]).sum(axis=2)
@@ -244,7 +244,7 @@ def best_start(
     scales: tuple[Floats, float],
     links: tuple[Floats | None, Floats | None],
 ) -> tuple[Floats, Floats]:
-    """Return that of several states of a node which suits its segment, and where it leads.
+    """Return the state of a node that fits its segment best, of several, and that at its end.
 
     Parameters
     ----------
@@ -253,7 +253,7 @@ def best_start(
     k
         The segment.
     states
-        (n, 2) array, what is tried.
+        (n, 2) array, the states that are tried.
     scales
         Standard errors of a node, (2,) array, and the most that a residual counts.
     links
@@ -287,9 +287,9 @@ def _capped(residuals: Floats, most: float) -> Floats:
 
 
 def _between_impacts(record: MeasuredRecord, good: Windows) -> tuple[Layout, Floats]:
-    """Return nodes in the middle of all flights between impacts that are all that is known.
+    """Return nodes in the middle of all flights, where impact times alone were measured.
 
-    Of a motion that starts anywhere the first impact is where it begins.
+    Without a known start the motion begins at its first impact.
     """
     t, states, is_fixed = good.t, good.states, record.start is not None
     if record.start is not None:

@@ -1,4 +1,4 @@
-"""What a residual costs: its square, or less where it is large."""
+"""Losses of residuals: their squares, or less where they are large."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Loss:
     scale: float = 1.0
 
     def __post_init__(self) -> None:
-        """Refuse what is none."""
+        """Refuse an unknown name and a scale that is not positive."""
         if self.name not in get_args(LossName):
             raise ParameterError("loss", self.name, f"none of {', '.join(get_args(LossName))}")
         if not self.scale > 0.0:

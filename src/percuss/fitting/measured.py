@@ -1,4 +1,4 @@
-"""What was measured: samples of quantities and instants of impacts, in the forms that people have."""
+"""Measurements: samples of quantities and instants of impacts, from arrays, tables and files."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ __all__ = [
 
 QUANTITIES = {"displacement": DISPLACEMENT, "velocity": VELOCITY, "acceleration": ACCELERATION}
 STOP_FORCE, IMPACT_TIMES = "stop_force", "impact_times"
-# The number of a quantity that is no sample: the instant of an impact.
+# In place of a quantity's number: the instant of an impact.
 OF_IMPACT = -1
 # Estimates of noise by differences are no smaller than this part of the values.
 LEAST_NOISE = 1e-9
@@ -45,7 +45,7 @@ MEDIAN_OF_NORMAL = 0.6744897501960817
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MeasuredSamples:
-    """MeasuredSamples in order of their instants.
+    """Samples in the order of their instants.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class MeasuredSamples:
     values
         (n,) array; of an impact its instant.
     quantities
-        (n,) array, what each is of (`kernels.segments`), -1 the instant of an impact; of structures
+        (n,) array, the quantity of each (`kernels.segments`), -1 the instant of an impact; of structures
         and, times `OF_PLACE`, where.
     noise
         (n,) array, standard deviations, estimated where ``is_estimated``.
@@ -77,7 +77,7 @@ class MeasuredSamples:
 
     @property
     def kinds(self) -> Integers:
-        """What each is of, wherever."""
+        """The quantity of each, without its place."""
         return np.where(self.quantities < 0, self.quantities, self.quantities % OF_PLACE)
 
     def taken(self, rows: Any) -> MeasuredSamples:
@@ -95,7 +95,7 @@ class MeasuredRecord:
     Attributes
     ----------
     samples
-        What was measured of it.
+        The samples.
     impacts
         The instants of impacts that were measured.
     force
@@ -159,13 +159,13 @@ def read_samples(
         Standard deviations: a number, an array or a mapping of these by quantity; None where those
         of the data hold.
     osc
-        What was measured, with its stops and places, and its units, into which columns of a file
-        that have some are converted.
+        The model, with its stops and places, and the units into which columns of a file that have
+        some are converted.
 
     Returns
     -------
     tuple of MeasuredSamples
-        MeasuredSamples and impacts, values that are NaN left out.
+        The samples and the impacts, without values that are NaN.
 
     Raises
     ------
@@ -275,7 +275,11 @@ def _columns(data: Any, units: Units | None) -> tuple[dict[str, Any], dict[str, 
 
 
 def _attributes(variables: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: it.attrs["noise"] for name, it in variables.items() if "noise" in it.attrs}
+    return {
+        name: variable.attrs["noise"]
+        for name, variable in variables.items()
+        if "noise" in variable.attrs
+    }
 
 
 def _of_file(path: Path, units: Units | None) -> dict[str, Any]:
@@ -320,13 +324,13 @@ def _samples(name: str, t: Floats, values: Floats, quantity: int, noise: Any) ->
         sizes = np.full(len(t), float(sizes))
     if sizes.shape != t.shape:
         raise ParameterError(f"noise.{name}", len(sizes), f"of {len(t)} values")
-    there = np.isfinite(values)
-    if not np.isfinite(t[there]).all():
+    is_given = np.isfinite(values)
+    if not np.isfinite(t[is_given]).all():
         raise ParameterError("data.t", math.nan, "an instant is no finite number")
-    if not is_estimated and not (sizes[there] > 0.0).all():
-        raise ParameterError(f"noise.{name}", float(np.min(sizes[there])), "not above 0")
-    order = np.argsort(t[there], kind="stable")
-    t, values, sizes = t[there][order], values[there][order], sizes[there][order]
+    if not is_estimated and not (sizes[is_given] > 0.0).all():
+        raise ParameterError(f"noise.{name}", float(np.min(sizes[is_given])), "not above 0")
+    order = np.argsort(t[is_given], kind="stable")
+    t, values, sizes = t[is_given][order], values[is_given][order], sizes[is_given][order]
     if is_estimated:
         sizes = np.full(len(t), _rough_noise(t, values, quantity))
     return MeasuredSamples(
@@ -349,8 +353,8 @@ def _rough_noise(t: Floats, values: Floats, quantity: int) -> float:
         weights /= np.sqrt((weights * weights).sum(axis=1))[:, None]
     differences = (weights * np.lib.stride_tricks.sliding_window_view(values, 4)).sum(axis=1)
     sizes = np.abs(differences[np.isfinite(differences)])
-    found = float(np.median(sizes)) / MEDIAN_OF_NORMAL if len(sizes) else 0.0
-    return max(found, LEAST_NOISE * size)
+    noise = float(np.median(sizes)) / MEDIAN_OF_NORMAL if len(sizes) else 0.0
+    return max(noise, LEAST_NOISE * size)
 
 
 def _merged(parts: Sequence[MeasuredSamples]) -> MeasuredSamples:
@@ -365,6 +369,6 @@ def _merged(parts: Sequence[MeasuredSamples]) -> MeasuredSamples:
         np.concatenate([part.noise for part in parts]),
         np.concatenate([part.is_estimated for part in parts]),
     )
-    apart = np.diff(np.sort(whole.t))
-    reach = float(np.median(apart[apart > 0.0])) if (apart > 0.0).any() else 0.0
+    intervals = np.diff(np.sort(whole.t))
+    reach = float(np.median(intervals[intervals > 0.0])) if (intervals > 0.0).any() else 0.0
     return replace(whole, reach=reach).taken(np.argsort(whole.t, kind="stable"))

@@ -76,7 +76,7 @@ class Fit(HasPicture):
         Dataset over ``sample``: t, value, fitted, residual (value less fitted), noise, quantity and
         record.
     problem
-        What was solved.
+        The least-squares problem.
     profiles
         The profiles that were asked for, by path.
     """
@@ -105,12 +105,12 @@ class Fit(HasPicture):
 
     def __repr__(self) -> str:
         """Return the parameters with their errors in a line."""
-        found = ", ".join(
+        values = ", ".join(
             f"{path} = {with_error(value, self.errors[path])}"
             for path, value in self.values.items()
         )
         end = f"; {self.reason}" if self.reason else ""
-        return f"<Fit: {found}; chi2 {self.chi2:.3g}{end}>"
+        return f"<Fit: {values}; chi2 {self.chi2:.3g}{end}>"
 
     def _repr_html_(self) -> str:
         columns = {
@@ -125,7 +125,8 @@ class Fit(HasPicture):
     def run(self) -> Trajectory | StructureTrajectory:
         """The motion of the fitted model over the first record.
 
-        In chaos it leaves the record after some time, as any run does, where the fit does not.
+        In chaos it departs from the record after some time, as any single run does; the fitted
+        motion, which begins anew at each node, does not.
         """
         first = self.problem.layouts[0]
         end = float(first.spans[-1, 1])
@@ -195,8 +196,10 @@ class Fit(HasPicture):
         """Return quantities by their numbers at times t, of t's shape + (n_quantities,)."""
         first, times = self.problem.layouts[0], np.asarray(t, dtype=np.float64)
         nodes, end = self.nodes[: len(first)], float(first.spans[-1, 1])
-        found = motion_between(self.oscillator, self.forcing, nodes, end, times.ravel(), quantities)
-        return found.reshape(*times.shape, len(quantities))
+        quantity_values = motion_between(
+            self.oscillator, self.forcing, nodes, end, times.ravel(), quantities
+        )
+        return quantity_values.reshape(*times.shape, len(quantities))
 
     def profile(self, path: str, n: int = 9, width: float = 3.0) -> Dataset:
         """Return how the misfit grows with one parameter, all others fitted anew.
@@ -259,11 +262,11 @@ class Fit(HasPicture):
         for side in (range(middle, n), range(middle - 1, -1, -1)):
             point = best
             for i in side:
-                found = _held(self.problem, point, which, float(values[i]))
-                if found is None:
+                descent = _at_fixed(self.problem, point, which, float(values[i]))
+                if descent is None:
                     break
-                point, rows[i] = found, found.values
-                growth[i] = found.cost(self.problem, FIRM) - least
+                point, rows[i] = descent, descent.values
+                growth[i] = descent.cost(self.problem, FIRM) - least
         columns = {key: ("value", rows[:, j]) for j, key in enumerate(self.values) if j != which}
         self.profiles[name] = xr.Dataset(
             {"growth": ("value", growth), **columns}, {"value": values}
@@ -271,20 +274,20 @@ class Fit(HasPicture):
         return self.profiles[name]
 
 
-def _held(problem: FitProblem, near: FitPoint, which: int, value: float) -> FitPoint | None:
-    """Return the solution with one parameter held, None if there is none."""
+def _at_fixed(problem: FitProblem, near: FitPoint, which: int, value: float) -> FitPoint | None:
+    """Return the solution at a fixed value of one parameter, None if there is none."""
     low, high, values = problem.low.copy(), problem.high.copy(), near.values.copy()
     low[which] = high[which] = values[which] = value
-    held = replace(problem, low=low, high=high)
-    begin = point_at(held, values, near.shots.nodes)
+    fixed = replace(problem, low=low, high=high)
+    begin = point_at(fixed, values, near.shots.nodes)
     if begin is None:
         return None
-    found = descend(held, begin, TAUT)
-    return found.point if found.is_settled and not len(found.torn(held)) else None
+    descent = descend(fixed, begin, TAUT)
+    return descent.point if descent.is_settled and not len(descent.torn(fixed)) else None
 
 
 def go_on() -> bool:
-    """Return that nobody asks a search to stop."""
+    """Return True: nothing asks the search to stop."""
     return True
 
 
@@ -330,12 +333,12 @@ UNKNOWN = 1e3
 LEAST_SHARE = 0.05
 
 
-def result_of(search: FitSearch, found: FitCandidate) -> Fit:
+def result_of(search: FitSearch, best: FitCandidate) -> Fit:
     """Return the result of a search."""
-    problem, point = found.problem, found.descent.point
+    problem, point = best.problem, best.descent.point
     values = dict(zip(problem.paths, point.values.tolist(), strict=True))
-    held = (point.values <= problem.low) | (point.values >= problem.high)
-    covariance, errors, unknown = _uncertainty(search, found, held)
+    at_bound = (point.values <= problem.low) | (point.values >= problem.high)
+    covariance, errors, unknown = _uncertainty(search, best, at_bound)
     layouts = tuple(problem.layouts)
     first = layouts[0].record
     osc, force, start = replace_parameters(problem.osc, first.force, first.start, values)
@@ -358,10 +361,10 @@ def result_of(search: FitSearch, found: FitCandidate) -> Fit:
         noise=noise,
         whiteness=score,
         unidentifiable=unknown,
-        converged=not found.reason,
-        reason=found.reason,
+        converged=not best.reason,
+        reason=best.reason,
         n_runs=search.n_runs,
-        at_bounds=tuple(path for path, at in zip(problem.paths, held, strict=True) if at),
+        at_bounds=tuple(path for path, at in zip(problem.paths, at_bound, strict=True) if at),
         oscillator=osc,
         forcing=force,
         start=start,
@@ -373,19 +376,19 @@ def result_of(search: FitSearch, found: FitCandidate) -> Fit:
 
 
 def _uncertainty(
-    search: FitSearch, found: FitCandidate, held: Flags
+    search: FitSearch, best: FitCandidate, at_bound: Flags
 ) -> tuple[Floats, Floats, tuple[dict[str, float], ...]]:
     """Return covariance, standard errors, and the directions that the data leave open."""
     paths, n = search.paths, len(search.paths)
-    values = found.descent.point.values
+    values = best.descent.point.values
     width = np.where(search.ranged, search.high - search.low, 0.0)
     scales = np.maximum(np.abs(values), width)
     scales = np.where(scales > 0.0, scales, 1.0)
     covariance, errors = np.zeros((n, n)), np.zeros(n)
-    free = np.flatnonzero(~held)
+    free = np.flatnonzero(~at_bound)
     unknown = []
     if len(free):
-        matrix = found.descent.triangle[:, :-1] * scales
+        matrix = best.descent.triangle[:, :-1] * scales
         sizes, rows = directions(matrix[:, free])
         for size, row in zip(sizes.tolist(), rows, strict=True):
             if size * UNKNOWN < 1.0:

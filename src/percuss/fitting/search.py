@@ -1,4 +1,4 @@
-"""The search for a fit: guesses, nodes, descents, and another one where that fails."""
+"""The search for a fit: guesses, nodes and descents, with other nodes where these fail."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ MEDIAN_SQUARE = 0.4549364231195724
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FitCandidate:
-    """Where a descent ended, what is wrong with it, and the problem that it solved."""
+    """The end of a descent: what is wrong with it, and the problem that it solved."""
 
     problem: FitProblem
     descent: FitDescent
@@ -84,7 +84,7 @@ class FitSearch:
     low, high
         Their bounds.
     ranged
-        For which of them the guess is looked for between these.
+        Which of them were given as ranges, in which a guess is sought.
     priors, loss
         See `FitProblem`.
     progress
@@ -152,17 +152,19 @@ class FitSearch:
         begin = point_at(problem, self.guess, nodes)
         return None if begin is None else self._mended(self._descended(problem, begin, LOOSE))
 
-    def _closed(self, found: FitCandidate) -> FitCandidate:
-        """Return the best motion that is whole, where the best one that was found is torn."""
-        if not len(found.descent.torn(found.problem)) or self.progress.is_stopped:
-            return found
-        problem = replace(found.problem, tear=math.inf)
-        begin = point_at(problem, found.descent.point.values, found.descent.point.shots.nodes)
+    def _closed(self, candidate: FitCandidate) -> FitCandidate:
+        """Return the best candidate whose segments connect, where the best of all is torn."""
+        if not len(candidate.descent.torn(candidate.problem)) or self.progress.is_stopped:
+            return candidate
+        problem = replace(candidate.problem, tear=math.inf)
+        begin = point_at(
+            problem, candidate.descent.point.values, candidate.descent.point.shots.nodes
+        )
         self.n_runs += 1
         if begin is None:
-            return found
+            return candidate
         other = self._descended(problem, begin, LOOSE)
-        return found if len(other.descent.torn(problem)) else other
+        return candidate if len(other.descent.torn(problem)) else other
 
     def _laid_out(self, values: Floats, cycles: float) -> tuple[FitProblem, Floats]:
         """Return the problem with nodes at some distance, and their states."""
@@ -193,9 +195,9 @@ class FitSearch:
         """Return the best of the guesses."""
         tried = self._guesses(values) if is_first else [values]
         points = []
-        for one in tried:
+        for guess in tried:
             self.n_runs += 1
-            point = point_at(problem, one, nodes)
+            point = point_at(problem, guess, nodes)
             if point is not None:
                 points.append(point)
         return min(points, key=lambda point: point.cost(problem, LOOSE), default=None)
@@ -227,19 +229,19 @@ class FitSearch:
 
     def _walls(self) -> dict[int, tuple[float, float]]:
         """Return the free places of walls: how far the motion goes there, and on which side."""
-        found: dict[int, tuple[float, float]] = {}
+        places: dict[int, tuple[float, float]] = {}
         if self._windows is None:
-            return found
+            return places
         good = self._windows.good()
         if not len(good.t) or not len(self.records[0].samples):
-            return found
+            return places
         least, largest = extremes_of(good)
         for i, stop in enumerate(self.osc.stops):
             path = f"oscillator.stops.{i}.at"
             if isinstance(stop, Wall) and path in self.paths:
                 above = stop.side == "above"
-                found[self.paths.index(path)] = (largest, 1.0) if above else (least, -1.0)
-        return found
+                places[self.paths.index(path)] = (largest, 1.0) if above else (least, -1.0)
+        return places
 
     def _descended(self, problem: FitProblem, begin: FitPoint, weight: float) -> FitCandidate:
         """Return where a descent ends."""
@@ -247,27 +249,27 @@ class FitSearch:
         self.n_runs += descent.n_runs
         return FitCandidate(problem, descent, self._reason(problem, descent), self.n_runs)
 
-    def _mended(self, found: FitCandidate) -> FitCandidate:
+    def _mended(self, candidate: FitCandidate) -> FitCandidate:
         """Return the candidate after torn stretches were followed anew from their own samples."""
         for _ in range(MENDINGS):
-            torn = found.descent.torn(found.problem)
-            wrong = np.union1d(torn, self._strained(found.descent))
-            # Of a noise that is not known its size is what is left: no stretch stands out for sure.
-            is_fine = not found.reason and not self._is_noise_known
+            torn = candidate.descent.torn(candidate.problem)
+            wrong = np.union1d(torn, self._strained(candidate.descent))
+            # A noise that was estimated from the residuals contains the misfit: no segment stands out.
+            is_fine = not candidate.reason and not self._is_noise_known
             if is_fine or not len(wrong) or self.progress.is_stopped:
                 break
-            # Where a motion misses most stretches a little it is not for single impacts.
-            is_whole = found.descent.is_settled and not len(torn)
-            if is_whole and len(wrong) > max(MOST_WRONG * len(found.problem.linked), 3):
+            # Small misfits of most segments are not caused by single impacts.
+            is_whole = candidate.descent.is_settled and not len(torn)
+            if is_whole and len(wrong) > max(MOST_WRONG * len(candidate.problem.linked), 3):
                 break
-            begin = self._begun_anew(found, wrong)
+            begin = self._begun_anew(candidate, wrong)
             if begin is None:
                 break
-            other = self._descended(found.problem, begin, LOOSE)
-            if not _is_better(other, found):
+            other = self._descended(candidate.problem, begin, LOOSE)
+            if not _is_better(other, candidate):
                 break
-            found = other
-        return found
+            candidate = other
+        return candidate
 
     def _strained(self, descent: FitDescent) -> Integers:
         """Return the segments that noise does not explain, of the size that it was given or has."""
@@ -280,13 +282,13 @@ class FitSearch:
     def _is_noise_known(self) -> bool:
         return not any(record.samples.is_estimated.any() for record in self.records)
 
-    def _begun_anew(self, found: FitCandidate, wrong: Integers) -> FitPoint | None:
+    def _begun_anew(self, candidate: FitCandidate, wrong: Integers) -> FitPoint | None:
         """Return the point with better states of the nodes at the ends of some segments.
 
-        Whether a slow impact is met, or missed, is decided by less than the noise of a node: states
-        around that by its own samples are tried.
+        Less than the noise of a node may decide whether a slow impact happens: states around the
+        one by its own samples are tried.
         """
-        problem, point = found.problem, found.descent.point
+        problem, point = candidate.problem, candidate.descent.point
         if isinstance(self.osc, Structure):
             return None
         named = dict(zip(self.paths, point.values.tolist(), strict=True))
@@ -352,19 +354,19 @@ class FitSearch:
             )
         return "" if descent.is_settled else descent.reason
 
-    def _with_noise(self, found: FitCandidate) -> FitCandidate:
+    def _with_noise(self, candidate: FitCandidate) -> FitCandidate:
         """Return the candidate with the noise that its residuals have, where that was not given."""
         if not any(
             some.is_estimated.any() for r in self.records for some in (r.samples, r.impacts)
         ):
-            return found
+            return candidate
         quantities = set()
         for _ in range(2):
             layouts: list[Layout] = []
-            residuals = found.descent.point.equations.residuals
+            residuals = candidate.descent.point.equations.residuals
             share = 1.0 - min(self._n_unknowns() / len(residuals), 0.9)
             row = 0
-            for layout in found.problem.layouts:
+            for layout in candidate.problem.layouts:
                 some = []
                 for samples in (layout.record.samples, layout.record.impacts):
                     noise = samples.noise.copy()
@@ -379,20 +381,22 @@ class FitSearch:
                     some.append(replace(samples, noise=noise))
                 record = replace(layout.record, samples=some[0], impacts=some[1])
                 layouts.append(replace(layout, record=record))
-            problem = replace(found.problem, layouts=layouts)
-            point = point_at(problem, found.descent.point.values, found.descent.point.shots.nodes)
+            problem = replace(candidate.problem, layouts=layouts)
+            point = point_at(
+                problem, candidate.descent.point.values, candidate.descent.point.shots.nodes
+            )
             self.n_runs += 1
             if point is None:
-                return found
-            if len(quantities) > 1 and not found.reason:
+                return candidate
+            if len(quantities) > 1 and not candidate.reason:
                 descent = descend(problem, point, FIRM)
                 self.n_runs += descent.n_runs
             else:
-                descent = _at_point(problem, found.descent, point)
-            found = FitCandidate(problem, descent, found.reason, self.n_runs)
+                descent = _at_point(problem, candidate.descent, point)
+            candidate = FitCandidate(problem, descent, candidate.reason, self.n_runs)
             if len(quantities) <= 1:
                 break
-        return found
+        return candidate
 
     @property
     def _of_start(self) -> int:
@@ -411,7 +415,7 @@ def _at_point(problem: FitProblem, descent: FitDescent, point: FitPoint) -> FitD
 
 
 def _is_same(one: FitCandidate, other: FitCandidate) -> bool:
-    """Return whether two descents have ended at one solution, which then explains no more."""
+    """Return whether two descents have ended at one solution: the second explains no more."""
     if len(one.descent.torn(one.problem)) or len(other.descent.torn(other.problem)):
         return False
     settled = one.descent.is_settled and other.descent.is_settled
@@ -419,7 +423,10 @@ def _is_same(one: FitCandidate, other: FitCandidate) -> bool:
 
 
 def _is_better(one: FitCandidate, other: FitCandidate) -> bool:
-    keys = [(bool(it.reason), len(it.descent.torn(it.problem)), it.misfit) for it in (one, other)]
+    keys = [
+        (bool(candidate.reason), len(candidate.descent.torn(candidate.problem)), candidate.misfit)
+        for candidate in (one, other)
+    ]
     return keys[0] < keys[1]
 
 

@@ -53,7 +53,7 @@ HITS_A_SEGMENT = 64
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Layout:
-    """Where the segments of a record begin and end.
+    """The segments of a record: their nodes, ends and samples.
 
     Attributes
     ----------
@@ -82,7 +82,7 @@ class Layout:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shots:
-    """What comes of all segments of all records, one after the other.
+    """The runs of all segments of all records, one after the other, with their derivatives.
 
     A node has d numbers, x and v of each coordinate: d = 2 of an oscillator.
 
@@ -117,9 +117,9 @@ class Shots:
     @property
     def is_complete(self) -> bool:
         """Whether all segments were followed, to numbers whose products are numbers too."""
-        beside = np.isfinite(self.away)
+        has_event = np.isfinite(self.away)
         numbers = (
-            self.values[:, 0], self.rows[:, 0], self.values[beside, 1], self.rows[beside, 1],
+            self.values[:, 0], self.rows[:, 0], self.values[has_event, 1], self.rows[has_event, 1],
             self.ends, self.end_rows, self.hits,
         )  # fmt: skip
         # A comparison with NaN is false.
@@ -149,7 +149,7 @@ def shoot(
     Returns
     -------
     Shots
-        What comes of them.
+        The runs.
 
     Raises
     ------
@@ -190,10 +190,12 @@ def _structure_shots(
         system.add(key)
     fixed = start if layout.is_fixed else None
     samples = layout.record.samples
-    found = follow_records(system, fixed, paths, layout.spans.copy(), nodes, samples, layout.first)
+    results = follow_records(
+        system, fixed, paths, layout.spans.copy(), nodes, samples, layout.first
+    )
     layout.keys.update(system.sets.keys.tolist())
     return Shots(
-        nodes, found.values, found.rows, found.away, found.ends, found.end_rows, found.counts, found.hits
+        nodes, results.values, results.rows, results.away, results.ends, results.end_rows, results.counts, results.hits
     )  # fmt: skip
 
 
@@ -307,7 +309,7 @@ def motion_between(
     Parameters
     ----------
     osc, force
-        What moves.
+        The model and the force on it.
     nodes
         (n, 1 + d) array, instant, displacements and velocities of each.
     end
@@ -315,7 +317,7 @@ def motion_between(
     t
         (n_times,) array of times.
     quantities
-        Numbers of what is asked for.
+        Numbers of the quantities.
 
     Returns
     -------
@@ -340,7 +342,7 @@ def motion_between(
     spans = np.stack([nodes[:, 0], np.append(nodes[1:, 0], end)], axis=1)
     record = MeasuredRecord(samples, samples.taken(slice(0, 0)), force, None)
     layout = Layout(record, spans, np.append(first, len(repeated)), False)
-    found = shoot(osc, (layout,), {}, nodes[:, 1:].copy()).values[:, 0]
+    values = shoot(osc, (layout,), {}, nodes[:, 1:].copy()).values[:, 0]
     moved = np.empty((len(times), n))
-    moved[order] = found.reshape(-1, n)
+    moved[order] = values.reshape(-1, n)
     return moved

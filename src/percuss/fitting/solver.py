@@ -39,12 +39,12 @@ HELD = 0.1
 # A segment's sum of squares this many of its standard errors above what is to be expected is not
 # noise; squares count up to that of so many standard deviations, for one outlier is no stretch.
 STRAINED, OUTLYING = 6.0, 5.0
-# A node's state that nothing says anything about is left as it is, with this weight.
+# Weight by which a node's state keeps its value where no sample determines it.
 ANCHOR = 1e-6
 # Damping: at first, and its factors after failure and success.
 DAMPING, MORE, LESS = 1e-2, 8.0, 0.125
-# A step that makes this part of what it promised makes the links firmer; below this mean square,
-# any does.
+# Links become firmer after a step that achieves this part of the decrease it promised; below this
+# mean square, after any.
 KEPT, GOOD = 0.5, 2.0
 # A search ends where a step moves nothing by more than this part of its standard error, squared.
 CLOSE = 1e-6
@@ -62,7 +62,7 @@ ROBUST = Loss("cauchy", TORN)
 
 @dataclass(frozen=True, eq=False)
 class FitProblem:
-    """What is fitted.
+    """The least-squares problem of a fit.
 
     Attributes
     ----------
@@ -107,7 +107,7 @@ class FitProblem:
     def loss_at(self, weight: float) -> Loss:
         """Return the loss while links have a weight: stretches that miss an impact pull less.
 
-        Of forces of stops all that is known is in the contacts, which pull as they are.
+        Forces of stops are known in contacts only, and keep their weight.
         """
         return ROBUST if self.is_kinematic and weight < TAUT else self.loss
 
@@ -142,9 +142,9 @@ class FitEquations:
     @property
     def residuals(self) -> Floats:
         """The residuals of each record's samples, then of its impacts, in standard deviations."""
-        found = np.empty_like(self.right)
-        found[self.order] = self.right
-        return found
+        in_order = np.empty_like(self.right)
+        in_order[self.order] = self.right
+        return in_order
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -213,21 +213,21 @@ def equations_of(problem: FitProblem, shots: Shots) -> FitEquations:
 
 
 def _sided(some: MeasuredSamples, shots: Shots, own: slice) -> tuple[Floats, Floats]:
-    """Return residuals and rows of samples, those beside events on the side that suits them.
+    """Return residuals and rows of samples, those beside events on the side that fits better.
 
     A displacement is the same on both sides, but its derivatives are not: next to the event they
-    pass from one to the other, or a search would go to and fro over the kink.
+    pass from one to the other, or a search would oscillate across the kink.
     """
     both = (some.values[:, None] - shots.values[own]) / some.noise[:, None]
     rows = shots.rows[own] / some.noise[:, None, None]
     right, row = both[:, 0].copy(), rows[:, 0].copy()
-    beside = np.flatnonzero(np.isfinite(shots.away[own]))
-    jumps = some.kinds[beside] != DISPLACEMENT
-    better = np.abs(both[beside, 1]) < np.abs(both[beside, 0])
-    other = beside[jumps & better]
+    near_event = np.flatnonzero(np.isfinite(shots.away[own]))
+    jumps = some.kinds[near_event] != DISPLACEMENT
+    better = np.abs(both[near_event, 1]) < np.abs(both[near_event, 0])
+    other = near_event[jumps & better]
     right[other], row[other] = both[other, 1], rows[other, 1]
-    near = shots.away[own][beside] / (KINK * some.reach)
-    kink, share = beside[~jumps & (near < 1.0)], (0.5 - 0.5 * near)[~jumps & (near < 1.0)]
+    near = shots.away[own][near_event] / (KINK * some.reach)
+    kink, share = near_event[~jumps & (near < 1.0)], (0.5 - 0.5 * near)[~jumps & (near < 1.0)]
     row[kink] += share[:, None] * (rows[kink, 1] - rows[kink, 0])
     return right, row
 
@@ -245,18 +245,18 @@ def _matched(layout: Layout, hits: Floats, node: int) -> tuple[Integers, Floats,
     hits = hits[(hits[:, 0] >= node) & (hits[:, 0] < node + len(layout))]
     own = node + np.searchsorted(layout.spans[:, 0], impacts.t, side="right") - 1
     own = np.maximum(own, node)
-    apart = np.abs(hits[None, :, 1] - impacts.t[:, None])
+    distance = np.abs(hits[None, :, 1] - impacts.t[:, None])
     if not len(layout.record.samples):
-        apart = np.where(hits[None, :, 0] == own[:, None], apart, np.inf)
+        distance = np.where(hits[None, :, 0] == own[:, None], distance, np.inf)
     n, width = len(impacts), hits.shape[1] - 2
     segment, right, rows = own.astype(np.int64), np.full(n, UNSEEN), np.zeros((n, width))
     if len(hits):
-        nearest = np.argmin(apart, axis=1)
-        met = np.isfinite(apart[np.arange(n), nearest])
-        found = hits[nearest[met]]
-        segment[met] = found[:, 0].astype(np.int64)
-        right[met] = (impacts.t[met] - found[:, 1]) / impacts.noise[met]
-        rows[met] = found[:, 2:] / impacts.noise[met, None]
+        nearest = np.argmin(distance, axis=1)
+        met = np.isfinite(distance[np.arange(n), nearest])
+        hit = hits[nearest[met]]
+        segment[met] = hit[:, 0].astype(np.int64)
+        right[met] = (impacts.t[met] - hit[:, 1]) / impacts.noise[met]
+        rows[met] = hit[:, 2:] / impacts.noise[met, None]
     return segment, right, rows
 
 
@@ -288,7 +288,7 @@ class FitDescent:
     def strained(self, size: float = 1.0) -> Integers:
         """Return the segments whose samples are missed by far more than by noise.
 
-        ``size`` is that of the noise, in what it was taken as.
+        ``size`` is that of the noise, in units of the assumed one.
         """
         right, segment = self.point.equations.right, self.point.equations.segment
         n = len(self.point.equations.defects)
@@ -299,8 +299,8 @@ class FitDescent:
 
     def torn(self, problem: FitProblem) -> Integers:
         """Return the segments that do not end at the next node."""
-        found = squares_of_defects(problem, self.point.equations.defects)
-        return np.flatnonzero(found > HELD * HELD)
+        squares = squares_of_defects(problem, self.point.equations.defects)
+        return np.flatnonzero(squares > HELD * HELD)
 
 
 def descend(problem: FitProblem, start: FitPoint, weight: float = LOOSE) -> FitDescent:
@@ -309,7 +309,7 @@ def descend(problem: FitProblem, start: FitPoint, weight: float = LOOSE) -> FitD
     Parameters
     ----------
     problem
-        What is fitted.
+        The problem.
     start
         Where to begin.
     weight
@@ -320,54 +320,60 @@ def descend(problem: FitProblem, start: FitPoint, weight: float = LOOSE) -> FitD
     FitDescent
         Where it ended.
     """
-    found = FitDescent(start, np.zeros((0, len(problem.paths) + 1)), weight=weight)
+    descent = FitDescent(start, np.zeros((0, len(problem.paths) + 1)), weight=weight)
     damping, loosened = 0.0, 0
     for _ in range(MOST_STEPS):
-        before = found.point.cost(problem, found.weight)
-        step = FitStep.of(problem, found.point, found.weight)
-        found.triangle = step.triangle
-        trial, damping = _tried(problem, found, step, before, damping)
+        before = descent.point.cost(problem, descent.weight)
+        step = FitStep.of(problem, descent.point, descent.weight)
+        descent.triangle = step.triangle
+        trial, damping = _tried(problem, descent, step, before, damping)
         if not problem.ask():
-            found.reason = "the search was stopped"
-            return found
+            descent.reason = "the search was stopped"
+            return descent
         if trial is None:
-            moved = matmul(step.triangle[:, :-1], step.parameters(problem, found.point.values, 0.0))
-            if found.weight >= TAUT and norm(moved) ** 2 < NO_STEP:
-                found.is_settled = True
-                return found
-            if found.weight <= LOOSE or loosened == MOST_LOOSENINGS:
-                found.reason = "no step makes the misfit smaller"
-                return found
-            found.weight, damping, loosened = max(found.weight / FIRMER, LOOSE), 0.0, loosened + 1
+            moved = matmul(
+                step.triangle[:, :-1], step.parameters(problem, descent.point.values, 0.0)
+            )
+            if descent.weight >= TAUT and norm(moved) ** 2 < NO_STEP:
+                descent.is_settled = True
+                return descent
+            if descent.weight <= LOOSE or loosened == MOST_LOOSENINGS:
+                descent.reason = "no step makes the misfit smaller"
+                return descent
+            descent.weight, damping, loosened = (
+                max(descent.weight / FIRMER, LOOSE),
+                0.0,
+                loosened + 1,
+            )
             continue
-        moved = matmul(step.triangle[:, :-1], trial.values - found.point.values)
-        promised = step.promised(problem, found.point, damping)
-        after = trial.cost(problem, found.weight)
-        found.point = trial
-        if found.weight >= FIRM and norm(moved) ** 2 < CLOSE:
-            found.triangle = FitStep.of(problem, trial, found.weight).triangle
-            found.is_settled = True
-            return found
+        moved = matmul(step.triangle[:, :-1], trial.values - descent.point.values)
+        promised = step.promised(problem, descent.point, damping)
+        after = trial.cost(problem, descent.weight)
+        descent.point = trial
+        if descent.weight >= FIRM and norm(moved) ** 2 < CLOSE:
+            descent.triangle = FitStep.of(problem, trial, descent.weight).triangle
+            descent.is_settled = True
+            return descent
         share = (before - after) / max(promised, 1e-300)
         is_good = share > KEPT or after < GOOD * len(trial.equations.right)
         if share > KEPT:
             damping = damping * LESS if damping > 1e-6 else 0.0
         if is_good and damping < 1.0:
-            found.weight = min(found.weight * FIRMER, FIRM)
-    found.reason = f"{MOST_STEPS} steps were not enough"
-    return found
+            descent.weight = min(descent.weight * FIRMER, FIRM)
+    descent.reason = f"{MOST_STEPS} steps were not enough"
+    return descent
 
 
 def _tried(
-    problem: FitProblem, found: FitDescent, step: FitStep, before: float, damping: float
+    problem: FitProblem, descent: FitDescent, step: FitStep, before: float, damping: float
 ) -> tuple[FitPoint | None, float]:
     """Return the point of a step that makes the cost smaller, and its damping."""
     for _ in range(MOST_TRIALS):
-        values, nodes = step.taken(problem, found.point, damping)
+        values, nodes = step.taken(problem, descent.point, damping)
         trial = point_at(problem, values, nodes)
-        found.n_runs += 1
+        descent.n_runs += 1
         if trial is not None:
-            after = trial.cost(problem, found.weight)
+            after = trial.cost(problem, descent.weight)
             if after < before * (1.0 + 1e-9) + CLOSE:
                 return trial, damping
         damping = max(damping * MORE, DAMPING)
@@ -428,8 +434,8 @@ class FitStep:
             out = free & ((ahead < problem.low) | (ahead > problem.high))
             if not out.any():
                 break
-            held = np.clip(ahead, problem.low, problem.high)
-            step[out] = ((held - values) * units)[out]
+            at_bound = np.clip(ahead, problem.low, problem.high)
+            step[out] = ((at_bound - values) * units)[out]
             free &= ~out
         return step / units
 

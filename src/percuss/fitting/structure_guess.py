@@ -1,7 +1,7 @@
 """The nodes of a structure's record and their first states, by a filter along the record.
 
-One accelerometer says little of a state within a window without impacts: what it says of the other
-coordinates comes through the motion. So the state is carried from node to node with its
+The samples of one accelerometer between two impacts hardly determine a state: the other coordinates
+show only in the course of the motion. So the state is carried from node to node with its
 uncertainty, and corrected by the samples of each segment (the square-root information filter of
 Bierman 1977, with the model itself in place of its linearisation).
 """
@@ -19,7 +19,6 @@ from percuss.arrays import Floats
 from percuss.errors import ParameterError
 from percuss.fitting.measured import MeasuredRecord
 from percuss.fitting.shooting import Layout, Shots, shoot
-from percuss.kernels.record import N_EVENTS
 from percuss.kernels.structure.sample import evaluate
 from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import as_float
@@ -35,7 +34,7 @@ __all__ = ["lay_out_structure"]
 # What a wrong guess of the parameters adds to the noise, in parts of the samples' size; and to a
 # state that is carried on, in parts of its size.
 WRONG = 0.1
-# A state that nothing is known of is within so many times the size of the motion.
+# Standard deviation of an unknown state, in sizes of the motion.
 WIDE = 3.0
 # Steps of the correction in one segment, and halvings of a step.
 CORRECTIONS, HALVINGS = 4, 4
@@ -132,8 +131,7 @@ def motion_at(
     """Return displacements and velocities, (n_times, n, 2), of the motion from a state."""
     place = np.zeros((len(times), system.structure.n, 2))
     run, _ = followed(system, start, float(times[-1]), MOST_IMPACTS)
-    n = int(run.counters[N_EVENTS])
-    evaluate(run._replace(events=run.events[:n], marks=run.marks[:n]), times, True, place)
+    evaluate(run, times, True, place)
     return place
 
 
@@ -197,8 +195,10 @@ def one_segment(
     if span[1] >= record.end:
         inside = samples.t >= span[0]
     own = samples.taken(inside)
-    one = MeasuredRecord(own, samples.taken(slice(0, 0)), record.force, start)
-    return Layout(one, np.array([span]), np.array([0, len(own)]), start is not None, keys)
+    record_of_segment = MeasuredRecord(own, samples.taken(slice(0, 0)), record.force, start)
+    return Layout(
+        record_of_segment, np.array([span]), np.array([0, len(own)]), start is not None, keys
+    )
 
 
 def corrected(

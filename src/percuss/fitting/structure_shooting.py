@@ -59,7 +59,7 @@ def follow_records(
     Returns
     -------
     SegmentResults
-        What comes of them, with a column for each parameter, then for each number of the node.
+        The samples and ends, with a column for each parameter, then for each number of the node.
     """
     structure, n = system.structure, len(spans)
     n_x, n_p, m = structure.n, len(paths), len(samples)

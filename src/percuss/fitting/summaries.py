@@ -1,4 +1,4 @@
-"""What files and pictures say of a fit: the impacts of its motion, and what a profile encloses."""
+"""Summaries of a fit for files and pictures: the impacts of its motion, intervals of a profile."""
 
 from __future__ import annotations
 
@@ -64,11 +64,11 @@ def impacts_of(fit: Fit) -> dict[str, NDArray[Any]]:
             ]  # fmt: skip
             rows += [
                 (number, at, stop, "entry", speed, speed)
-                for at, stop, speed, way in zip(
+                for at, stop, speed, direction in zip(
                     entries.t.tolist(), entries.stop.tolist(), entries.v.tolist(),
                     entries.direction.tolist(), strict=True,
                 )
-                if way == "in"
+                if direction == "in"
             ]  # fmt: skip
     rows.sort(key=lambda row: row[:2])
     columns = list(zip(*rows, strict=True)) or [()] * 6
@@ -94,7 +94,7 @@ def motion_of(fit: Fit, quantity: str, t: Floats, record: int = 0) -> Floats:
     """
     layouts = fit.problem.layouts
     layout = layouts[record]
-    first = sum(len(one) for one in layouts[:record])
+    first = sum(len(before) for before in layouts[:record])
     osc, force, _ = replace_parameters(
         fit.problem.osc, layout.record.force, layout.record.start, fit.values
     )
@@ -134,12 +134,12 @@ def interval_of(profile: Any, level: float = 1.0) -> tuple[float, float]:
     for sign in (-1, 1):
         side = slice(middle, None) if sign > 0 else slice(middle, None, -1)
         at, rise = value[side], np.sqrt(np.maximum(growth[side], 0.0))
-        beyond = np.flatnonzero(rise >= math.sqrt(level))
-        if not len(beyond):
+        above = np.flatnonzero(rise >= math.sqrt(level))
+        if not len(above):
             ends.append(sign * math.inf)
             continue
         # The root of a parabola is a line.
-        i = int(beyond[0])
+        i = int(above[0])
         share = (math.sqrt(level) - rise[i - 1]) / (rise[i] - rise[i - 1]) if i else 0.0
         ends.append(float(at[i - 1] + share * (at[i] - at[i - 1])) if i else float(at[0]))
     return ends[0], ends[1]

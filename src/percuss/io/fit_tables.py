@@ -33,7 +33,7 @@ def fitted_columns(fit: Fit) -> FitColumns:
     dimensions = [
         units_of(path, fit.oscillator, fit.forcing) if "." in path else "" for path in paths
     ]
-    names = [in_units(units, one) for one in dimensions]
+    names = [in_units(units, dimension) for dimension in dimensions]
     return {
         "parameter": np.array(paths, dtype=object),
         "value": np.array(list(fit.values.values())),

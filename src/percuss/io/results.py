@@ -86,15 +86,15 @@ def units_of_columns(result: Any, columns: Columns, units: Units | None = None) 
     if units is None:
         return {}
     has_mass = getattr(oscillator, "mass", None) is not None
-    found = {}
+    units_by_name = {}
     own_dimensions = _dimensions_of_designs(result)
     for name in columns:
         dimensions = DIMENSIONS.get(name, DIMENSIONS.get(name.rstrip("0123456789"), ""))
         dimensions = own_dimensions.get(name, dimensions)
         unit = units.of(dimensions if has_mass else dimensions.removeprefix("mass "))
         if is_unit(unit):
-            found[name] = unit
-    return found
+            units_by_name[name] = unit
+    return units_by_name
 
 
 def _dimensions_of_designs(result: Any) -> dict[str, str]:
@@ -213,7 +213,7 @@ def best_columns(design: Design) -> Columns:
         outcome_dimensions(name, osc) if name in outcomes else _dimensions_of_path(name, osc, force)
         for name in values
     ]
-    units = [in_units(osc.units, one) for one in dimensions]
+    units = [in_units(osc.units, dimension) for dimension in dimensions]
     return {
         "name": np.array(list(values), dtype=object),
         "value": np.array(list(values.values())),
@@ -230,8 +230,11 @@ def front_columns(front: ParetoFront) -> Columns:
     first = front.designs[0]
     return {
         **dict(zip(front.outcomes, front.values.T, strict=True)),
-        **{path: np.array([one.values[path] for one in front.designs]) for path in first.values},
-        "reason": np.array([one.reason for one in front.designs], dtype=object),
+        **{
+            path: np.array([design.values[path] for design in front.designs])
+            for path in first.values
+        },
+        "reason": np.array([design.reason for design in front.designs], dtype=object),
     }
 
 
@@ -351,7 +354,9 @@ def kind_of(result: Any) -> ResultKind:
     if isinstance(result, list | tuple):
         return _kind_of_list(result)
     name = type(result).__name__
-    if name == "Response" and any(isinstance(one, StructureBranch) for one in result.branches):
+    if name == "Response" and any(
+        isinstance(branch, StructureBranch) for branch in result.branches
+    ):
         name = "StructureResponse"
     kind = _KINDS.get(name)
     if kind is None:
@@ -435,7 +440,9 @@ def _multipliers_dataset(orbit: StructureOrbit) -> Dataset:
     import xarray
 
     parts = {"real": orbit.multipliers.real, "imag": orbit.multipliers.imag}
-    return xarray.Dataset({f"multiplier_{name}": ("multiplier", it) for name, it in parts.items()})
+    return xarray.Dataset(
+        {f"multiplier_{name}": ("multiplier", values) for name, values in parts.items()}
+    )
 
 
 def _many(columns: Callable[[Any], Columns], number: str) -> Callable[[Any], Columns]:

@@ -3,7 +3,7 @@
 The unknowns are the states of the nodes and the parameters; the equations are those of the samples
 in each segment, and that its end is the next node. One segment at a time, reflections eliminate
 its node's state, and what is left is carried to the next: the orthogonal decomposition of the
-whole matrix, whose conditions number is not squared as in normal equations (docs/theory/fitting.md).
+whole matrix, whose condition number is not squared as in normal equations (docs/theory/fitting.md).
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import NamedTuple
 from percuss.arrays import Flags, Floats, Integers
 from percuss.kernels.compile import kernel
 
-# Columns below this are those of what does nothing.
+# Columns of a smaller norm belong to parameters without effect.
 TINY = 1e-140
 
 

@@ -1,4 +1,4 @@
-"""What a flight makes of a change of its law: the responses that its columns are made of.
+"""Columns: the derivatives of a flight by parameters, from few responses.
 
 The derivative of a flight by a parameter, a *column*, obeys the equation of the flight itself,
 forced by the change of the law along the motion,
@@ -438,7 +438,7 @@ def moved_constant_force(law: Law, rows: Floats, region: int, x: float, moved: f
 def moved_drive(
     law: Law, rows: Floats, unit: Law, t: float, t_low: float, phases: Floats
 ) -> tuple[float, float]:
-    """Return the derivatives of the drive and of its rate at an instant that stays."""
+    """Return the derivatives of the drive and of its rate at a fixed instant."""
     force = 0.0
     slope = 0.0
     for j in range(phases.shape[0]):

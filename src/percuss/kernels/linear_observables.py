@@ -1,4 +1,4 @@
-"""Where a linear observable of a motion vanishes, and its extremes, from the record of events.
+"""Zeros and extremes of a linear observable of a motion, from the record of its events.
 
 A linear observable is a (x - reference) + b x' + c x'' + d x''' with constant a, b, c, d. In a
 flight it obeys the equation of motion itself, under the same combination of the force and its

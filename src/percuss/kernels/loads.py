@@ -1,4 +1,4 @@
-"""What a motion of many bears: the peaks of its forces, and means over time.
+"""Loads of one motion of a batch: peaks of forces and accelerations, and means over time.
 
 All is taken stretch by stretch from the closed form. Peaks are those of linear observables, found
 with the proof that holds for events (`linear_observables`), with both limits at a jump. Integrals

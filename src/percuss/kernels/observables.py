@@ -1,4 +1,4 @@
-"""Observables and points of a motion that is one of many, in place of its events.
+"""Observables and points of one motion of a batch, kept in place of its events.
 
 A *stretch* is a flight, or a contact, between two events. Observables are counted from the instant
 ``since`` on, when a transient is over.

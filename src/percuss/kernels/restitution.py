@@ -1,4 +1,4 @@
-"""What an impact leaves of a velocity: one restitution, or a table of it over the speed.
+"""The velocity after an impact, from one coefficient of restitution or a table over the speed.
 
 A table is linear between its knots and constant beyond them, and the speed after an impact grows
 with that before it, so that each speed after has one before. A knot is a row of the law

@@ -1,4 +1,4 @@
-"""Many short runs in one call, with what is measured of each and its derivatives.
+"""Many short runs in one call, with the samples of each and their derivatives.
 
 A *segment* is a run from a node, an instant with a state of its own, up to the next one. Each is
 followed as `march` does, its columns are carried over its events, and both are evaluated where
@@ -79,9 +79,9 @@ from percuss.kernels.sensitivity import (
     moved_place,
 )
 
-# What a sample is of; from OF_STOP on, the force of stop number quantity - OF_STOP.
+# Quantities of samples; from OF_STOP on, the force of stop number quantity - OF_STOP.
 DISPLACEMENT, VELOCITY, ACCELERATION, OF_STOP = range(4)
-# Searches of one segment before it counts as none that can be followed.
+# Searches of one segment, after which it counts as impossible to follow.
 MOST_SEARCHES = 20_000
 NO_LIMIT = 2**62
 # Columns of the change of a stop.
@@ -118,7 +118,7 @@ class SegmentSpace(NamedTuple):
     instant: Floats
     motion: Floats
     moved: Floats
-    touches: Floats
+    graze_times: Floats
     jumps: Floats
 
 
@@ -173,7 +173,7 @@ def follow_segment(
     results.counts[k] = n - 1
     events, marks = run.events[:n], run.marks[:n]
     record = MotionRecord(law, segments.nodes[k, 0], events, marks)
-    varied = VariedRecord(record, change, space.touches, space.jumps)
+    varied = VariedRecord(record, change, space.graze_times, space.jumps)
     columns = space.columns[:n]
     carry(varied, space.begin, space.work, columns)
     tidy(columns)

@@ -1,13 +1,13 @@
 """The derivative of a motion by parameters: its columns, carried over flights and events.
 
-A column is the derivative of (x, v) at a time that stays. On a flight it obeys the flight's own
+A column is the derivative of (x, v) at a fixed time. On a flight it obeys the flight's own
 equation (`flight_columns`); at an event the neighbours arrive at another instant, and
 
     dt = (dd - dx) / v,   dv_before = dv + a_before dt,
     dv_after = -k dv_before - dr v_before,   dx' = dd - v_after dt,   dv' = dv_after - a_after dt
 
 with the wall's displacement dd, the restitution's change dr and k the derivative of r(u) u. After
-an event x is kept as what it is more than the place of the event: in a chatter the hops are far
+an event x is kept as its excess over the place of the event: in a chatter the hops are far
 smaller than the place. A contact ends all memory; its start and its release have derivatives of
 their own (docs/theory/sensitivities.md). A graze of a wall adds a jump to the velocity: NaN, since
 the motion has no derivative there, 0 on the side without an impact, and on the other one the
@@ -78,8 +78,7 @@ from percuss.kernels.sample import flight_at, hop_of_tail, is_tail
 from percuss.kernels.tangent import propagator
 
 # Columns of a row of `out`: the derivatives of the event's instant and of the velocities before and
-# after it; the place of the event, and what x after it is more than that, and v, at a time that
-# stays.
+# after it; the place of the event; and at a fixed time the excess of x after it over that, and v.
 DT, DV_BEFORE, DV_AFTER, BASE, OFF, SPEED = range(6)
 SENSITIVITY_COLUMNS = 6
 # Columns of `begin`: the derivatives of x, v and t of the start.
@@ -89,20 +88,20 @@ BEGIN_X, BEGIN_V, BEGIN_T = range(3)
 class VariedRecord(NamedTuple):
     """A motion whose derivatives are asked for: its record, the change and where it grazes walls.
 
-    ``touches`` (n,) are the instants of grazes, in order, and ``jumps`` (n, n_parameters) what each
+    ``graze_times`` (n,) are the instants of grazes, in order, and ``jumps`` (n, n_parameters) what each
     adds to the velocity of each column: NaN where the motion has no derivative, 0 on the side on
     which it passes the wall without an impact.
     """
 
     record: MotionRecord
     change: Change
-    touches: Floats
+    graze_times: Floats
     jumps: Floats
 
 
 @kernel
 def moved_restitution(law: Law, rows: Floats, region: int, bound: int, speed: float) -> float:
-    """Return the derivative of a wall's restitution at a speed that stays."""
+    """Return the derivative of a wall's restitution at a fixed speed."""
     table = table_of(law, region, bound)
     if table == 0:
         lower = bound == int(law[region, NUMBER])
@@ -134,16 +133,16 @@ def carry(varied: VariedRecord, begin: Floats, work: ColumnWorkspace, out: Float
 
     ``begin`` (n_parameters, 3) are the derivatives of x, v and t of the start.
     """
-    record, touches = varied.record, varied.touches
+    record, graze_times = varied.record, varied.graze_times
     law, events, marks = record.law, record.events, record.marks
-    touched = 0
+    n_passed = 0
     now, then = work.phases, work.arrival
     flight = flight_after(record, 0, now, work.scratch)
     start_row(flight, begin, out)
     for n in range(1, events.shape[0]):
-        first = touched
-        while touched < touches.shape[0] and touches[touched] <= events[n, EVENT_T]:
-            touched += 1
+        first = n_passed
+        while n_passed < graze_times.shape[0] and graze_times[n_passed] <= events[n, EVENT_T]:
+            n_passed += 1
         kind = marks[n, KIND]
         following = flight_after(record, n, then, work.scratch)
         drive, slope, _ = force_and_slopes(law, then)
@@ -155,7 +154,7 @@ def carry(varied: VariedRecord, begin: Floats, work: ColumnWorkspace, out: Float
         else:
             s = time_since_event(events, n)
             fly(varied, flight, n - 1, s, work, out)
-            for k in range(first, touched):
+            for k in range(first, n_passed):
                 add_jump(varied, flight.region, n - 1, k, s, work)
             if kind == KNOT:
                 last = now.shape[0] - 1
@@ -171,7 +170,7 @@ def carry(varied: VariedRecord, begin: Floats, work: ColumnWorkspace, out: Float
 
 @kernel
 def start_row(flight: Flight, begin: Floats, out: Floats) -> None:
-    """Write the row of the START: the state at a time that stays, where it starts later by dt."""
+    """Write the row of the START: the state at a fixed time, where it starts later by dt."""
     law, region, (_, _, v, force), phases, _ = flight
     acceleration = force + force_and_slopes(law, phases)[0] - 2.0 * law[region, DAMPING] * v
     for p in range(begin.shape[0]):
@@ -207,9 +206,9 @@ def fly(
 def add_jump(
     varied: VariedRecord, region: int, row: int, k: int, s: float, work: ColumnWorkspace
 ) -> None:
-    """Add to ``work.ends`` what the jump at a touch is at a time s after the event before it."""
+    """Add to ``work.ends`` what the jump at a graze has become a time s after the event before it."""
     events = varied.record.events
-    before = (varied.touches[k] - events[row, EVENT_T]) - events[row, EVENT_T_LOW]
+    before = (varied.graze_times[k] - events[row, EVENT_T]) - events[row, EVENT_T_LOW]
     _, to_x, _, to_v = propagator(varied.record.law, region, s - before)
     for p in range(work.ends.shape[0]):
         work.ends[p, 0] += to_x * varied.jumps[k, p]
@@ -422,7 +421,7 @@ def columns_at(
     motion: Floats,
 ) -> None:
     """Write the columns of x and v at each instant into ``motion`` (2, n, n_parameters)."""
-    record, touches = varied.record, varied.touches
+    record, graze_times = varied.record, varied.graze_times
     events, marks = record.events, record.marks
     for i in range(instants.shape[0]):
         row = flight_at(events, instants[i], after)
@@ -438,8 +437,8 @@ def columns_at(
         else:
             flight = flight_after(record, row, work.phases, work.scratch)
             fly(varied, flight, row, s, work, out)
-            for k in range(touches.shape[0]):
-                if events[row, EVENT_T] < touches[k] <= instants[i]:
+            for k in range(graze_times.shape[0]):
+                if events[row, EVENT_T] < graze_times[k] <= instants[i]:
                     add_jump(varied, flight.region, row, k, s, work)
             for p in range(out.shape[1]):
                 motion[0, i, p] = out[row, p, BASE] + work.ends[p, 0]

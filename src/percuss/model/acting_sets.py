@@ -43,7 +43,7 @@ from percuss.numerics import (
     solve_linear,
 )
 
-__all__ = ["StructureSystem", "fill_watch_bounds", "within_walls"]
+__all__ = ["StructureSystem", "fill_guard_bounds", "within_walls"]
 
 # The shortest step of the search, as a phase of the quickest rate, and how often it is doubled at
 # most: a mode that a quick one leaves behind sets the longest.
@@ -62,7 +62,7 @@ PUSHES = 100
 
 
 class StructureFrames:
-    """What a structure is in coordinates of unit mass, whatever its loads are.
+    """A structure in coordinates of unit mass, without its loads.
 
     Parameters
     ----------
@@ -144,10 +144,10 @@ class StructureFrames:
         )
 
     def at(self, key: int) -> dict[str, Floats]:
-        """Return what one set of acting stops is, without the loads: part of the arrays of `Sets`.
+        """Return the arrays of `Sets` for one set of acting stops, except those of the loads.
 
         Besides these, the modes from displacements and velocities of unit mass (inward), the
-        constant force there (pull), and what a watch takes of forces directly (direct).
+        constant force there (pull), and what a guard takes of forces directly (direct).
         """
         if key not in self._made:
             self._made[key] = self._make(key)
@@ -198,7 +198,7 @@ class StructureFrames:
         fast_u = -of_w.columns_times(modes[:, at.SPRING])
         fast_w = of_u - of_w.columns_times(modes[:, at.DRAG])
         s = len(structure.stops)
-        watch = np.zeros((s, n, at.WATCH_ENTRIES))
+        guard = np.zeros((s, n, at.GUARD_ENTRIES))
         levels = np.zeros((s, at.LEVEL_COLUMNS))
         levels[:, at.IS_ON] = 1.0
         direct = np.zeros((s, n))
@@ -208,15 +208,15 @@ class StructureFrames:
                 number = held.index(i)
                 row = -reactions[number : number + 1]
                 stiff, damped = row @ stiffness, row @ damping
-                watch[i, :, at.OF_U] = (-(damped @ fast_u) - stiff @ of_u).rounded[0]
-                watch[i, :, at.OF_W] = (-(damped @ fast_w) - stiff @ of_w).rounded[0]
+                guard[i, :, at.OF_U] = (-(damped @ fast_u) - stiff @ of_u).rounded[0]
+                guard[i, :, at.OF_W] = (-(damped @ fast_w) - stiff @ of_w).rounded[0]
                 levels[i, at.CONSTANT] = (row @ pull).rounded[0, 0]
                 levels[i, at.IS_FED] = 1.0
                 direct[i] = row.rounded[0]
                 continue
             side = -1.0 if key >> i & 1 else 1.0
-            watch[i, :, at.OF_U] = side * (normal @ of_u).rounded[0]
-            watch[i, :, at.OF_W] = side * (normal @ of_w).rounded[0]
+            guard[i, :, at.OF_U] = side * (normal @ of_u).rounded[0]
+            guard[i, :, at.OF_W] = side * (normal @ of_w).rounded[0]
             level = Wide.of(np.array([[self._levels[i]]])) + normal @ offset
             levels[i, at.CONSTANT] = side * level.rounded[0, 0]
         inverse = (inward @ _twice(self._factor.T)).rounded
@@ -226,7 +226,7 @@ class StructureFrames:
             "pull": pull.rounded[:, 0],
             "direct": direct,
             "modes": modes,
-            "watch": watch,
+            "guard": guard,
             "levels": levels,
             "shape": shape,
             "offset": (back.T @ offset).rounded[:, 0],
@@ -297,7 +297,7 @@ class StructureFrames:
 
 
 class StructureSystem:
-    """A structure and what drives it, with the sets of acting stops that have been met so far.
+    """A structure and its loads, with the sets of acting stops that have been met so far.
 
     Parameters
     ----------
@@ -370,10 +370,12 @@ class StructureSystem:
             self._made[key] = self._make(key)
             self._check_size(key)
         made = list(self._made.values())
-        arrays = {name: _joined([one[name] for one in made]) for name in made[0]}
+        arrays = {
+            name: _joined([arrays_of_set[name] for arrays_of_set in made]) for name in made[0]
+        }
         self._sets = Sets(
             **arrays, keys=np.array(list(self._made), dtype=np.int64),
-            stops=self._frames.stops, walls=self._frames.walls, records=self._records,
+            stops=self._frames.stops, walls=self._frames.walls, records=self.records,
             normals=self._frames.gradients, impulses=self._frames.impulses,
         )  # fmt: skip
 
@@ -427,7 +429,7 @@ class StructureSystem:
 
     @cached_property
     def _pushes(self) -> Complexes:
-        """What each harmonic does in coordinates of unit mass, (n_harmonics, n): cos - i sin."""
+        """The accelerations by each harmonic in coordinates of unit mass, (n_harmonics, n): cos - i sin."""
         pushes = np.zeros((len(self.omegas), self.structure.n), dtype=np.complex128)
         for i, component in self._components:
             k = self.omegas.index(component.omega)
@@ -437,7 +439,7 @@ class StructureSystem:
 
     @cached_property
     def _constant(self) -> Floats:
-        """What the constant loads do, (n,)."""
+        """The accelerations by the constant loads, (n,)."""
         total = np.zeros(self.structure.n)
         for i, forcing in enumerate(self.loads.forcings):
             total += float(as_fraction(forcing.constant)) * self._directions[i]
@@ -445,7 +447,7 @@ class StructureSystem:
 
     @cached_property
     def _record_directions(self) -> Floats:
-        """What each record does at value 1, (n_records, n)."""
+        """The accelerations by each record at value 1, (n_records, n)."""
         rows = [
             self._directions[i]
             for i, forcing in enumerate(self.loads.forcings)
@@ -454,7 +456,7 @@ class StructureSystem:
         return np.array(rows).reshape(len(rows), self.structure.n)
 
     @cached_property
-    def _records(self) -> Floats:
+    def records(self) -> Floats:
         """Laws that hold one record each, (n_records, rows, COLUMNS)."""
         free = Oscillator(stiffness=0, damping=0)
         return _stacked(
@@ -469,7 +471,7 @@ class StructureSystem:
         """Return the arrays of one set."""
         frame, n = self._frames.at(key), self.structure.n
         inward, direct = frame["inward"], frame["direct"]
-        modes, levels, watch = (frame[name].copy() for name in ("modes", "levels", "watch"))
+        modes, levels, guard = (frame[name].copy() for name in ("modes", "levels", "guard"))
         pull = frame["pull"] + self._constant
         modes[:, at.FORCE] = matmul(inward[:, 1, n:], pull)
         modes[:, at.RATE] = matmul(inward[:, 0, n:], pull)
@@ -490,7 +492,7 @@ class StructureSystem:
             "modes": modes,
             "drive": drive,
             "record_drive": record_drive,
-            "watch": watch,
+            "guard": guard,
             "levels": levels,
             "feed": feed,
             "record_feed": matmul(direct, self._record_directions.T) if r else np.zeros((s, 0)),
@@ -520,13 +522,13 @@ class StructureSystem:
         return law
 
     def _bounds(self, law: Law, arrays: dict[str, Floats]) -> Floats:
-        """Fill what bounds the watches' fourth derivatives; return the columns of the set.
+        """Fill what bounds the guards' fourth derivatives; return the columns of the set.
 
         With K >= 0 the norm sqrt(K) |u| + |w| is that of the energy, which no free motion raises,
         with negative damping d by exp(|d| s) at most; with K < 0 it is max(p |u|, |w|), which grows
         by exp(p s), p = |d| / 2 + sqrt(d^2 / 4 + |K|) (docs/theory/structures.md).
         """
-        modes, watch, levels = arrays["modes"], arrays["watch"], arrays["levels"]
+        modes, guard, levels = arrays["modes"], arrays["guard"], arrays["levels"]
         omegas = law[FIRST_HARMONIC : FIRST_HARMONIC + len(self.omegas), OMEGA]
         spring, drag = modes[:, at.SPRING], modes[:, at.DRAG]
         pace = 0.5 * np.abs(drag) + np.sqrt(0.25 * drag * drag + np.abs(spring))
@@ -540,7 +542,7 @@ class StructureSystem:
             )
             pushes += omega * omega * (force + modes[:, at.ROOT] * rate)
         modes[:, at.SURGE] = pushes
-        fill_watch_bounds(arrays, omegas.tolist(), watch, arrays["feed"], levels)
+        fill_guard_bounds(arrays, omegas.tolist(), guard, arrays["feed"], levels)
         of_set = np.zeros(at.SET_COLUMNS)
         rates = np.concatenate([np.sqrt(np.abs(spring)), np.abs(drag), omegas])
         rates = rates[rates > 0.0]
@@ -606,10 +608,10 @@ def _system(structure: Structure, loads: Loads) -> StructureSystem:
     return StructureSystem(structure, loads)
 
 
-def fill_watch_bounds(
-    arrays: dict[str, Floats], omegas: Sequence[float], watch: Floats, feed: Floats, levels: Floats
+def fill_guard_bounds(
+    arrays: dict[str, Floats], omegas: Sequence[float], guard: Floats, feed: Floats, levels: Floats
 ) -> None:
-    """Fill what bounds the fourth derivatives of watches, (k, n, 3), of one set.
+    """Fill what bounds the fourth derivatives of guards, (k, n, 3), of one set.
 
     Parameters
     ----------
@@ -617,22 +619,22 @@ def fill_watch_bounds(
         Modes and drive of the set, by their names in `Sets`.
     omegas
         (m,) frequencies of the harmonics [1/time].
-    watch, feed, levels
+    guard, feed, levels
         (k, n, 3), (k, m, 2) and (k, LEVEL_COLUMNS) arrays of which OF_NORM, SURGES and TWIST are
         filled.
     """
     modes, drive = arrays["modes"], arrays["drive"]
     spring, drag = modes[:, at.SPRING], modes[:, at.DRAG]
     pace = 0.5 * np.abs(drag) + np.sqrt(0.25 * drag * drag + np.abs(spring))
-    for i in range(len(watch)):
-        p, q = watch[i, :, at.OF_U], watch[i, :, at.OF_W]
+    for i in range(len(guard)):
+        p, q = guard[i, :, at.OF_U], guard[i, :, at.OF_W]
         p1, q1 = -spring * q, p - drag * q
         p2, q2 = -spring * q1, p1 - drag * q1
         with np.errstate(divide="ignore", invalid="ignore"):
             energy = np.sqrt(np.where(spring > 0.0, p2 * p2 / spring, 0.0) + q2 * q2)
             other = np.where(spring < 0.0, np.abs(p2) / pace, 0.0) + np.abs(q2)
-        watch[i, :, at.OF_NORM] = np.where(spring >= 0.0, energy, other)
-        levels[i, at.SURGES] = float((watch[i, :, at.OF_NORM] * modes[:, at.SURGE]).sum())
+        guard[i, :, at.OF_NORM] = np.where(spring >= 0.0, energy, other)
+        levels[i, at.SURGES] = float((guard[i, :, at.OF_NORM] * modes[:, at.SURGE]).sum())
         twist = 0.0
         for k, omega in enumerate(omegas):
             force = drive[:, k, 0] - 1j * drive[:, k, 1]
@@ -659,8 +661,8 @@ def _record_alone(forcing: Forcing) -> Forcing:
 def _stacked(laws: Sequence[Law]) -> Floats:
     rows = max((len(law) for law in laws), default=1)
     stacked = np.zeros((len(laws), rows, COLUMNS))
-    for one, law in zip(stacked, laws, strict=True):
-        one[: len(law)] = law
+    for rows_of_law, law in zip(stacked, laws, strict=True):
+        rows_of_law[: len(law)] = law
     return stacked
 
 
@@ -677,8 +679,8 @@ def _self_drag(arrays: dict[str, Floats], i: int) -> float:
     modes, kick = arrays["modes"], arrays["kick"][i]
     u1, w1 = kick[:, 1], -modes[:, at.SPRING] * kick[:, 0] - modes[:, at.DRAG] * kick[:, 1]
     u2, w2 = w1, -modes[:, at.SPRING] * u1 - modes[:, at.DRAG] * w1
-    watch = arrays["watch"][i]
-    return -float((watch[:, at.OF_U] * u2 + watch[:, at.OF_W] * w2).sum())
+    guard = arrays["guard"][i]
+    return -float((guard[:, at.OF_U] * u2 + guard[:, at.OF_W] * w2).sum())
 
 
 def within_walls(structure: Structure, state: Floats) -> Floats:
@@ -694,10 +696,10 @@ def within_walls(structure: Structure, state: Floats) -> Floats:
     for _ in range(PUSHES):
         is_moved = False
         for stop, c in zip(structure.stops, structure.stop_directions, strict=True):
-            beyond = float((c * x).sum()) - as_float(stop.at)
-            if isinstance(stop, Wall) and beyond * (1.0 if stop.side == "above" else -1.0) > 0.0:
+            depth = float((c * x).sum()) - as_float(stop.at)
+            if isinstance(stop, Wall) and depth * (1.0 if stop.side == "above" else -1.0) > 0.0:
                 push = solve_linear(structure.mass_matrix, c)
-                x -= beyond / float((c * push).sum()) * push
+                x -= depth / float((c * push).sum()) * push
                 is_moved = True
         if not is_moved:
             break

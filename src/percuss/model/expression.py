@@ -375,15 +375,15 @@ def parameters_in(*values: object) -> dict[str, Phase]:
     ParameterError
         If two of one name have different values.
     """
-    found: dict[str, Phase] = {}
+    parameters: dict[str, Phase] = {}
     for value in expressions_in(*values):
         for name, number in value.parameters:
-            _add_parameter(found, name, number)
-    return dict(sorted(found.items()))
+            _add_parameter(parameters, name, number)
+    return dict(sorted(parameters.items()))
 
 
-def _add_parameter(found: dict[str, Phase], name: str, value: Phase) -> None:
-    before = found.setdefault(name, value)
+def _add_parameter(parameters: dict[str, Phase], name: str, value: Phase) -> None:
+    before = parameters.setdefault(name, value)
     if before is not value and before != value and angle(before) != angle(value):
         reason = f"a parameter that is {before} elsewhere; one name has one value"
         raise ParameterError(name, value, reason)

@@ -42,7 +42,7 @@ RecordKind = Literal["linear", "hold"]
 Outside = Literal["end", "zero"]
 # Faults of samples that are told at once; a wrong column has one in every line.
 MOST_TOLD = 10
-# What is computed once of samples, and holds for all records that have them.
+# Properties of samples, computed once for all records that have them.
 OF_SAMPLES = ("_samples_hash", "has_good_samples", "exact_samples")
 # Slopes beyond this, as other numbers of a model, leave the range of floats in the bounds.
 STEEPEST = 1e100
@@ -111,7 +111,7 @@ class ForceRecord:
         )
 
     def _key(self) -> tuple[object, ...]:
-        """Return what a record is beside its samples."""
+        """Return the fields of a record besides its samples."""
         return self.kind, self.repeat, self.outside, self.amplitude, self.omega
 
     def __eq__(self, other: object) -> bool:
@@ -314,7 +314,7 @@ def refuse_record(
     answer
         What is asked for, the subject of the sentence.
     instead
-        What to do.
+        The advice.
     """
     value = getattr(force, "record", None)
     if value is not None:

@@ -177,15 +177,15 @@ def enclosed(at: Callable[[IntervalArithmetic], FixedPointInterval]) -> Fraction
     for bits in PRECISIONS:
         is_last = bits == PRECISIONS[-1]
         try:
-            found = at(IntervalArithmetic(bits))
+            interval = at(IntervalArithmetic(bits))
         except NoNumber:
             if is_last:
                 raise
             continue
-        size = min(abs(found.low), abs(found.high)) if found.low * found.high > 0 else 0
-        if (found.high - found.low) << RELATIVE <= size:
+        size = min(abs(interval.low), abs(interval.high)) if interval.low * interval.high > 0 else 0
+        if (interval.high - interval.low) << RELATIVE <= size:
             break
-    return Fraction(found.low + found.high, 2 << bits) if size else Fraction(0)
+    return Fraction(interval.low + interval.high, 2 << bits) if size else Fraction(0)
 
 
 @lru_cache(maxsize=32)

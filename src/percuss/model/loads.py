@@ -1,4 +1,4 @@
-"""Loads of a structure: forcings by what they act on."""
+"""Loads of a structure: forcings on coordinates, along directions or at points."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Structures that are made of few numbers: chains, cantilevers, impact pairs and absorbers."""
+"""Structures of few parameters: chains, cantilevers, impact pairs and absorbers."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def chain(
     ((1.0, -1.0), (-1.0, 2.0))
     """
     m = exact_numbers("masses", masses)
-    raise_first(fault for i, one in enumerate(m) for fault in positive_faults(f"masses.{i}", one))
+    raise_first(fault for i, mass in enumerate(m) for fault in positive_faults(f"masses.{i}", mass))
     n = len(m) + 1
     elements = f"the {n} gaps from ground to ground"
     stiffness = one_each("springs", exact_numbers("springs", springs), n, elements)

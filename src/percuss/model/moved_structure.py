@@ -44,7 +44,7 @@ class MovedLoads(NamedTuple):
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
 class MovedStructure:
-    """How parameters move a structure, its loads and the start of a motion.
+    """The derivatives of a structure, its loads and the start of a motion by parameters.
 
     Attributes
     ----------
@@ -180,14 +180,14 @@ def _moved_loads(system: StructureSystem, fields: Mapping[str, float], mass: Flo
 
 
 def moved_sets(system: StructureSystem, moved: MovedStructure, sets: Sets) -> MovedSets:
-    """Return what the changes of the equation push in the modes of each of the sets of a run."""
+    """Return the forces of the equation's changes on the modes of each set of a run."""
     structure, count = system.structure, len(moved.paths)
     n, n_stops, m, r = system.shape
     normals, mass = sets.normals, structure.mass_matrix
     # The level of a clearance: it is n . x less this.
     levels = np.array([system.signs * moved.stops[p, :, 0] for p in range(count)])
     b, q = len(sets.keys), 2 * n + n_stops
-    found = MovedSets(
+    pushes = MovedSets(
         change=np.zeros((b, n, 2, q, count)),
         push=np.zeros((b, q, count)),
         waves=np.zeros((b, m, WAVE_ENTRIES, q, count)),
@@ -205,10 +205,10 @@ def moved_sets(system: StructureSystem, moved: MovedStructure, sets: Sets) -> Mo
     for p in range(count):
         # Else the impulses stay.
         for i in range(n_stops if moved.mass[p].any() else 0):
-            found.impulses[i, :, p] = _reaction(mass, normals[[i]], moved.mass[p])[1][:, 0]
+            pushes.impulses[i, :, p] = _reaction(mass, normals[[i]], moved.mass[p])[1][:, 0]
         for k in range(b):
-            _fill_set(found, system, moved, sets, (k, p))
-    return found
+            _fill_set(pushes, system, moved, sets, (k, p))
+    return pushes
 
 
 def more_columns(moved: MovedSets, count: int) -> MovedSets:
@@ -256,7 +256,7 @@ def _reaction(mass: Floats, normals: Floats, moved: Floats) -> tuple[Floats, Flo
 
 
 def _fill_set(
-    found: MovedSets,
+    pushes: MovedSets,
     system: StructureSystem,
     moved: MovedStructure,
     sets: Sets,
@@ -272,10 +272,10 @@ def _fill_set(
     )
     stiffness, stiffer, damping, damped, push = _pressed(system, moved, p, pressed)
     reaction, change = _reaction(mass, normals[held], moved.mass[p])
-    place = matmul(reaction, found.levels[held, p]) if held else np.zeros(n)
-    found.places[b, :, p] = place
+    place = matmul(reaction, pushes.levels[held, p]) if held else np.zeros(n)
+    pushes.places[b, :, p] = place
     for k, i in enumerate(held):
-        found.reactions[b, i, :, p] = change[:, k]
+        pushes.reactions[b, i, :, p] = change[:, k]
     # What receives a force: the modes, and the forces of the walls that hold.
     into = np.zeros((2 * n + len(structure.stops), n))
     into[: 2 * n] = solve_linear(mass.T, sets.inverse[b].reshape(2 * n, 2 * n)[:, n:].T).T
@@ -284,27 +284,27 @@ def _fill_set(
     x, v, a = motion_of_modes(sets.shape[b], sets.modes[b])
     heavier = moved.mass[p]
     force = -(matmul(heavier, a) + matmul(damped, v) + matmul(stiffer, x))
-    found.change[b, :, :, :, p] = matmul(into, force).T.reshape(n, 2, -1)
+    pushes.change[b, :, :, :, p] = matmul(into, force).T.reshape(n, 2, -1)
     # What the loads do to the accelerations, which the change of the mass resists.
     inertia = matmul(heavier, v)
     loads = moved.loads[p]
     constant = np.stack([sets.modes[b, :, RATE], sets.modes[b, :, FORCE]], axis=-1).reshape(-1)
     push = push + loads.constant - matmul(inertia, constant)
     push = push - matmul(stiffer, sets.offset[b]) - matmul(stiffness, place)
-    found.push[b, :, p] = matmul(into, push)
+    pushes.push[b, :, p] = matmul(into, push)
     for k in range(len(loads.waves)):
         wave = loads.waves[k].copy()
         for part in range(2):
             drive = sets.drive[b, :, k, [RATE_COS + part, part]].T.reshape(-1)
             wave[part] -= matmul(inertia, drive)
-        found.waves[b, k, :, :, p] = matmul(wave, into.T)
+        pushes.waves[b, k, :, :, p] = matmul(wave, into.T)
     for k in range(len(loads.records)):
         record = loads.records[k].copy()
         record[0] -= matmul(inertia, sets.record_drive[b, :, k, ::-1].reshape(-1))
-        found.records[b, k, :, :, p] = matmul(record, into.T)
+        pushes.records[b, k, :, :, p] = matmul(record, into.T)
     for i in range(len(structure.stops) if damped.any() or heavier.any() else 0):
         if sets.levels[b, i, SELF_DRAG] != 0.0 or damped.any():
-            found.drags[b, i, p] = _moved_drag(
+            pushes.drags[b, i, p] = _moved_drag(
                 (mass, heavier), (damping, damped), (reaction, change, normals[held]), normals[i]
             )
 
@@ -331,7 +331,7 @@ def _pressed(
 
 
 def motion_of_modes(shape: Floats, modes: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return what x, v and the acceleration take of the modes, (n, 2 n) each, without the loads."""
+    """Return the matrices (n, 2 n) from the modes to x, v and the acceleration, without the loads."""
     n = len(modes)
     spring, drag = modes[:, SPRING], modes[:, DRAG]
     rows = [shape]
@@ -354,7 +354,7 @@ def _moved_drag(
     moved_along = -solve_linear(mass, matmul(heavier, along))
 
     def freed(vector: Floats, moved: Floats) -> tuple[Floats, Floats]:
-        """Return what held walls leave of accelerations, and its change."""
+        """Return the part of accelerations that the walls in contact allow, and its change."""
         if not len(walls):
             return vector, moved
         off, moved_off = matmul(walls, vector), matmul(walls, moved)
@@ -367,8 +367,8 @@ def _moved_drag(
     size, moved_size = float((normal * along).sum()), float((normal * moved_along).sum())
     if not size > 1e-20 * float((normal * normal).sum()):
         return 0.0
-    way = along / size
-    moved_way = moved_along / size - way * (moved_size / size)
-    slowed = solve_linear(mass, matmul(damping, way))
-    moved_slowed = matmul(damped, way) + matmul(damping, moved_way) - matmul(heavier, slowed)
+    unit = along / size
+    moved_unit = moved_along / size - unit * (moved_size / size)
+    slowed = solve_linear(mass, matmul(damping, unit))
+    moved_slowed = matmul(damped, unit) + matmul(damping, moved_unit) - matmul(heavier, slowed)
     return float((normal * freed(slowed, solve_linear(mass, moved_slowed))[1]).sum())

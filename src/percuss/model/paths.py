@@ -288,8 +288,8 @@ def _long_form(
     if path in known:
         return path
     short_forms: dict[str, str] = {}
-    for name, one in _forcings(force).items():
-        if one.base is None and len(one.harmonics) == 1:
+    for name, forcing in _forcings(force).items():
+        if forcing.base is None and len(forcing.harmonics) == 1:
             short_forms |= {f"{name}.{word}": f"{name}.harmonics.0.{word}" for word in _SHORT_FORMS}
     if "oscillator.mass" in fields:
         short_forms["oscillator.damping_coefficient"] = "oscillator.damping"
@@ -310,10 +310,10 @@ def _long_form(
         raise ParameterError("path", path, reason)
     periods = [
         f"{name}.period"
-        for name, one in _forcings(force).items()
-        if one.given_period is None
-        and one.frequency
-        and not _is_tied(fields[_one_frequency(name, one)[0]])
+        for name, forcing in _forcings(force).items()
+        if forcing.given_period is None
+        and forcing.frequency
+        and not _is_tied(fields[_one_frequency(name, forcing)[0]])
     ]
     alike = [*known, *short_forms, *periods]
     raise ParameterError("path", path, _unknown(path, alike, force, _tables_of(osc)))
@@ -449,7 +449,7 @@ def _by_field(
 def _forcings(force: AnyForce) -> dict[str, Forcing]:
     """Return the forcings by the beginning of their paths."""
     if isinstance(force, Loads):
-        return {f"loads.{i}": one for i, one in enumerate(force.forcings)}
+        return {f"loads.{i}": forcing for i, forcing in enumerate(force.forcings)}
     return {} if force is None else {"forcing": force}
 
 
@@ -548,8 +548,8 @@ def _fields_of(osc: Oscillator | Structure, force: AnyForce, start: AnyStart) ->
             fields |= _table_fields(fields.pop("restitution"))
         path = f"{_NAMES[type(osc)]}.stops.{index}"
         parameters |= {f"{path}.{name}": value for name, value in fields.items()}
-    for name, one in _forcings(force).items():
-        parameters |= _forcing_parameters(one, name)
+    for name, forcing in _forcings(force).items():
+        parameters |= _forcing_parameters(forcing, name)
     if isinstance(force, Loads) and force.given_period is not None:
         parameters["loads.period"] = force.given_period
     if start is not None:
@@ -617,8 +617,8 @@ def _replaced(value: T, by_path: Mapping[str, Phase]) -> T:
         items = zip(value.items, _forcings(value).items(), strict=True)
         new = draft(
             Loads,
-            items=tuple((on, _replace_in_forcing(one, name, by_path))
-                        for (on, _), (name, one) in items),
+            items=tuple((on, _replace_in_forcing(forcing, name, by_path))
+                        for (on, _), (name, forcing) in items),
             period=by_path.get("loads.period", value.given_period),
         )  # fmt: skip
     elif isinstance(value, Forcing):

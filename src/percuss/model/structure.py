@@ -199,7 +199,7 @@ class Structure:
         )
 
     def __repr__(self) -> str:
-        # What is not there is not shown: stores know a study by this text.
+        # Fields that are empty are left out: stores know a study by this text.
         others = {"units": self.units, "points": self.points or None}
         more = "".join(f", {name}={value!r}" for name, value in others.items() if value is not None)
         own = f"mass={self.mass!r}, stiffness={self.stiffness!r}, damping={self.damping!r}"

@@ -202,7 +202,9 @@ def law(oscillator: Oscillator, forcing: Forcing | None) -> Law:
     walls = [stop for stop in oscillator.stops if isinstance(stop, Wall)]
     tables = {wall.side: wall.restitution for wall in walls if _has_table(wall)}
     first_of_tables = at.FIRST_HARMONIC + n + n_regions * (1 + n)
-    first_of_record = first_of_tables + sum(len(restitution_knots(it)) for it in tables.values())
+    first_of_record = first_of_tables + sum(
+        len(restitution_knots(restitution)) for restitution in tables.values()
+    )
     n_knots = 0 if record is None else len(record.t) - record.repeat
     rows = np.zeros((first_of_record + -(-n_knots // at.KNOTS_A_ROW), at.COLUMNS))
     harmonics = rows[at.FIRST_HARMONIC : at.FIRST_HARMONIC + len(components)]

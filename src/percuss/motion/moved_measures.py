@@ -43,7 +43,7 @@ MovedValue: TypeAlias = tuple[float, Floats]
 
 
 class MovedStretch(NamedTuple):
-    """What a mean takes of a flight: the integral, its derivative, and the values at both ends.
+    """The part of a flight in a mean: the integral, its derivative, and the values at both ends.
 
     The derivative is that between instants that stay.
     """
@@ -55,7 +55,7 @@ class MovedStretch(NamedTuple):
 
 
 class MeasuredMotion(Protocol):
-    """What measures read of a motion and its derivative."""
+    """A motion and its derivative, as measures read them."""
 
     @property
     def derivative(self) -> MovedEvents:
@@ -135,8 +135,8 @@ def _of_peak(d: MeasuredMotion, of: QuantityName, stop: int = 0) -> MovedValue:
 
 def _of_value(d: MeasuredMotion, of: QuantityName, stop: int, value: float, t: float) -> MovedValue:
     """Return an extreme value of a quantity, which it has at t, and its derivatives."""
-    found = d.values_at(of, stop, t)
-    return value, min(found, key=lambda pair: abs(pair[0] - value))[1]
+    moved = d.values_at(of, stop, t)
+    return value, min(moved, key=lambda pair: abs(pair[0] - value))[1]
 
 
 def _of_fastest_impact(d: MeasuredMotion) -> MovedValue:

@@ -25,7 +25,7 @@ from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start
 from percuss.model.system import System
 from percuss.motion.extremes import Extrema, QuantityName
-from percuss.motion.tables import Contacts, Crossings, Grazes, Impacts, Limit
+from percuss.motion.tables import HasEvents, Limit
 
 __all__ = [
     "AnyMotion", "MovedContacts", "MovedCrossings", "MovedEvents", "MovedGrazes", "MovedImpacts",
@@ -33,8 +33,8 @@ __all__ = [
 ]  # fmt: skip
 
 
-class AnyMotion(Protocol):
-    """What a derivative reads of a motion, as a `Trajectory` has it."""
+class AnyMotion(HasEvents, Protocol):
+    """A motion as its derivative reads it, such as a `Trajectory`."""
 
     @property
     def system(self) -> System:
@@ -57,38 +57,8 @@ class AnyMotion(Protocol):
         ...
 
     @property
-    def t0(self) -> float:
-        """When it starts."""
-        ...
-
-    @property
-    def t_end(self) -> float:
-        """When it ends."""
-        ...
-
-    @property
     def record(self) -> tuple[Floats, Integers]:
         """Its events and marks."""
-        ...
-
-    @property
-    def impacts(self) -> Impacts:
-        """Its impacts."""
-        ...
-
-    @property
-    def crossings(self) -> Crossings:
-        """Its crossings."""
-        ...
-
-    @property
-    def contacts(self) -> Contacts:
-        """Its contacts."""
-        ...
-
-    @property
-    def grazes(self) -> Grazes:
-        """Its grazes."""
         ...
 
     def __call__(self, t: ArrayLike, limit: Limit = "after") -> tuple[Floats, Floats]:
@@ -150,7 +120,7 @@ class MovedContacts:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MovedGrazes:
-    """How a motion depends on parameters where it grazes walls, which goes like a square root.
+    """The dependence of a motion on parameters at grazes of walls, which is like a square root.
 
     A parameter that grows by h takes the turning point further by ``reach`` h. Where that is
     positive there is an impact, with the speed ``speed`` sqrt(abs(h)); else there is none.

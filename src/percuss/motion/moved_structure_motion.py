@@ -20,14 +20,14 @@ from percuss.model.oscillator import On
 from percuss.model.structure import Structure, StructureStart
 from percuss.motion.extremes import Extrema, QuantityName
 from percuss.motion.moved_motion import MovedEvents
-from percuss.motion.tables import Contacts, Crossings, Grazes, Impacts, Limit
+from percuss.motion.tables import HasEvents, Limit
 from percuss.motion.trajectory import times_within
 
 __all__ = ["AnyStructureMotion", "MovedStructureMotion", "rates_at", "scratch_of"]
 
 
-class AnyStructureMotion(Protocol):
-    """What a derivative reads of a structure's motion, as a `StructureTrajectory` has it."""
+class AnyStructureMotion(HasEvents, Protocol):
+    """A motion of a structure as its derivative reads it, such as a `StructureTrajectory`."""
 
     @property
     def system(self) -> StructureSystem:
@@ -36,7 +36,7 @@ class AnyStructureMotion(Protocol):
 
     @property
     def structure(self) -> Structure:
-        """What moves."""
+        """The structure."""
         ...
 
     @property
@@ -45,38 +45,8 @@ class AnyStructureMotion(Protocol):
         ...
 
     @property
-    def t0(self) -> float:
-        """When it starts."""
-        ...
-
-    @property
-    def t_end(self) -> float:
-        """When it ends."""
-        ...
-
-    @property
     def record(self) -> StructureRun:
         """Its events, marks and modes."""
-        ...
-
-    @property
-    def impacts(self) -> Impacts:
-        """Its impacts."""
-        ...
-
-    @property
-    def crossings(self) -> Crossings:
-        """Its crossings."""
-        ...
-
-    @property
-    def contacts(self) -> Contacts:
-        """Its contacts."""
-        ...
-
-    @property
-    def grazes(self) -> Grazes:
-        """Its grazes."""
         ...
 
     def __call__(self, t: ArrayLike, limit: Limit = "after") -> tuple[Floats, Floats]:
@@ -114,7 +84,7 @@ class MovedStructureMotion(MovedEvents):
     columns: ColumnRecord
 
     def __call__(self, t: ArrayLike, limit: Limit = "after") -> tuple[Floats, Floats]:
-        """Return the derivatives of x and v at times t, which stay.
+        """Return the derivatives of x and v at fixed times t.
 
         Parameters
         ----------

@@ -149,12 +149,16 @@ def _quantity(d: MovedMotion, at: _Limit, of: QuantityName, stop: int) -> MovedV
         return (0.0, np.zeros_like(at.dx)) if at.held else _acceleration(d, at)
     mass = d.run.system.mass
     row = d.moved.stops[:, stop]
-    it = d.run.system.of_unit_mass.oscillator.stops[stop]
+    acting = d.run.system.of_unit_mass.oscillator.stops[stop]
     number = int(d.run.system.law[at.region, NUMBER])
-    if isinstance(it, SoftStop):
+    if isinstance(acting, SoftStop):
         if stop not in touching_stops(d.run.oscillator, number):
             return 0.0, np.zeros_like(at.dx)
-        k, drag, depth = as_float(it.stiffness), 2.0 * as_float(it.damping), at.x - as_float(it.at)
+        k, drag, depth = (
+            as_float(acting.stiffness),
+            2.0 * as_float(acting.damping),
+            at.x - as_float(acting.at),
+        )
         force = -k * depth - drag * at.v
         moved = -row[:, 1] * depth - k * (at.dx - row[:, 0]) - 2.0 * row[:, 2] * at.v - drag * at.dv
     elif at.held:
@@ -186,7 +190,7 @@ def _ends(d: MovedMotion) -> tuple[Floats, Floats]:
     """Return instants of all events and of the end, and their derivatives."""
     events = d.run.record[0]
     instants, moved = events[:, events_of.EVENT_T], d.columns[..., engine.DT]
-    # A run that ends at an event ends with it, else at an instant that stays.
+    # A run that ends at an event ends with it, else at a fixed instant.
     if d.run.t_end > instants[-1]:
         moved = np.concatenate([moved, np.zeros((1, len(d.paths)))])
     else:

@@ -50,8 +50,8 @@ class PoincareSection:
     def label(self) -> str:
         """A few words, such as "cycle = 0.25" or "x = 0.3, up"."""
         if self.kind == "passages":
-            way = "" if self.direction == "both" else f", {self.direction}"
-            return f"x = {self.at:.12g}{way}"
+            direction = "" if self.direction == "both" else f", {self.direction}"
+            return f"x = {self.at:.12g}{direction}"
         return self.kind if self.cycle is None else f"cycle = {self.cycle:.12g}"
 
     @property

@@ -170,19 +170,19 @@ def sensitivity_of(
     moved = moved_law(run.system, run.start if begin is None else None, paths)
     stops = run.oscillator.stops
     at_wall = [isinstance(stops[int(stop)], Wall) for stop in run.grazes.stop]
-    touches = run.grazes.t[np.array(at_wall, dtype=bool)]
+    graze_times = run.grazes.t[np.array(at_wall, dtype=bool)]
     record = MotionRecord(run.system.law, run.x0, *run.record)
     n = len(moved.paths)
-    jumps = np.full((len(touches), n), np.nan)
-    varied = VariedRecord(record, moved.change, touches, jumps)
-    none = MovedGrazes(touches, np.zeros(len(touches), np.int64), jumps, jumps)
+    jumps = np.full((len(graze_times), n), np.nan)
+    varied = VariedRecord(record, moved.change, graze_times, jumps)
+    none = MovedGrazes(graze_times, np.zeros(len(graze_times), np.int64), jumps, jumps)
     begin = moved.begin if begin is None else begin
-    found = _carried(run, moved, varied, begin, none)
-    if len(touches) or _unheld(found).any():
+    carried = _carried(run, moved, varied, begin, none)
+    if len(graze_times) or _unheld(carried).any():
         passing = varied._replace(jumps=np.zeros_like(jumps))
         grazes = _grazes(_carried(run, moved, passing, begin, none))
-        return dataclasses.replace(found, grazes=grazes)
-    return found
+        return dataclasses.replace(carried, grazes=grazes)
+    return carried
 
 
 def _carried(
@@ -232,13 +232,13 @@ def _grazes(passing: Sensitivity) -> MovedGrazes:
     run, moved = passing.run, passing.moved
     events, marks = run.record
     landed = _unheld(passing)
-    instants = np.concatenate([passing.varied.touches, events[landed, columns.EVENT_T]])
+    instants = np.concatenate([passing.varied.graze_times, events[landed, columns.EVENT_T]])
     order = np.argsort(instants, kind="stable")
-    n = len(passing.varied.touches)
+    n = len(passing.varied.graze_times)
     walls = run.system.lines.wall
-    of_touches = run.grazes.stop[np.isin(run.grazes.t, passing.varied.touches)][:n]
+    graze_stops = run.grazes.stop[np.isin(run.grazes.t, passing.varied.graze_times)][:n]
     of_landings = [walls[bound] for bound in marks[landed, columns.BOUND].tolist()]
-    stop = np.concatenate([of_touches, np.array(of_landings, dtype=np.int64)]).astype(np.int64)
+    stop = np.concatenate([graze_stops, np.array(of_landings, dtype=np.int64)]).astype(np.int64)
     reach = np.full((len(instants), len(passing.paths)), np.nan)
     speed = reach.copy()
     for k in range(n):

@@ -60,7 +60,7 @@ class _MeasuredStructure:
             d.run.record.events[:, events_of.EVENT_T],
             d.columns.instants[:, engine.DT],
         )
-        # A run that ends at an event ends with it, else at an instant that stays.
+        # A run that ends at an event ends with it, else at a fixed instant.
         last = np.zeros_like(moved[-1:]) if d.run.t_end > instants[-1] else moved[-1:]
         if self.longer is not None:
             last = self.longer[None]
@@ -134,8 +134,8 @@ def _quantity(
     b = int(record.marks[flight_at(record.events, t, after), events_of.NEXT_REGION])
     if not int(record.sets.keys[b]) >> stop & 1:
         return 0.0, np.zeros(len(d.paths))
-    it, sign = run.structure.stops[stop], float(run.system.signs[stop])
-    if not isinstance(it, SoftStop):
+    acting, sign = run.structure.stops[stop], float(run.system.signs[stop])
+    if not isinstance(acting, SoftStop):
         value, rate, column = force
         return sign * value, sign * (column + rate * late)
     c = run.structure.stop_directions[stop]
@@ -144,10 +144,10 @@ def _quantity(
         [(c[:, None] * moved[k]).sum(axis=0) for k in range(2)],
     )
     away, stiffer, damped = d.moved.stops[:, stop].T
-    depth = y - as_float(it.at)
-    value = -as_float(it.stiffness) * depth - as_float(it.damping) * speed
-    column = -stiffer * depth - as_float(it.stiffness) * (dy - away)
-    column = column - damped * speed - as_float(it.damping) * faster
+    depth = y - as_float(acting.at)
+    value = -as_float(acting.stiffness) * depth - as_float(acting.damping) * speed
+    column = -stiffer * depth - as_float(acting.stiffness) * (dy - away)
+    column = column - damped * speed - as_float(acting.damping) * faster
     return float(value), np.asarray(column)
 
 
@@ -156,13 +156,13 @@ def _taylor(
 ) -> tuple[Floats, Floats, tuple[float, float, Floats]]:
     """Return x and its first three derivatives, the columns of the first three of these.
 
-    Shapes (4, n) and (3, n, n_parameters); and of the watch of a stop its value, its rate and its
+    Shapes (4, n) and (3, n, n_parameters); and of the guard of a stop its value, its rate and its
     column.
     """
     varied = scratch_of(d.varied)
     _, work = engine.new_columns(varied)
-    watch = np.zeros(2)
-    b = engine.taylor_at(varied, d.columns, (t, after, stop), work, watch)
+    guard = np.zeros(2)
+    b = engine.taylor_at(varied, d.columns, (t, after, stop), work, guard)
     sets, n = varied.run.sets, len(varied.run.begin)
     shape = sets.shape[b].reshape(n, 2 * n)
     orders, moved = np.zeros((4, n)), np.zeros((3, n, len(d.paths)))
@@ -174,16 +174,16 @@ def _taylor(
             moved[k] = factorial * matmul(shape, work.series.columns[k].reshape(2 * n, -1))
     orders[0] += sets.offset[b]
     moved[0] += varied.moved.places[b]
-    return orders, moved, (float(watch[0]), float(watch[1]), work.forces.copy())
+    return orders, moved, (float(guard[0]), float(guard[1]), work.forces.copy())
 
 
 def _mean_motion(
     d: MovedStructureMotion, times: Floats
 ) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
     """Return (x, v) and their columns in the mean of a chatter's tail."""
-    found = [_taylor(d, float(t), True, d.run.structure.n)[:2] for t in times]
-    x, v = (np.array([orders[k] for orders, _ in found]) for k in range(2))
-    dx, dv = (np.array([moved[k] for _, moved in found]) for k in range(2))
+    series = [_taylor(d, float(t), True, d.run.structure.n)[:2] for t in times]
+    x, v = (np.array([orders[k] for orders, _ in series]) for k in range(2))
+    dx, dv = (np.array([moved[k] for _, moved in series]) for k in range(2))
     return (x, v), (dx, dv)
 
 

@@ -15,7 +15,7 @@ from percuss.kernels.structure import observe
 from percuss.kernels.structure.basis import Sets
 from percuss.kernels.structure.observe import Gauge
 from percuss.kernels.structure.run import StructureRun
-from percuss.model.acting_sets import StructureSystem, fill_watch_bounds
+from percuss.model.acting_sets import StructureSystem, fill_guard_bounds
 from percuss.model.exact import as_float, whole
 from percuss.model.oscillator import On, SoftStop
 from percuss.motion.extremes import Extrema, QuantityName
@@ -32,7 +32,7 @@ PLATEAU = 64.0 * 2.0**-52
 
 
 class LinearForm(NamedTuple):
-    """A linear function of the modes and the loads in one set, as a watch is.
+    """A linear function of the modes and the loads in one set, as a guard is.
 
     of_u, of_w: (n,); feed: (m, 2); record_feed, slope_feed: (r,), what the values and the slopes of
     records add.
@@ -108,7 +108,7 @@ def observable_at(
 
 
 def _traced(run: StructureRun, gauge: Gauge, span: tuple[float, float], stop: int) -> list[Floats]:
-    """Return what an observable does between two instants, in parts."""
+    """Return the turning points, or the passages, of an observable between two instants, in parts."""
     progress = np.zeros(observe.PROGRESS_ENTRIES)
     progress[observe.STOP] = stop
     parts: list[Floats] = []
@@ -159,8 +159,8 @@ def _stop_force(system: StructureSystem, sets: Sets, b: int, i: int) -> LinearFo
     sign = float(system.signs[i])
     nothing = np.zeros(len(sets.records))
     return LinearForm(
-        sign * sets.watch[b, i, :, at.OF_U],
-        sign * sets.watch[b, i, :, at.OF_W],
+        sign * sets.guard[b, i, :, at.OF_U],
+        sign * sets.guard[b, i, :, at.OF_W],
         sign * float(sets.levels[b, i, at.CONSTANT]),
         sign * sets.feed[b, i],
         sign * sets.record_feed[b, i],
@@ -211,12 +211,12 @@ def _slope(sets: Sets, b: int, form: LinearForm) -> LinearForm:
 
 
 def _gauge(run: StructureRun, forms: list[LinearForm | None], level: float | None) -> Gauge:
-    """Return a quantity to be watched: its derivative, or its difference from a level."""
+    """Return the gauge of a quantity: of its derivative, or of its difference from a level."""
     sets = run.sets
     b, n, m, r = len(forms), sets.modes.shape[1], sets.turns.shape[2], len(sets.records)
     k = observe.GAUGE_ROWS
     acts = np.array([float(form is not None) for form in forms])
-    watch, levels = np.zeros((b, k, n, at.WATCH_ENTRIES)), np.zeros((b, k, at.LEVEL_COLUMNS))
+    guard, levels = np.zeros((b, k, n, at.GUARD_ENTRIES)), np.zeros((b, k, at.LEVEL_COLUMNS))
     feed, record_feed = np.zeros((b, k, m, 2)), np.zeros((b, k, r))
     slope_feed = np.zeros((b, k, r))
     for i, form in enumerate(forms):
@@ -226,17 +226,20 @@ def _gauge(run: StructureRun, forms: list[LinearForm | None], level: float | Non
         if level is not None:
             watched = watched._replace(constant=watched.constant - level)
         opposite = watched.plus(watched, -2.0)
-        for row, one in enumerate((form, watched, opposite)):
-            watch[i, row, :, at.OF_U], watch[i, row, :, at.OF_W] = one.of_u, one.of_w
-            levels[i, row, at.CONSTANT] = one.constant
+        for row, form_of_row in enumerate((form, watched, opposite)):
+            guard[i, row, :, at.OF_U], guard[i, row, :, at.OF_W] = (
+                form_of_row.of_u,
+                form_of_row.of_w,
+            )
+            levels[i, row, at.CONSTANT] = form_of_row.constant
             levels[i, row, at.IS_FED] = 1.0
-            feed[i, row], record_feed[i, row] = one.feed, one.record_feed
-            slope_feed[i, row] = one.slope_feed
+            feed[i, row], record_feed[i, row] = form_of_row.feed, form_of_row.record_feed
+            slope_feed[i, row] = form_of_row.slope_feed
         omegas = sets.law[i, FIRST_HARMONIC : FIRST_HARMONIC + m, OMEGA].tolist()
         arrays = {"modes": sets.modes[i], "drive": sets.drive[i]}
-        fill_watch_bounds(arrays, omegas, watch[i], feed[i], levels[i])
+        fill_guard_bounds(arrays, omegas, guard[i], feed[i], levels[i])
     return Gauge(
-        acts, watch, levels, feed, record_feed, slope_feed,
+        acts, guard, levels, feed, record_feed, slope_feed,
         present=np.zeros((k, at.LEVEL_COLUMNS)),
         values=np.zeros(k), order=np.zeros(k), free=np.zeros(k),
         scratch=np.zeros((8, max(n, m, k), run.scratch.shape[2])),

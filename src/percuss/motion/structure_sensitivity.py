@@ -151,17 +151,19 @@ def structure_sensitivity_of(
     own = np.ascontiguousarray(moved.begin.T) if begin is None else begin
     record = run.record
     stops = _touched(run)
-    touches = run.grazes.t[stops >= 0]
-    jumps = np.full((len(touches), len(moved.paths)), np.nan)
-    touched = stops[stops >= 0]
-    varied = VariedRun(record, moved_sets(system, moved, record.sets), touches, touched, jumps)
-    none = MovedGrazes(touches, touched, jumps, jumps)
-    found = _carried(run, moved, varied, own, none)
-    if len(touches) or _landed(found).any():
+    graze_times = run.grazes.t[stops >= 0]
+    jumps = np.full((len(graze_times), len(moved.paths)), np.nan)
+    graze_stops = stops[stops >= 0]
+    varied = VariedRun(
+        record, moved_sets(system, moved, record.sets), graze_times, graze_stops, jumps
+    )
+    none = MovedGrazes(graze_times, graze_stops, jumps, jumps)
+    carried = _carried(run, moved, varied, own, none)
+    if len(graze_times) or _landed(carried).any():
         passing = varied._replace(jumps=np.zeros_like(jumps))
         grazes = _grazes(_carried(run, moved, passing, own, none))
-        return dataclasses.replace(found, grazes=grazes)
-    return found
+        return dataclasses.replace(carried, grazes=grazes)
+    return carried
 
 
 def _touched(run: AnyStructureMotion) -> Integers:
@@ -191,13 +193,13 @@ def _carried(
     kinds, stops = marks[:, columns.KIND], marks[:, columns.BOUND]
 
     def rows(kind: np.int64) -> tuple[Integers, Floats]:
-        found = np.flatnonzero(kinds == kind)
+        numbers = np.flatnonzero(kinds == kind)
         # A clearance grows above a wall below, and falls with y below a wall above.
-        return found, run.system.signs[stops[found], None]
+        return numbers, run.system.signs[stops[numbers], None]
 
     struck, signs = rows(columns.IMPACT)
     crossed, sides = rows(columns.CROSSING)
-    held, _ = rows(columns.CONTACT)
+    contacts, _ = rows(columns.CONTACT)
     return StructureSensitivity(
         paths=moved.paths,
         impacts=MovedImpacts(
@@ -208,7 +210,7 @@ def _carried(
         crossings=MovedCrossings(
             out.instants[crossed, engine.DT], sides * out.instants[crossed, engine.DV_BEFORE]
         ),
-        contacts=MovedContacts(out.instants[held, engine.DT], _releases(run, held, out)),
+        contacts=MovedContacts(out.instants[contacts, engine.DT], _releases(run, contacts, out)),
         grazes=grazes,
         run=run,
         moved=moved,
@@ -218,17 +220,17 @@ def _carried(
     )
 
 
-def _releases(run: AnyStructureMotion, held: Integers, out: ColumnRecord) -> Floats:
+def _releases(run: AnyStructureMotion, contacts: Integers, out: ColumnRecord) -> Floats:
     """Return how the ends of contacts move: with the event at which a contact ends."""
-    found = np.full((len(held), out.instants.shape[2]), np.nan)
+    releases = np.full((len(contacts), out.instants.shape[2]), np.nan)
     events = run.record.events
-    for k in range(len(held)):
+    for k in range(len(contacts)):
         t = float(run.contacts.release[k])
         if np.isnan(t):
             continue
         row = int(np.flatnonzero(events[:, columns.EVENT_T] == t)[-1])
-        found[k] = out.instants[row, engine.DT]
-    return found
+        releases[k] = out.instants[row, engine.DT]
+    return releases
 
 
 def _landed(d: StructureSensitivity) -> Flags:
@@ -240,9 +242,9 @@ def _grazes(passing: StructureSensitivity) -> MovedGrazes:
     """Return how the grazes of walls depend on the parameters, from columns that pass them."""
     varied, record = passing.varied, passing.varied.run
     landed = _landed(passing)
-    n = len(varied.touches)
-    instants = np.concatenate([varied.touches, record.events[landed, columns.EVENT_T]])
-    stop = np.concatenate([varied.touched, record.marks[landed, columns.BOUND]])
+    n = len(varied.graze_times)
+    instants = np.concatenate([varied.graze_times, record.events[landed, columns.EVENT_T]])
+    stop = np.concatenate([varied.graze_stops, record.marks[landed, columns.BOUND]])
     order = np.argsort(instants, kind="stable")
     reach = np.full((len(instants), len(passing.paths)), np.nan)
     speed = reach.copy()

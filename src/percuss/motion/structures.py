@@ -54,7 +54,7 @@ if TYPE_CHECKING:
 
 __all__ = ["StructureTrajectory", "follow_structure", "followed"]
 
-# Rows for events at first, and searches between two looks at the keyboard.
+# Rows for events at first, and searches between two checks for Ctrl-C.
 FIRST_CAPACITY = 4096
 PATIENCE = 10_000
 _OUTCOMES = {
@@ -116,7 +116,7 @@ def followed(
         while True:
             status = engine.march(run, end, limit, PATIENCE)
             if status in _OUTCOMES:
-                return run, _OUTCOMES[status]
+                return _as_far_as_filled(run), _OUTCOMES[status]
             if status == state.NEW_SET:
                 system.add(int(run.counters[state.WANTED]))
                 run = run._replace(sets=system.sets)
@@ -127,12 +127,23 @@ def followed(
             searched = float(run.free.min(initial=math.inf))
             here = float(run.state[columns.T]) + (searched if searched < math.inf else 0.0)
             if not progress.reach_event(here, int(run.counters[columns.N_IMPACTS])):
-                return run, Outcome.interrupted
+                return _as_far_as_filled(run), Outcome.interrupted
     except KeyboardInterrupt:
-        return run, Outcome.interrupted
+        return _as_far_as_filled(run), Outcome.interrupted
     finally:
         if progress is not None:
             progress.close()
+
+
+def _as_far_as_filled(run: StructureRun) -> StructureRun:
+    """Return the run with the rows of its events and grazes that have been written."""
+    n, n_grazes = (int(run.counters[i]) for i in (columns.N_EVENTS, columns.N_GRAZES))
+    return run._replace(
+        events=run.events[:n],
+        marks=run.marks[:n],
+        states=run.states[:n],
+        grazes=run.grazes[:n_grazes],
+    )
 
 
 def _longer(run: StructureRun) -> StructureRun:
@@ -152,7 +163,7 @@ class StructureTrajectory:
     Attributes
     ----------
     structure, loads
-        What moved.
+        The structure and its loads.
     start
         The state in which it started.
     t0, t_end
@@ -185,13 +196,13 @@ class StructureTrajectory:
         outcome: Outcome,
     ) -> StructureTrajectory:
         """Return the trajectory of a run, as the kernels left it."""
-        n, n_grazes = (int(run.counters[i]) for i in (columns.N_EVENTS, columns.N_GRAZES))
+        run = _as_far_as_filled(run)
         # The scratch of a result is its own: another run may go on with the same sets.
         run = run._replace(
-            events=run.events[:n].copy(),
-            marks=run.marks[:n].copy(),
-            states=run.states[:n].copy(),
-            grazes=run.grazes[:n_grazes].copy(),
+            events=run.events.copy(),
+            marks=run.marks.copy(),
+            states=run.states.copy(),
+            grazes=run.grazes.copy(),
         )
         if outcome is not Outcome.reached_t_end:
             end = min(end, float(run.state[columns.T]))
@@ -331,9 +342,9 @@ class StructureTrajectory:
         for stop, c in zip(self.structure.stops, self.structure.stop_directions, strict=True):
             if isinstance(stop, SoftStop):
                 depth = (flat_x * c).sum(axis=1) - as_float(stop.at)
-                beyond = depth > 0.0 if stop.side == "above" else depth < 0.0
+                is_pressed = depth > 0.0 if stop.side == "above" else depth < 0.0
                 stored = 0.5 * as_float(stop.stiffness) * depth * depth
-                energy = energy + np.where(beyond, stored, 0.0)
+                energy = energy + np.where(is_pressed, stored, 0.0)
         return np.asarray(energy.reshape(x.shape[:-1]))
 
     def sample(self, n: int) -> Dataset:
@@ -591,8 +602,8 @@ class StructureTrajectory:
     def _labelled(self, data: dict[str, object], coordinates: dict[str, object]) -> Dataset:
         import xarray
 
-        found = xarray.Dataset(data, coordinates, attrs={"outcome": str(self.outcome.value)})
-        return labelled(found, self.structure.units)
+        dataset = xarray.Dataset(data, coordinates, attrs={"outcome": str(self.outcome.value)})
+        return labelled(dataset, self.structure.units)
 
 
 def _rows(run: StructureRun, *kinds: np.int64) -> Integers:
@@ -648,7 +659,7 @@ def _crossings(system: StructureSystem, run: StructureRun) -> Crossings:
     rows = _rows(run, columns.CROSSING)
     stops = run.marks[rows, columns.BOUND]
     inwards = run.events[rows, columns.V_AFTER] < 0.0
-    # What a watch sees falls through zero: the clearance on the way in, the depth on the way out.
+    # A guard falls through zero: the clearance on the way in, the depth on the way out.
     v = run.events[rows, columns.V_BEFORE] * system.signs[stops] * np.where(inwards, 1.0, -1.0)
     direction = np.where(inwards, "in", "out")
     t = run.events[rows, columns.EVENT_T]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import lru_cache, partial
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
 __all__ = [
-    "COLUMNS", "Contacts", "Crossings", "EventColumn", "EventTable", "Grazes", "Impacts",
+    "COLUMNS", "Contacts", "Crossings", "EventColumn", "EventTable", "Grazes", "HasEvents", "HasTable", "Impacts",
     "Limit", "no_contacts", "no_crossings", "no_grazes",
 ]  # fmt: skip
 
@@ -29,7 +29,7 @@ Limit = Literal["after", "before"]
 
 
 class EventColumn(NamedTuple):
-    """What a column of a table of events is, and its dimensions."""
+    """A column of a table of events: its meaning and its dimensions."""
 
     meaning: str
     dimensions: str = "1"
@@ -69,7 +69,21 @@ COLUMNS: dict[str, dict[str, EventColumn]] = {
 }
 
 
-class EventTable:
+class HasTable:
+    """A result with a table of its numbers."""
+
+    __slots__ = ()
+
+    def to_xarray(self) -> Dataset:
+        """Return the table as an xarray.Dataset."""
+        raise NotImplementedError
+
+    def to_pandas(self) -> DataFrame:
+        """Return `to_xarray` as a pandas.DataFrame."""
+        return self.to_xarray().to_dataframe()
+
+
+class EventTable(HasTable):
     """The events of one kind in a run, a column for each of their numbers."""
 
     __slots__ = ()
@@ -303,3 +317,31 @@ def no_contacts(units: Units | None) -> Contacts:
 def no_grazes(units: Units | None) -> Grazes:
     """Return a table without rows."""
     return Grazes(_NO_FLOATS, _NO_NUMBERS, _NO_FLOATS, _NO_FLOATS, units)
+
+
+class HasEvents(Protocol):
+    """A motion between two instants with its events."""
+
+    @property
+    def t0(self) -> float:
+        """Time of its start."""
+
+    @property
+    def t_end(self) -> float:
+        """Time of its end."""
+
+    @property
+    def impacts(self) -> Impacts:
+        """Its impacts."""
+
+    @property
+    def crossings(self) -> Crossings:
+        """Its crossings."""
+
+    @property
+    def contacts(self) -> Contacts:
+        """Its contacts."""
+
+    @property
+    def grazes(self) -> Grazes:
+        """Its grazes."""

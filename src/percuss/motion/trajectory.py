@@ -34,6 +34,7 @@ from percuss.motion.tables import (
     Crossings,
     EventTable,
     Grazes,
+    HasEvents,
     Impacts,
     Limit,
     no_contacts,
@@ -57,7 +58,7 @@ ROUNDED = 4.0
 
 
 class Outcome(Enum):
-    """How a run ended; the value is the sentence to show.
+    """The end of a run; the value is the sentence to show.
 
     Examples
     --------
@@ -73,28 +74,19 @@ class Outcome(Enum):
     interrupted = "the run was interrupted; it holds what was done"
 
 
-class Happened(Protocol):
-    """What `happened` reads of a run."""
+class AnyRun(HasEvents, Protocol):
+    """A run of an oscillator or a structure."""
 
     @property
-    def t0(self) -> float: ...
+    def outcome(self) -> Outcome:
+        """How it ended."""
+
     @property
-    def t_end(self) -> float: ...
-    @property
-    def impacts(self) -> Impacts: ...
-    @property
-    def crossings(self) -> Crossings: ...
-    @property
-    def contacts(self) -> Contacts: ...
-    @property
-    def grazes(self) -> Grazes: ...
-    @property
-    def outcome(self) -> Outcome: ...
-    @property
-    def beyond_record(self) -> str: ...
+    def beyond_record(self) -> str:
+        """What acts before and after the samples of a record, if it goes there."""
 
 
-def happened(run: Happened) -> str:
+def happened(run: AnyRun) -> str:
     """Return span, numbers of events and end of a run in words; events that are none are left out.
 
     Impacts are always counted.
@@ -534,8 +526,8 @@ class Trajectory(HasPicture):
     def _dataset(self, data: Mapping[str, object], coords: Mapping[str, object]) -> Dataset:
         import xarray
 
-        found = xarray.Dataset(data, coords=coords, attrs={"outcome": str(self.outcome.value)})
-        return labelled(found, self.oscillator.units)
+        dataset = xarray.Dataset(data, coords=coords, attrs={"outcome": str(self.outcome.value)})
+        return labelled(dataset, self.oscillator.units)
 
 
 def beyond_record_of(forcing: Forcing, t0: float, t_end: float) -> str:

@@ -1,4 +1,4 @@
-"""Settings at which an outcome is least, largest, or as wanted, by exact gradients."""
+"""Design: settings at which an outcome is least, largest, or as wanted, by exact gradients."""
 
 from __future__ import annotations
 

@@ -25,9 +25,9 @@ from percuss.optimization.search import (
     MET,
     MOST_MOTIONS,
     DesignSearch,
-    Found,
     Goal,
     OutcomeLimits,
+    SearchEnd,
     Trials,
     Wanted,
 )
@@ -63,7 +63,7 @@ class Design(HasPicture):
     Attributes
     ----------
     outcome, goal
-        What was asked for.
+        The outcome that was asked for, and the goal.
     value
         The outcome there.
     values
@@ -77,7 +77,7 @@ class Design(HasPicture):
     gradient
         (n_parameters,) array, the derivatives of the outcome.
     oscillator, forcing, start
-        What moves there; the start of a run.
+        The model at this setting; the start of a run.
     orbit, run
         The orbit, None for a run; and the run, of an orbit one period.
     derivative
@@ -179,8 +179,8 @@ def design(
     Raises
     ------
     ParameterError
-        If there is no such outcome or parameter, a range is none, or the run is none that
-        `simulate` follows; and for structures.
+        If there is no such outcome or parameter, a range has no two ends in order, or the run is
+        not one that `simulate` follows; and for structures.
     ConvergenceError
         If no motion is found from which to begin.
     MissingExtraError
@@ -282,7 +282,7 @@ def _is_pair(given: object) -> bool:
 
 
 def _settings(search: DesignSearch, restarts: int, seed: int) -> list[dict[str, float]]:
-    """Return the given setting, and others of which each side of the box has one in each part."""
+    """Return the given setting, and others in a Latin hypercube of the box."""
     random = np.random.default_rng(seed)
     n = len(search.paths)
     columns = [random.permutation(restarts) + random.random(restarts) for _ in range(n)]
@@ -291,36 +291,36 @@ def _settings(search: DesignSearch, restarts: int, seed: int) -> list[dict[str, 
 
 
 def _best(search: DesignSearch, restarts: int, seed: int) -> Design:
-    """DesignSearch from several settings, and return the best end."""
-    found: list[Found] = []
+    """Search from several settings, and return the best end."""
+    ends: list[SearchEnd] = []
     for values in _settings(search, restarts, seed):
-        if search.progress.is_stopped and found:
+        if search.progress.is_stopped and ends:
             break
         for first in search.trials.first(values, restarts + 1, seed):
-            if search.progress.is_stopped and found:
+            if search.progress.is_stopped and ends:
                 break
             if search.is_usable(first):
-                found.append(search.run(first))
-    if not found:
+                ends.append(search.run(first))
+    if not ends:
         advice = (
             "widen the ranges of the free parameters, or give the orbit or start of another one"
         )
         raise ConvergenceError("no motion to begin a design from", None, math.nan, advice)
-    best = found[0]
-    for one in found[1:]:
-        if search.is_better(one, best):
-            best = one
-    return _design(search, best, found)
+    best = ends[0]
+    for end in ends[1:]:
+        if search.is_better(end, best):
+            best = end
+    return _design(search, best, ends)
 
 
-def _design(search: DesignSearch, best: Found, found: list[Found]) -> Design:
+def _design(search: DesignSearch, best: SearchEnd, ends: list[SearchEnd]) -> Design:
     trial, wanted = best.trial, search.wanted
     value, gradient = trial.outcome(wanted.outcome)
     place = search.place(trial.values)
-    ends = np.minimum(place, 1.0 - place) < MET
-    at_end = [path for path, is_at_end in zip(search.paths, ends, strict=True) if is_at_end]
+    at_ends = np.minimum(place, 1.0 - place) < MET
+    at_end = [path for path, is_at_end in zip(search.paths, at_ends, strict=True) if is_at_end]
     limited = [row.name for row in wanted.kept(trial) if abs(row.value) < MET]
-    others = sorted((one for one in found if one is not best), key=lambda one: bool(one.reason))
+    others = sorted((end for end in ends if end is not best), key=lambda end: bool(end.reason))
     return Design(
         outcome=cast("OutcomeName", wanted.outcome),
         goal=wanted.goal,
@@ -340,8 +340,8 @@ def _design(search: DesignSearch, best: Found, found: list[Found]) -> Design:
         converged=not best.reason,
         reason=best.reason,
         attempts=tuple(
-            Attempt(one.trial.values, one.trial.outcome(wanted.outcome)[0], one.reason)
-            for one in [best, *others]
+            Attempt(end.trial.values, end.trial.outcome(wanted.outcome)[0], end.reason)
+            for end in [best, *others]
         ),
         n_motions=search.n_trials,
     )

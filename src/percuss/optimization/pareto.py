@@ -1,4 +1,4 @@
-"""The settings at which neither of two outcomes can be better without the other being worse."""
+"""Pareto fronts: settings at which neither of two outcomes can gain without a loss of the other."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def pareto_front(
     progress: Report = None,
     **settings: Any,
 ) -> ParetoFront:
-    """Return the best settings between two outcomes, of which each is bought with the other.
+    """Return the Pareto front of two outcomes: designs that no other betters in both.
 
     Of the designs between the two best ones the second outcome is limited, at equal distances,
     and the first is as good as it can be. Each search begins at the design before it too.
@@ -148,7 +148,7 @@ def pareto_front(
 
     try:
         designs = [best(one, goals[0], None), best(other, goals[1], None)]
-        begin, end = (_of(it, other) for it in designs)
+        begin, end = (_of(each, other) for each in designs)
         for share in np.linspace(0.0, 1.0, n)[1:-1].tolist():
             if line.is_stopped:
                 break
@@ -157,14 +157,14 @@ def pareto_front(
             designs.insert(-1, best(one, goals[0], designs[-2], ends))
     finally:
         line.close()
-    values = np.array([[_of(it, one), _of(it, other)] for it in designs])
+    values = np.array([[_of(each, one), _of(each, other)] for each in designs])
     kept = _undominated(values * np.where(np.array(goals) == "least", 1.0, -1.0))
     return ParetoFront(outcomes, goals, tuple(designs[i] for i in kept), values[kept])
 
 
-def _of(it: Design, name: str) -> float:
+def _of(design: Design, name: str) -> float:
     """Return an outcome of a design."""
-    return outcome_of(it.orbit, it.derivative, name)[0]
+    return outcome_of(design.orbit, design.derivative, name)[0]
 
 
 def _undominated(costs: Floats) -> list[int]:

@@ -17,9 +17,9 @@ __all__ = [
     "MET",
     "MOST_MOTIONS",
     "DesignSearch",
-    "Found",
     "Goal",
     "OutcomeLimits",
+    "SearchEnd",
     "Trials",
     "Wanted",
 ]
@@ -30,16 +30,16 @@ OutcomeLimits: TypeAlias = tuple[float | None, float | None]
 # SLSQP ends when a step changes the scaled outcome by less; the most motions of a search, and how
 # often it begins again, without what it knows of curvatures, where its line search fails.
 CLOSE, MOST_MOTIONS, RENEWALS = 1e-13, 200, 3
-# OutcomeLimits are met to this part of their scale, and active this near.
+# Limits are met to this part of their scale, and active this near.
 MET = 1e-7
-# What a setting without a motion costs, in scaled outcomes: the line search shortens its step.
+# Cost of a setting without a motion, in scaled outcomes: the line search shortens its step.
 WITHOUT_MOTION = 10.0
 # How SLSQP ends where its line search fails.
 NO_DESCENT = 8
 
 
 class Trials(Protocol):
-    """What makes the motions of a search."""
+    """The maker of a search's motions."""
 
     def first(self, values: Mapping[str, float], n: int, seed: int) -> list[Trial]:
         """Return the motions at a setting from which searches begin."""
@@ -58,7 +58,7 @@ class Kept(NamedTuple):
 
 @dataclass(frozen=True)
 class Wanted:
-    """What is wanted of a motion.
+    """The outcome, the goal and the limits of a design.
 
     Attributes
     ----------
@@ -93,8 +93,8 @@ class Wanted:
         return worst if worst is not None and worst.value < -MET else None
 
 
-class Found(NamedTuple):
-    """Where a search ended: the motion there, and why not at an optimum."""
+class SearchEnd(NamedTuple):
+    """The end of a search: the motion there, and why it is no optimum."""
 
     trial: Trial
     reason: str
@@ -145,26 +145,26 @@ class DesignSearch:
         """Return how far a setting is from the given one, in sides of the box."""
         return float(np.sqrt(np.square(self.place(trial.values) - self.given).sum()))
 
-    def is_better(self, one: Found, other: Found) -> bool:
+    def is_better(self, one: SearchEnd, other: SearchEnd) -> bool:
         """Return whether a search ended at the better setting."""
-        kept, also_kept = (self.wanted.missed(found.trial) is None for found in (one, other))
+        kept, also_kept = (self.wanted.missed(end.trial) is None for end in (one, other))
         if kept != also_kept:
             return kept
         if not isinstance(self.wanted.goal, str):
             return self.distance(one.trial) < self.distance(other.trial)
         sign = -1.0 if self.wanted.goal == "largest" else 1.0
-        mine, its = (found.trial.outcome(self.wanted.outcome)[0] for found in (one, other))
+        mine, its = (end.trial.outcome(self.wanted.outcome)[0] for end in (one, other))
         return sign * mine < sign * its
 
     def is_usable(self, trial: Trial) -> bool:
         """Return whether all that is wanted of a motion has a derivative."""
         try:
-            found = [trial.outcome(name) for name in (self.wanted.outcome, *self.wanted.limits)]
+            outcomes = [trial.outcome(name) for name in (self.wanted.outcome, *self.wanted.limits)]
         except ConvergenceError:
             return False
-        return all(np.isfinite([value, *slope]).all() for value, slope in found)
+        return all(np.isfinite([value, *slope]).all() for value, slope in outcomes)
 
-    def run(self, first: Trial) -> Found:
+    def run(self, first: Trial) -> SearchEnd:
         """Go from a motion to the next optimum."""
         try:
             from scipy.optimize import minimize
@@ -175,9 +175,9 @@ class DesignSearch:
         try:
             place, ending = self._descended(path, minimize)
         except _StopSearchError as stop:
-            return Found(path.last, str(stop))
+            return SearchEnd(path.last, str(stop))
         trial = path.near(place)
-        return Found(trial, self._reason(trial, ending))
+        return SearchEnd(trial, self._reason(trial, ending))
 
     def _descended(self, path: _Path, minimize: Callable[..., Any]) -> tuple[Floats, int]:
         """Return where SLSQP ended, and how."""
@@ -246,7 +246,7 @@ class _Path:
         return trial if trial is not None and self.search.is_usable(trial) else None
 
     def cost(self, place: Floats) -> float:
-        """Return what is made least."""
+        """Return the cost, which is minimised."""
         trial = self._trial(place)
         if trial is None:
             return self.cost(self.search.place(self.last.values)) + WITHOUT_MOTION
@@ -256,14 +256,14 @@ class _Path:
         return -value if self.wanted.goal == "largest" else value
 
     def slope(self, place: Floats) -> Floats:
-        """Return its derivatives."""
+        """Return the derivatives of the cost."""
         if not isinstance(self.wanted.goal, str):
             return place - self.search.given
         slope = self.near(place).outcome(self.wanted.outcome)[1] * self.search.width / self.scale
         return np.asarray(-slope if self.wanted.goal == "largest" else slope)
 
     def constraints(self) -> list[dict[str, Any]]:
-        """Return what has to be kept, as SciPy takes it."""
+        """Return the limits as constraints of SciPy."""
         rows: list[dict[str, Any]] = []
         if self.wanted.kept(self.last):
             rows.append(_constraint("ineq", self._kept, self._moved_kept))

@@ -101,8 +101,8 @@ class OnOrbit:
     def first(self, values: Mapping[str, float], n: int, seed: int) -> list[Trial]:
         """Return the orbits at a setting: of n motions from rest and at random."""
         if self.orbit is not None:
-            found = self._followed(values, self.orbit)
-            return [] if found is None else [found]
+            trial = self._followed(values, self.orbit)
+            return [] if trial is None else [trial]
         system = self._system(values)
         if system is None:
             return []
@@ -112,9 +112,9 @@ class OnOrbit:
         """Return the orbit at a setting that goes on from one near by, else the next attractor."""
         assert near is not None
         assert near.orbit is not None
-        found = self._followed(values, near.orbit)
-        if found is not None or self.orbit is not None:
-            return found
+        trial = self._followed(values, near.orbit)
+        if trial is not None or self.orbit is not None:
+            return trial
         system = self._system(values)
         if system is None:
             return None

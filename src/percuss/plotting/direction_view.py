@@ -89,7 +89,7 @@ class DirectionView:
     def _parallel(self) -> list[tuple[int, Stop]]:
         """The stops whose direction is a multiple of c, with their numbers, as stops of y."""
         structure: Structure = self.run.structure
-        found: list[tuple[int, Stop]] = []
+        stops: list[tuple[int, Stop]] = []
         for i, stop in enumerate(structure.stops):
             own = structure.stop_directions[i]
             k = int(np.argmax(np.abs(self._c)))
@@ -99,8 +99,8 @@ class DirectionView:
             is_below = (stop.side == "below") == (factor > 0.0)
             place = as_float(stop.at) / factor
             side: Literal["below", "above"] = "below" if is_below else "above"
-            found.append((i, dataclasses.replace(stop, at=place, side=side, on=None)))
-        return found
+            stops.append((i, dataclasses.replace(stop, at=place, side=side, on=None)))
+        return stops
 
     @cached_property
     def impacts(self) -> Impacts:
@@ -153,7 +153,7 @@ class DirectionView:
 
 
 Events = TypeVar("Events", Crossings, Contacts, Grazes)
-# What has one displacement over time.
+# A motion of one displacement.
 Drawable = Trajectory | DirectionView
 
 
@@ -191,7 +191,7 @@ def view_of(
 
 
 def names_of(run: Drawable) -> tuple[str, str]:
-    """Return what a displacement and its velocity are called on axes."""
+    """Return the labels of a displacement and its velocity on axes."""
     if isinstance(run, DirectionView):
         name = direction_name(run.run.structure, run.on)
         return f"${name}$", f"of ${name}$"
@@ -199,7 +199,7 @@ def names_of(run: Drawable) -> tuple[str, str]:
 
 
 def direction_name(structure: Structure, on: On | None) -> str:
-    """Return what y is, in words of mathematics: x0, or a combination such as x0 - x1.
+    """Return y as a formula: x0, or a combination such as x0 - x1.
 
     Examples
     --------

@@ -99,10 +99,10 @@ def plot_fit(
         n = 1 + int(fit.residuals.record.values.max())
         raise ParameterError("record", record, f"none of the {n} records, counted from 0")
     table = fit.residuals.isel(sample=rows)
-    there = list(dict.fromkeys(table.quantity.values.tolist()))
-    shown = there[0] if quantity is None else quantity
-    if shown not in there:
-        raise ParameterError("quantity", shown, f"none of those measured: {', '.join(there)}")
+    quantities = list(dict.fromkeys(table.quantity.values.tolist()))
+    shown = quantities[0] if quantity is None else quantity
+    if shown not in quantities:
+        raise ParameterError("quantity", shown, f"none of those measured: {', '.join(quantities)}")
     pair = _pair(fit, parameters)
     table = table.isel(sample=np.flatnonzero(table.quantity.values == shown))
     with style():

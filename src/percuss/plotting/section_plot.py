@@ -1,4 +1,4 @@
-"""What lies in a section: singularity sets and manifolds."""
+"""Pictures of sections: singularity sets and manifolds."""
 
 from __future__ import annotations
 
@@ -143,10 +143,10 @@ def plot_manifolds(
     return ax
 
 
-def _draw_stops(ax: Axes, found: Manifolds) -> None:
+def _draw_stops(ax: Axes, manifolds: Manifolds) -> None:
     """Draw the stops within the picture as lines."""
     low, high = ax.get_xlim()
-    for stop in found.orbit.oscillator.stops:
+    for stop in manifolds.orbit.oscillator.stops:
         if low <= as_float(stop.at) <= high:
             colour = GREY if isinstance(stop, Wall) else ORANGE
             ax.axvline(as_float(stop.at), color=colour, linewidth=0.8, zorder=0.8)

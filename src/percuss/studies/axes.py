@@ -253,12 +253,23 @@ def ranges_in(
         if as_float(ends[0]) > as_float(ends[1]):
             study.faults.add(entry, "the least is above the largest", shown(given))
             continue
-        name = long_form(path, study.model, study.force, start)
-        if name in names:
-            study.faults.add(entry, f"the same parameter as {names[name]}")
-        names[name] = path
+        _note_parameter(study, path, entry, start, names)
         ranges[path] = ends
     return ranges
+
+
+def _note_parameter(
+    study: StudyDraft,
+    path: str,
+    entry: Path,
+    start: Start | StructureStart | None,
+    names: dict[str, str],
+) -> None:
+    """Note a parameter by its long form, and add the fault of one that has been named before."""
+    name = long_form(path, study.model, study.force, start)
+    if name in names:
+        study.faults.add(entry, f"the same parameter as {names[name]}")
+    names[name] = path
 
 
 def guesses_in(
@@ -271,7 +282,7 @@ def guesses_in(
     study, place, start
         As in `ranges_in`.
     """
-    found: dict[str, Phase | ParameterRange] = {}
+    guesses: dict[str, Phase | ParameterRange] = {}
     table = raw_table(raw_table(study.document, str(place[0])), str(place[1]))
     names: dict[str, str] = {}
     for path, entry, given in _entries(place, table, len(place)):
@@ -288,12 +299,9 @@ def guesses_in(
             ends = _guess(study, path, entry, given, start)
         if ends is None:
             continue
-        name = long_form(path, study.model, study.force, start)
-        if name in names:
-            study.faults.add(entry, f"the same parameter as {names[name]}")
-        names[name] = path
-        found[path] = ends
-    return found
+        _note_parameter(study, path, entry, start, names)
+        guesses[path] = ends
+    return guesses
 
 
 def _guess(

@@ -1,4 +1,4 @@
-"""``[[fit.records]]`` of a study file: what was measured, in the study or in a table beside it."""
+"""``[[fit.records]]`` of a study file: measurements in the study or in a file beside it."""
 
 from __future__ import annotations
 
@@ -169,7 +169,7 @@ def _data(
         study.faults.add(place, NO_PLACE, shown(file))
     elif names is not None:
         try:
-            found = columns_of_file(study.folder / file, study.model.units, names)
+            columns = columns_of_file(study.folder / file, study.model.units, names)
         except OSError as error:
             study.faults.add(place, (error.strerror or "not read").lower(), shown(file))
         except ValueError as error:
@@ -177,7 +177,7 @@ def _data(
         else:
             return {
                 name: tuple(None if math.isnan(value) else value for value in column.tolist())
-                for name, column in found.items()
+                for name, column in columns.items()
             }
     return None
 
@@ -230,7 +230,7 @@ def _lists(own: Mapping[str, Any], path: Path, study: StudyDraft) -> DataColumns
 def _noise(
     given: Any, data: DataColumns | None, path: Path, study: StudyDraft
 ) -> tuple[Exact | dict[str, Exact] | None, DataColumns]:
-    """Return the noise, and that of each value; add the fault of what is none."""
+    """Return the noise, and that of each value; add their faults."""
     if given is None:
         return None, {}
     if isinstance(given, list):
@@ -244,8 +244,8 @@ def _noise(
             study.faults.add(place, NO_NOISE, shown(value))
             return None, {}
         if name and data is not None and name not in data:
-            there = ", ".join(key for key in data if key not in ("t", "noise"))
-            study.faults.add(place, f"none of the record's {there}", shown(value))
+            columns = ", ".join(key for key in data if key not in ("t", "noise"))
+            study.faults.add(place, f"none of the record's {columns}", shown(value))
             return None, {}
     return (dict(given) if isinstance(given, Mapping) else given), {}
 

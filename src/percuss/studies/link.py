@@ -105,7 +105,7 @@ def _check_size(record: Mapping[str, Any] | None) -> None:
 def _as_in_javascript(value: object) -> object:
     """Return a value as JSON of the page holds it: without what is not given, 2.0 as 2."""
     if isinstance(value, Mapping):
-        return {key: _as_in_javascript(it) for key, it in value.items() if it is not None}
+        return {key: _as_in_javascript(inner) for key, inner in value.items() if inner is not None}
     if isinstance(value, list | tuple):
         return [_as_in_javascript(item) for item in value]
     if isinstance(value, float) and value.is_integer() and abs(value) < WHOLE:

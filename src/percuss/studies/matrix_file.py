@@ -108,24 +108,31 @@ def _array_file(file: Path) -> Any:
 def _sparse_file(file: Path) -> Floats:
     try:
         with np.load(file, allow_pickle=False) as parts:
-            found = {name: parts[name] for name in parts.files}
+            parts_by_name = {name: parts[name] for name in parts.files}
     except (ValueError, EOFError, zipfile.BadZipFile):
         raise ValueError("not a file of NumPy with arrays of numbers") from None
-    if "format" not in found:
-        if len(found) != 1:
-            names = ", ".join(found) or "none"
-            raise ValueError(f"one array is wanted, the file has {len(found)}: {names}")
-        return np.asarray(next(iter(found.values())))
-    layout = found["format"].item()
+    if "format" not in parts_by_name:
+        if len(parts_by_name) != 1:
+            names = ", ".join(parts_by_name) or "none"
+            raise ValueError(f"one array is wanted, the file has {len(parts_by_name)}: {names}")
+        return np.asarray(next(iter(parts_by_name.values())))
+    layout = parts_by_name["format"].item()
     layout = layout.decode() if isinstance(layout, bytes) else str(layout)
     try:
         if layout == "coo":
-            return _filled(found["shape"], found["row"], found["col"], found["data"])
+            return _filled(
+                parts_by_name["shape"],
+                parts_by_name["row"],
+                parts_by_name["col"],
+                parts_by_name["data"],
+            )
         if layout in ("csr", "csc"):
-            outer = np.repeat(np.arange(len(found["indptr"]) - 1), np.diff(found["indptr"]))
-            pair = (outer, found["indices"])
+            outer = np.repeat(
+                np.arange(len(parts_by_name["indptr"]) - 1), np.diff(parts_by_name["indptr"])
+            )
+            pair = (outer, parts_by_name["indices"])
             row, column = pair if layout == "csr" else pair[::-1]
-            return _filled(found["shape"], row, column, found["data"])
+            return _filled(parts_by_name["shape"], row, column, parts_by_name["data"])
     except (KeyError, IndexError):
         raise ValueError(f"a damaged sparse matrix of format {layout}") from None
     raise ValueError(f"a sparse matrix of format {layout}; csr, csc and coo are read")

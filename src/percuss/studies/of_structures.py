@@ -1,4 +1,4 @@
-"""What studies of structures check, compute, draw and report in their own way."""
+"""Studies of structures: their checks, computations, pictures and reports."""
 
 from __future__ import annotations
 
@@ -124,7 +124,7 @@ def check_measured(
     from percuss.ensembles.measures import MEASURES
 
     table, faults = path[0], study.faults
-    known = ", ".join(name for name, one in MEASURES.items() if one.of_structures)
+    known = ", ".join(name for name, measure in MEASURES.items() if measure.of_structures)
     for index, name in enumerate(names):
         if name in MEASURES and not MEASURES[name].of_structures:
             faults.add((*path, index), f"not for structures; there are {known}", shown(name))

@@ -273,8 +273,8 @@ def shape_of(field: str, info: Any, *, of_structure: bool) -> Any:
     """Return the type of a field that is a table of its own, also of one that may be None."""
     if field == "start":
         return StructureStartTable if of_structure else StartTable
-    one = [kind for kind in get_args(info.annotation) if kind is not type(None)]
-    return one[0] if len(one) == 1 else info.annotation
+    kinds = [kind for kind in get_args(info.annotation) if kind is not type(None)]
+    return kinds[0] if len(kinds) == 1 else info.annotation
 
 
 def _read_question(kind: type[Question], document: RawTable, faults: StudyFaults) -> Question:

@@ -118,27 +118,27 @@ def columns_of(text: str, time: str = "t", force: str = "f") -> Samples:
         raise ValueError(_no_columns([name for name in (time, force) if name not in head], head))
     at = [head.index(time), head.index(force)]
     wrong = []
-    found: list[list[float]] = [[], []]
+    columns: list[list[float]] = [[], []]
     for line, row in numbered[1:]:
         cells = [row[i] if i < len(row) else "" for i in at]
         numbers = [_number(cell) for cell in cells]
-        for name, cell, number, column in zip((time, force), cells, numbers, found, strict=True):
+        for name, cell, number, column in zip((time, force), cells, numbers, columns, strict=True):
             if not math.isfinite(number):
                 wrong.append(f'line {line}: {name} = "{cell}" is no finite number')
             column.append(number)
-        before = found[0][-2] if len(found[0]) > 1 else -math.inf
+        before = columns[0][-2] if len(columns[0]) > 1 else -math.inf
         if numbers[0] <= before:
             order = "is there twice" if numbers[0] == before else f"comes after {before!r}"
             wrong.append(f"line {line}: {time} = {numbers[0]!r} {order}; instants must rise")
-    if not wrong and len(found[0]) < 2:
-        count = "1 sample" if found[0] else "no samples"
+    if not wrong and len(columns[0]) < 2:
+        count = "1 sample" if columns[0] else "no samples"
         wrong.append(f"{count}; a record needs two at least")
-    if len(found[0]) > 1 and all(after < before for before, after in pairwise(found[0])):
+    if len(columns[0]) > 1 and all(after < before for before, after in pairwise(columns[0])):
         wrong = ["the samples are in reverse order, the last one first; turn the lines round"]
     if wrong:
         more = [f"and {len(wrong) - MOST_TOLD} more"] if len(wrong) > MOST_TOLD else []
         raise ValueError("; ".join([*wrong[:MOST_TOLD], *more]))
-    return tuple(found[0]), tuple(found[1])
+    return tuple(columns[0]), tuple(columns[1])
 
 
 def _no_columns(missing: list[str], head: list[str]) -> str:

@@ -161,10 +161,12 @@ def _table_schema(
 
 def _told(schema: Mapping[str, Any], words: str = "") -> dict[str, Any]:
     """Return a schema without the titles that pydantic makes of names, and with our words."""
-    told = {key: value for key, value in schema.items() if key != "title"}
-    if isinstance(told.get("properties"), Mapping):
-        told["properties"] = {name: _told(inner) for name, inner in told["properties"].items()}
-    return {**told, "description": words} if words else told
+    described = {key: value for key, value in schema.items() if key != "title"}
+    if isinstance(described.get("properties"), Mapping):
+        described["properties"] = {
+            name: _told(inner) for name, inner in described["properties"].items()
+        }
+    return {**described, "description": words} if words else described
 
 
 def _first_line(shape: Any) -> str:

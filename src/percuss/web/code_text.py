@@ -113,7 +113,10 @@ def _fit(study: Study) -> list[str]:
     noise = record.pop("noise")
     values = {key: column for key, column in record.items() if isinstance(column, list)}
     rows = [f"    {name!r}: np.array({column!r})," for name, column in values.items()]
-    free = {path: tuple(it) if isinstance(it, list) else it for path, it in own["free"].items()}
+    free = {
+        path: tuple(guess) if isinstance(guess, list) else guess
+        for path, guess in own["free"].items()
+    }
     start = table.get("start")
     given = '"free"' if start is None else repr(tuple(start[name] for name in ("x0", "v0", "t0")))
     return [

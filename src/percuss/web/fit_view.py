@@ -56,9 +56,9 @@ def answer_measured(request: PageRequest, running: RunningRequest | None = None)
     names = [name for name in columns if name not in ("t", "noise")]
     arrays: dict[str, Floats] = {}
     for i, name in enumerate(names):
-        there = np.isfinite(columns[name])
-        arrays[f"y{i}"] = columns[name][there]
-        arrays[f"t{i}"] = (columns["t"] if name != "impact_times" else columns[name])[there]
+        is_given = np.isfinite(columns[name])
+        arrays[f"y{i}"] = columns[name][is_given]
+        arrays[f"t{i}"] = (columns["t"] if name != "impact_times" else columns[name])[is_given]
     n = sum(len(arrays[f"y{i}"]) for i in range(len(names)))
     header = {"id": request.id, "kind": request.kind, "quantities": names, "n": n}
     return frame(header, arrays)

@@ -122,7 +122,7 @@ class Mechanism:
     @property
     def defaults(self) -> dict[str, Exact]:
         """Values at first, by path."""
-        return {it.path: it.value for it in self.parameters}
+        return {parameter.path: parameter.value for parameter in self.parameters}
 
     def system(self, values: MechanismValues) -> tuple[Structure, Loads, StructureStart]:
         """Return the structure, its loads and the start for values of all parameters.

@@ -52,8 +52,8 @@ def mechanism_rows() -> list[dict[str, object]]:
     ['impact_pair', 'two_masses']
     """
     rows: list[dict[str, object]] = []
-    for it in MECHANISMS.values():
-        structure, loads, _ = it.system(it.defaults)
+    for mechanism in MECHANISMS.values():
+        structure, loads, _ = mechanism.system(mechanism.defaults)
         parameters = [
             {
                 "path": row.path,
@@ -64,10 +64,10 @@ def mechanism_rows() -> list[dict[str, object]]:
                 "range": [row.low, row.high],
                 "step": 1 if row.path == "periods" else None,
             }
-            for row in it.parameters
+            for row in mechanism.parameters
         ]
         elements = elements_of(structure, loads)
-        words = {"name": it.name, "title": it.title, "caption": it.caption}
+        words = {"name": mechanism.name, "title": mechanism.title, "caption": mechanism.caption}
         rows.append({**words, "rows": parameters, "elements": elements})
     return rows
 
@@ -194,7 +194,7 @@ def mechanism_python(request: PageRequest) -> str:
         If there is no such motion.
     """
     mechanism, values = _given(request)
-    # What has no structure has no script.
+    # Without a structure there is no script.
     mechanism.system(values)
     return mechanism.python(values)
 
@@ -369,13 +369,13 @@ def _settled_orbit(model: MechanismParts, running: RunningRequest) -> StructureO
     x, v = run(np.minimum(strobes, run.t_end))
     states = np.concatenate([x, v * loads.period], axis=1)
     size = float(np.abs(states).max())
-    apart = np.abs(states[:-1] - states[-1]).max(axis=1)[::-1]
-    near = np.flatnonzero(apart <= NEAR * size)
+    distance = np.abs(states[:-1] - states[-1]).max(axis=1)[::-1]
+    near = np.flatnonzero(distance <= NEAR * size)
     if size == 0.0 or len(near) == 0:
         return None
     try:
         orbit = find_orbit(structure, loads, n_periods=int(near[0]) + 1, guess=(x[-1], v[-1]))
     except PercussError:
         return None
-    there = np.concatenate([orbit.x0, orbit.v0 * loads.period])
-    return orbit if float(np.abs(there - states[-1]).max()) <= SAME * size else None
+    state = np.concatenate([orbit.x0, orbit.v0 * loads.period])
+    return orbit if float(np.abs(state - states[-1]).max()) <= SAME * size else None

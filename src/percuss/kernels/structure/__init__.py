@@ -1,1 +1,4 @@
-"""The motion of several masses between stops: the scalar family's questions, for n modes."""
+"""Kernels of structures: several masses between stops, followed in their modes.
+
+A module does for n modes what that of the same name one folder up does for one mass.
+"""

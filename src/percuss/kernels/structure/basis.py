@@ -9,8 +9,9 @@ under the loads f. With proportional damping u is a modal coordinate and beta va
 complex modes is brought to the same form. So each mode stands in a `Law` as a region does, and the
 closed forms of `flight` hold for it in every linear regime (docs/theory/structures.md).
 
-A *watch* is what may fall to zero: the clearance to a stop that is not in touch, how far a soft
-stop is pressed in, or the force by which a wall holds. Each is linear in the modes and the loads.
+A *guard*, as it is called for hybrid systems, is a function whose fall to zero ends a flight: the
+clearance to a stop that is not in touch, how far a soft stop is pressed in, or the force by which a
+wall holds. Each is linear in the modes and the loads.
 All arrays have a first axis over the sets that the motion has met so far.
 """
 
@@ -29,11 +30,11 @@ MODE_COLUMNS = 6
 # Entries of the input of a harmonic into a mode: into w' and u', of its cosine and its sine.
 FORCE_COS, FORCE_SIN, RATE_COS, RATE_SIN = range(4)
 DRIVE_ENTRIES = 4
-# What a watch takes of a mode: of u, of w; of the norm of its second derivative, for a bound of
-# the fourth derivative of the watch.
+# What a guard takes of a mode: of u, of w; of the norm of its second derivative, for a bound of
+# the fourth derivative of the guard.
 OF_U, OF_W, OF_NORM = range(3)
-WATCH_ENTRIES = 3
-# Columns of a watch: its constant; the bound of the harmonics' own part in its fourth derivative;
+GUARD_ENTRIES = 3
+# Columns of a guard: its constant; the bound of the harmonics' own part in its fourth derivative;
 # the sum of OF_NORM times SURGE; whether loads enter it directly; whether it is watched at all; and
 # of a clearance, less the change of its acceleration by a unit change of its own velocity.
 CONSTANT, TWIST, SURGES, IS_FED, IS_ON, SELF_DRAG = range(6)
@@ -56,9 +57,9 @@ class Sets(NamedTuple):
     """The sets that are known, stacked; shapes with b sets, n modes, m harmonics, s stops, r records.
 
     law: (b, rows, COLUMNS), the modes as regions; modes: (b, n, MODE_COLUMNS); drive:
-    (b, n, m, 4); record_drive: (b, n, r, 2), input of each record into w' and u'; watch:
+    (b, n, m, 4); record_drive: (b, n, r, 2), input of each record into w' and u'; guard:
     (b, s, n, 3); levels: (b, s, LEVEL_COLUMNS); feed: (b, s, m, 2) and record_feed (b, s, r), what
-    a watch takes of the loads directly; steps: (b, l, n, STEP_ENTRIES + 4 m) and turns (b, l, m, 2),
+    a guard takes of the loads directly; steps: (b, l, n, STEP_ENTRIES + 4 m) and turns (b, l, m, 2),
     the maps over steps of doubling lengths; shape: (b, n_x, n, 2), displacements of u and w;
     offset: (b, n_x); inverse: (b, n, 2, 2 n_x); kick: (b, s, n, 2), the jump of the modes that
     changes the velocity of a stop by 1; of_set: (b, SET_COLUMNS); keys: (b,), bits of the stops
@@ -72,7 +73,7 @@ class Sets(NamedTuple):
     modes: Floats
     drive: Floats
     record_drive: Floats
-    watch: Floats
+    guard: Floats
     levels: Floats
     feed: Floats
     record_feed: Floats
@@ -98,7 +99,7 @@ class Basis(NamedTuple):
     modes: Floats
     drive: Floats
     record_drive: Floats
-    watch: Floats
+    guard: Floats
     levels: Floats
     feed: Floats
     record_feed: Floats
@@ -110,20 +111,20 @@ class Basis(NamedTuple):
 @formula
 def basis_of(sets: Sets, b: int) -> Basis:
     """Return one of the sets."""
-    return basis_with(sets, b, sets.watch[b], sets.levels[b], sets.feed[b], sets.record_feed[b])
+    return basis_with(sets, b, sets.guard[b], sets.levels[b], sets.feed[b], sets.record_feed[b])
 
 
 @formula
 def basis_with(
-    sets: Sets, b: int, watch: Floats, levels: Floats, feed: Floats, record_feed: Floats
+    sets: Sets, b: int, guard: Floats, levels: Floats, feed: Floats, record_feed: Floats
 ) -> Basis:
-    """Return one of the sets with other watches."""
+    """Return one of the sets with other guards."""
     return Basis(
         sets.law[b],
         sets.modes[b],
         sets.drive[b],
         sets.record_drive[b],
-        watch,
+        guard,
         levels,
         feed,
         record_feed,

@@ -2,7 +2,7 @@
 
 The members of a batch go one after another from event to event as `march` does, through a small
 record whose rows are observed and dropped. A member waits, NEW_SET, where it first meets a set of acting stops; once
-the set is made, it goes on. The results are the same whatever motions are batched together.
+the set is made, it goes on. The result of a member does not depend on the others.
 """
 
 from __future__ import annotations
@@ -117,10 +117,10 @@ IMPACT_COLUMNS = 3
 class Views(NamedTuple):
     """What is seen of a motion beside the clearances: y = c . x first, then the stops' forces.
 
-    Each is linear in modes and loads, and the arrays are those of `Sets` for watches.
+    Each is linear in modes and loads, and the arrays are those of `Sets` for guards.
     """
 
-    watch: Floats
+    guard: Floats
     levels: Floats
     feed: Floats
     record_feed: Floats
@@ -165,7 +165,7 @@ class TangentSpace(NamedTuple):
     logs: Floats
 
 
-class Wishes(NamedTuple):
+class StructureOptions(NamedTuple):
     """Options of all members, as `percuss.kernels.batch.Options` has them.
 
     ``of_stop`` is the stop whose impacts are points, -1 for all; ``with_views`` asks for what is
@@ -186,7 +186,7 @@ def follow_members(
     viewer: StructureRun,
     views: Views,
     space: TangentSpace,
-    wishes: Wishes,
+    options: StructureOptions,
     stop: Integers,
 ) -> None:
     """Follow each member to its limits, or until it waits for a set or for more rows, or its patience ends.
@@ -200,7 +200,7 @@ def follow_members(
         status = members.status[i]
         if status in (NEW, NEW_SET, SPENT, FULL):
             load(members, i, run)
-            status = follow_member(members, i, run, viewer, views, space, wishes, stop)
+            status = follow_member(members, i, run, viewer, views, space, options, stop)
             members.status[i] = status
             store(members, i, run)
 
@@ -274,7 +274,7 @@ def follow_member(
     viewer: StructureRun,
     views: Views,
     space: TangentSpace,
-    wishes: Wishes,
+    options: StructureOptions,
     stop: Integers,
 ) -> int:
     """Go on as `march` does, and observe each record; return why the motion came to an end.
@@ -282,24 +282,25 @@ def follow_member(
     FULL: the record is too small for all events of one instant.
     """
     until = members.plans[i, UNTIL]
-    patience = wishes.patience
+    patience = options.patience
     status = MOVING
     while status == MOVING and stop[0] == 0:
-        status = march(run, until, wishes.max_impacts, patience)
+        status = march(run, until, options.max_impacts, patience)
         last = run.counters[N_EVENTS] - 1
         for row in range(last):
-            end = (run.events[row + 1, EVENT_T], run.events[row + 1, EVENT_T_LOW])
-            observe_stretch(members, i, viewer, views, space, wishes, row, end, False)
-            if wishes.section == TANGENTS:
+            t = run.events[row + 1, EVENT_T]
+            end = (t, run.events[row + 1, EVENT_T_LOW], t)
+            observe_stretch(members, i, viewer, views, space, options, row, end)
+            if options.section == TANGENTS:
                 carry_tangents(members, i, viewer, space, row)
-            observe_event(members, i, viewer, wishes, row + 1)
+            observe_event(members, i, viewer, options, row + 1)
         is_empty = last <= 0 and run.counters[N_GRAZES] < run.grazes.shape[0]
         if status == FULL and not is_empty:
             begin_record(run, run.marks[last, KIND])
             status = MOVING
         elif status == REACHED_END:
-            end = (until, 0.0)
-            observe_stretch(members, i, viewer, views, space, wishes, last, end, True)
+            end = (until, 0.0, math.inf)
+            observe_stretch(members, i, viewer, views, space, options, last, end)
             end_at(members, i, viewer, last, until)
             for k in range(members.ends.shape[1]):
                 if not abs(members.ends[i, k]) < HUGE:
@@ -330,7 +331,7 @@ def place_at(viewer: StructureRun, row: int, instant: float, place: Floats) -> N
 
 @kernel
 def observe_event(
-    members: StructureMembers, i: int, viewer: StructureRun, wishes: Wishes, row: int
+    members: StructureMembers, i: int, viewer: StructureRun, options: StructureOptions, row: int
 ) -> None:
     """Count the event of a row."""
     values = members.values[i]
@@ -348,7 +349,7 @@ def observe_event(
         return
     values[IMPACTS] += 1.0
     values[PEAK_SPEED] = max(values[PEAK_SPEED], abs(events[row, V_BEFORE]))
-    if wishes.section == IMPACT_POINTS and wishes.of_stop in (-1, marks[row, BOUND]):
+    if options.section == IMPACT_POINTS and options.of_stop in (-1, marks[row, BOUND]):
         point = members.points[i, next_point(members, i)]
         point[0] = events[row, EVENT_T]
         point[1] = events[row, V_AFTER] if kind == IMPACT else events[row, V_BEFORE]
@@ -370,21 +371,23 @@ def observe_stretch(
     viewer: StructureRun,
     views: Views,
     space: TangentSpace,
-    wishes: Wishes,
+    options: StructureOptions,
     row: int,
-    end: tuple[float, float],
-    is_last: bool,
+    end: tuple[float, float, float],
 ) -> None:
-    """Record strobes and what is seen on the flight of a row, which ends at an instant."""
+    """Record strobes and what is seen on the flight of a row.
+
+    ``end`` is its instant (t, t_low) and the time before which its strobes lie: a strobe at the very
+    instant of an event belongs to what follows, one at the end of the motion to the last flight.
+    """
     plan = members.plans[i]
     values = members.values[i]
-    if end[0] < plan[SINCE]:
+    t, t_low, before = end
+    if t < plan[SINCE]:
         return
-    if wishes.section == TANGENTS:
-        strobe_tangents(members, i, viewer, space, row, math.inf if is_last else end[0])
-    if wishes.section == STROBES:
-        # A strobe at the very instant of an event belongs to what follows.
-        before = math.inf if is_last else end[0]
+    if options.section == TANGENTS:
+        strobe_tangents(members, i, viewer, space, row, before)
+    if options.section == STROBES:
         instant = plan[SINCE] + values[POINTS] * plan[EVERY]
         n = viewer.sets.offset.shape[1]
         place = viewer.scratch[6, :n]
@@ -395,9 +398,9 @@ def observe_stretch(
                 point[j] = place[j, 0]
                 point[n + j] = place[j, 1]
             instant = plan[SINCE] + values[POINTS] * plan[EVERY]
-    if wishes.with_views:
+    if options.with_views:
         start = (viewer.events[row, EVENT_T], viewer.events[row, EVENT_T_LOW])
-        span = (max(0.0, plan[SINCE] - start[0]), (end[0] - start[0]) + (end[1] - start[1]))
+        span = (max(0.0, plan[SINCE] - start[0]), (t - start[0]) + (t_low - start[1]))
         observe_views(viewer, views, row, span, values)
 
 
@@ -443,9 +446,9 @@ def observe_views(
 
 @kernel
 def seen_flight(viewer: StructureRun, views: Views, b: int) -> ModalFlight:
-    """Return the flight of the viewer whose watches are the views."""
+    """Return the flight of the viewer whose guards are the views."""
     basis = basis_with(
-        viewer.sets, b, views.watch[b], views.levels[b], views.feed[b], views.record_feed[b]
+        viewer.sets, b, views.guard[b], views.levels[b], views.feed[b], views.record_feed[b]
     )
     return flight_with(viewer, basis, viewer.values, viewer.order)
 

@@ -110,7 +110,7 @@ def chatter_time(
 
 @kernel
 def size_of_push(flight: ModalFlight, i: int) -> float:
-    """Return the sum of the magnitudes of the terms of a watch's second derivative."""
+    """Return the sum of the magnitudes of the terms of a guard's second derivative."""
     basis = flight.basis
     total = 0.0
     for j in range(flight.begin.shape[0]):
@@ -121,6 +121,6 @@ def size_of_push(flight: ModalFlight, i: int) -> float:
         force = abs(flight.pull[j, 0]) + spring * u + drag * w
         for k in range(flight.phases.shape[0]):
             force += abs(basis.drive[j, k, 0]) + abs(basis.drive[j, k, 1])
-        total += abs(basis.watch[i, j, OF_U]) * force
-        total += abs(basis.watch[i, j, OF_W]) * (spring * w + drag * force)
+        total += abs(basis.guard[i, j, OF_U]) * force
+        total += abs(basis.guard[i, j, OF_W]) * (spring * w + drag * force)
     return total

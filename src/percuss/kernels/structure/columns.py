@@ -1,6 +1,6 @@
-"""What a flight of a structure makes of a change of its equation: its columns.
+"""Columns: the derivatives of a flight of a structure by parameters.
 
-The derivative of a flight by a parameter at a time that stays, a *column*, obeys the flight's own
+The derivative of a flight by a parameter at a fixed time, a *column*, obeys the flight's own
 equation, forced by the change of the equation along the motion,
 
     M xi'' + C xi' + K xi = dF - dM x'' - dC x' - dK x.
@@ -45,7 +45,7 @@ from percuss.kernels.structure.flight import (
     W,
 )
 
-# What a harmonic pushes: cos(w t), sin(w t), t cos(w t) and t sin(w t).
+# Functions of time by which the change of a harmonic enters: cos(w t), sin(w t), t cos(w t) and t sin(w t).
 WAVE_ENTRIES = 4
 
 
@@ -53,7 +53,7 @@ class MovedSets(NamedTuple):
     """What parameters change in the sets that a motion has met.
 
     With b sets, n modes and coordinates, s stops, m harmonics, r records and p parameters. What
-    receives a force of coordinates are q = 2 n + s rows: u' and w' of each mode, and the watch of
+    receives a force of coordinates are q = 2 n + s rows: u' and w' of each mode, and the guard of
     each wall that holds.
 
     change: (b, n, 2, q, p), what it receives of the modes; push: (b, q, p), constants; waves:
@@ -334,7 +334,7 @@ def moved_force(
     work: SeriesWorkspace,
     out: Floats,
 ) -> None:
-    """Write the derivative (p,) of the force of a wall that holds, at an instant that stays.
+    """Write the derivative (p,) of the force of a wall that holds, at a fixed instant.
 
     ``times`` are the instant of the flight's start and the time since then; ``columns`` (n, 2, p)
     are those at the instant, to which `column_changes` has taken the modes.
@@ -347,9 +347,9 @@ def moved_force(
     fill_phases(flight, times[1], 0.0, 0, work)
     first = row * out.shape[0]
     add_loads(flight, moved, b, first, 0, (times[0], times[1], 0.0), work, out)
-    watch = flight.basis.watch[stop]
+    guard = flight.basis.guard[stop]
     for j in range(n):
         for p in range(out.shape[0]):
             out[p] += moved.change[b, j, U, row, p] * modes[j, U]
             out[p] += moved.change[b, j, W, row, p] * modes[j, W]
-            out[p] += watch[j, OF_U] * columns[j, U, p] + watch[j, OF_W] * columns[j, W, p]
+            out[p] += guard[j, OF_U] * columns[j, U, p] + guard[j, OF_W] * columns[j, W, p]

@@ -1,4 +1,4 @@
-"""The modes between two events in closed form, and what the watches see of them.
+"""The modes between two events in closed form, and what the guards see of them.
 
 A flight is given by its basis, the modes at its start and the phases of the loads there. Its
 changes since the start are computed, not its values: a hop far below the rounding of the
@@ -55,7 +55,7 @@ PULL, SLOPE, DRIFT, DRIFT_SLOPE = range(4)
 PULL_COLUMNS = 4
 # Columns of a mode's state.
 U, W = range(2)
-# Columns of what is seen of a watch: value, slope, second derivative, bound of the fourth without the growth
+# Columns of what is seen of a guard: value, slope, second derivative, bound of the fourth without the growth
 # over the stretch, and the sums of the magnitudes of the terms of value and slope.
 VALUE, SPEED, SECOND, BEND, SIZE, RATE_SIZE = range(6)
 SEEN_COLUMNS = 6
@@ -69,7 +69,7 @@ INVERSES = tuple(1.0 / n for n in range(1, MOST_TERMS + 1))
 class ModalFlight(NamedTuple):
     """A flight: its basis, the modes (n, 2), inputs (n, 4), phases (m, 2) and records (r, 2) at its start.
 
-    ``values`` (s,) are the watches there: exactly 0 where ``order`` (s,), the number of derivatives
+    ``values`` (s,) are the guards there: exactly 0 where ``order`` (s,), the number of derivatives
     that are known to vanish counted from the value, is positive, and known to -order where that is
     negative. ``later`` (n, 2), ``arrival``
     (m, 2) are scratch: modes and phases at the time last evaluated.
@@ -298,7 +298,7 @@ def inputs(
 
 @formula
 def fed(basis: Basis, i: int, phases: Floats, records: Floats, s: float, order: int) -> float:
-    """Return the part of a watch, or of its derivative of that order, that the loads enter directly."""
+    """Return the part of a guard, or of its derivative of that order, that the loads enter directly."""
     total = 0.0
     if basis.levels[i, IS_FED] == 0.0:
         return total
@@ -324,7 +324,7 @@ def fed(basis: Basis, i: int, phases: Floats, records: Floats, s: float, order: 
 def see(
     flight: ModalFlight, modes: Floats, phases: Floats, s: float, rates: Floats, seen: Floats
 ) -> None:
-    """Write into ``seen`` (stops, 6) what the watches see of the ``modes`` at a time s.
+    """Write into ``seen`` (stops, 6) what the guards see of the ``modes`` at a time s.
 
     ``rates`` (n, 5) is scratch: first and second derivatives of the modes, and the norm of these.
     """
@@ -357,8 +357,8 @@ def see(
             size += abs(value)
         # Summed in registers: sums in an array would wait for their stores, mode by mode.
         for j in range(n):
-            p = basis.watch[i, j, OF_U]
-            q = basis.watch[i, j, OF_W]
+            p = basis.guard[i, j, OF_U]
+            q = basis.guard[i, j, OF_W]
             of_u = p * modes[j, U]
             of_w = q * modes[j, W]
             value += of_u + of_w
@@ -368,7 +368,7 @@ def see(
             speed += of_u + of_w
             rate_size += abs(of_u) + abs(of_w)
             second += p * rates[j, 2] + q * rates[j, 3]
-            bend += basis.watch[i, j, OF_NORM] * rates[j, 4]
+            bend += basis.guard[i, j, OF_NORM] * rates[j, 4]
         seen[i, VALUE] = value
         seen[i, SPEED] = speed
         seen[i, SECOND] = second
@@ -381,7 +381,7 @@ def see(
 def derivatives(
     flight: ModalFlight, i: int, s: float, is_begin: bool
 ) -> tuple[float, float, float, float, float, float]:
-    """Return a watch with its first four derivatives, and what `fourth_bound` takes for its bend.
+    """Return a guard with its first four derivatives, and what `fourth_bound` takes for its bend.
 
     ``later`` and ``arrival`` are those at s, or those of the start are taken.
     """
@@ -424,8 +424,8 @@ def derivatives_here(
         drag = basis.modes[j, DRAG]
         u = flight.begin[j, U]
         w = flight.begin[j, W]
-        p = basis.watch[i, j, OF_U]
-        q = basis.watch[i, j, OF_W]
+        p = basis.guard[i, j, OF_U]
+        q = basis.guard[i, j, OF_W]
         if not is_begin:
             y += p * flight.later[j, U] + q * flight.later[j, W]
             u += flight.later[j, U]
@@ -442,13 +442,13 @@ def derivatives_here(
         second += p * u2 + q * w2
         third += p * u3 + q * w3
         fourth += p * u4 + q * w4
-        bound += basis.watch[i, j, OF_NORM] * (basis.modes[j, ROOT] * abs(u2) + abs(w2))
+        bound += basis.guard[i, j, OF_NORM] * (basis.modes[j, ROOT] * abs(u2) + abs(w2))
     return y, first, second, third, fourth, bound
 
 
 @formula
 def fourth_bound(basis: Basis, i: int, bend: float, width: float) -> float:
-    """Return a bound of a watch's fourth derivative over a stretch that begins with ``bend``."""
+    """Return a bound of a guard's fourth derivative over a stretch that begins with ``bend``."""
     growth = 1.0
     if basis.of_set[GROWTH] > 0.0:
         growth = exponential(basis.of_set[GROWTH] * width)
@@ -457,9 +457,9 @@ def fourth_bound(basis: Basis, i: int, bend: float, width: float) -> float:
 
 @kernel
 def uncertainty(flight: ModalFlight, i: int, s: float) -> float:
-    """Return a bound on the rounding error of a watch a time s after the start.
+    """Return a bound on the rounding error of a guard a time s after the start.
 
-    It is that of its terms, each taken at the sum of the magnitudes of its parts. A watch that
+    It is that of its terms, each taken at the sum of the magnitudes of its parts. A guard that
     begins at exactly zero has no error of its value there.
     """
     basis, law = flight.basis, flight.basis.law
@@ -475,8 +475,8 @@ def uncertainty(flight: ModalFlight, i: int, s: float) -> float:
         size += abs(basis.levels[i, CONSTANT])
     for j in range(basis.modes.shape[0]):
         row = row_of(basis, j)
-        p = abs(basis.watch[i, j, OF_U])
-        q = abs(basis.watch[i, j, OF_W])
+        p = abs(basis.guard[i, j, OF_U])
+        q = abs(basis.guard[i, j, OF_W])
         spring = abs(basis.modes[j, SPRING])
         drag = abs(basis.modes[j, DRAG])
         u0 = abs(flight.begin[j, U])

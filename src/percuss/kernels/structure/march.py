@@ -1,4 +1,4 @@
-"""What follows from event to event: impacts, contacts, releases, chatter, the edges of soft stops.
+"""The motion of a structure from event to event: impacts, contacts, releases, chatter, edges.
 
 Impacts at one instant come one after another, the stop of the lowest index first, until no wall is
 approached; which walls hold the structure then is decided by the signs of their forces.
@@ -92,7 +92,7 @@ from percuss.kernels.structure.run import (
     walls_of,
 )
 
-# Column of the scratch that keeps up to when watches were known to be positive before a search.
+# Column of the scratch that keeps up to when guards were known to be positive before a search.
 SEARCHED = 4
 # A speed below this part of the fastest impact is none: two chatters at once end there.
 NO_SPEED = 1e-13
@@ -409,8 +409,8 @@ def force_of(basis: Basis, i: int, modes: Floats, phases: Floats, records: Float
     value = basis.levels[i, CONSTANT] + fed(basis, i, phases, records, 0.0, 0)
     size = abs(basis.levels[i, CONSTANT]) + abs(value)
     for j in range(modes.shape[0]):
-        p = basis.watch[i, j, OF_U] * modes[j, U]
-        q = basis.watch[i, j, OF_W] * modes[j, W]
+        p = basis.guard[i, j, OF_U] * modes[j, U]
+        q = basis.guard[i, j, OF_W] * modes[j, W]
         value += p + q
         size += abs(p) + abs(q)
     return 0.0 if abs(value) <= 64.0 * ULP * size else value

@@ -1,6 +1,6 @@
-"""When a watch of a flight first falls to zero, with proof.
+"""When a guard of a flight first falls to zero, with proof.
 
-The walk goes in steps of doubling lengths. Over a step the watch lies within M h^4 / 384 of the
+The walk goes in steps of doubling lengths. Over a step the guard lies within M h^4 / 384 of the
 cubic through its ends, with M the bound of its fourth derivative from the norms of the modes; so a
 quick mode of small amplitude does not shorten the step. A step that is not clear is halved, down to
 the shortest, and there `first_root` decides as it does for one mass (docs/theory/structures.md).
@@ -74,13 +74,13 @@ from percuss.kernels.structure.flight import (
     uncertainty,
 )
 
-# (verdict, s, watch, velocity or clearance, what is to be added to s or rounding bound).
+# (verdict, s, guard, velocity or clearance, what is to be added to s or rounding bound).
 Event: TypeAlias = tuple[int, float, int, float, float]
 # The first step is this many times doubled.
 FIRST_LEVEL = 3
 # Rounding of one step, as a part of that of a walk.
 OF_ONE_STEP = 0.01
-# Walks between two looks at the keyboard.
+# Walks between two checks for Ctrl-C.
 WALKS_AT_ONCE = 4096
 
 
@@ -149,24 +149,24 @@ def copy(source: Floats, target: Floats) -> None:
 
 @formula
 def next_event(flight: ModalFlight, scratch: Floats, free: Floats, longest: float) -> Event:
-    """Return the first passage of a watch through zero before ``longest``.
+    """Return the first passage of a guard through zero before ``longest``.
 
-    ``free`` (stops,) are the times up to which each watch is known to be positive, and come back
+    ``free`` (stops,) are the times up to which each guard is known to be positive, and come back
     so. ``scratch`` (8, k, 6), of which the last array is the caller's, holds modes, phases and what
     is seen along the walk; k is the largest number of modes, harmonics and stops.
     """
     basis = flight.basis
     n = basis.modes.shape[0]
-    n_watches = basis.levels.shape[0]
+    n_guards = basis.levels.shape[0]
     modes = scratch[0, :n]
     after = scratch[1, :n]
-    seen = scratch[2, :n_watches]
-    seen1 = scratch[3, :n_watches]
+    seen = scratch[2, :n_guards]
+    seen1 = scratch[3, :n_guards]
     phases = scratch[4, : flight.phases.shape[0]]
     turned = scratch[5, : flight.phases.shape[0]]
     rates = scratch[6, :n]
     s = longest
-    for i in range(n_watches):
+    for i in range(n_guards):
         if basis.levels[i, IS_ON] == 1.0:
             s = min(s, free[i])
     if s >= longest:
@@ -192,7 +192,7 @@ def next_event(flight: ModalFlight, scratch: Floats, free: Floats, longest: floa
             see(flight, after, turned, s + width, rates, seen1)
             unclear = -1
             count = 0
-            for i in range(n_watches):
+            for i in range(n_guards):
                 is_due = basis.levels[i, IS_ON] == 1.0 and free[i] < s + width
                 if is_due and not is_clear(flight, i, s, width, seen, seen1, free):
                     count += 1
@@ -216,7 +216,7 @@ def next_event(flight: ModalFlight, scratch: Floats, free: Floats, longest: floa
                 level += 1
             s += width
             steps += 1
-            for i in range(n_watches):
+            for i in range(n_guards):
                 free[i] = max(free[i], s)
             copy(after, modes)
             copy(turned, phases)
@@ -226,7 +226,7 @@ def next_event(flight: ModalFlight, scratch: Floats, free: Floats, longest: floa
 
 @formula
 def slack_of(i: int, width: float, seen: Floats, seen1: Floats) -> float:
-    """Return a bound on what a walk has rounded away in a watch."""
+    """Return a bound on what a walk has rounded away in a guard."""
     sizes = seen[i, SIZE] + seen1[i, SIZE] + width * (seen[i, RATE_SIZE] + seen1[i, RATE_SIZE])
     return WALK_SLACK * sizes
 
@@ -235,7 +235,7 @@ def slack_of(i: int, width: float, seen: Floats, seen1: Floats) -> float:
 def is_clear(
     flight: ModalFlight, i: int, s: float, width: float, seen: Floats, seen1: Floats, free: Floats
 ) -> bool:
-    """Return whether a watch stays positive over a step."""
+    """Return whether a guard stays positive over a step."""
     y = seen[i, VALUE]
     y1 = seen1[i, VALUE]
     v = seen[i, SPEED]
@@ -264,7 +264,7 @@ def is_clear(
 def crossing(
     flight: ModalFlight, i: int, s: float, width: float, seen: Floats, seen1: Floats
 ) -> Event:
-    """Return the HIT of the one watch of a step that is not clear, if it simply falls through zero.
+    """Return the HIT of the one guard of a step that is not clear, if it simply falls through zero.
 
     A root is the first one if the cubic through the beginning and the root has Bernstein
     coefficients above M w^4 / 288 (`percuss.kernels.next_event.event_of_step`).
@@ -300,7 +300,7 @@ def crossing(
 def locate_root(
     flight: ModalFlight, i: int, bracket: tuple[float, float, float]
 ) -> tuple[float, float, float]:
-    """Return (s, slope, s_low) where a watch falls to zero; ``later`` holds the modes at s.
+    """Return (s, slope, s_low) where a guard falls to zero; ``later`` holds the modes at s.
 
     ``bracket`` is (left, right, guess): positive at the left, not at the right, one root between.
     """
@@ -343,10 +343,10 @@ def locate_root(
 
 @kernel
 def departure(flight: ModalFlight, i: int, longest: float) -> float:
-    """Return a time up to which a watch that begins at zero is positive, 0 if it is not at all.
+    """Return a time up to which a guard that begins at zero is positive, 0 if it is not at all.
 
     As `percuss.kernels.event_location.departure`, up to the third derivative; ``order`` says how
-    many derivatives are known to vanish. A watch that none of these moves is free for ``longest``.
+    many derivatives are known to vanish. A guard that none of these moves is free for ``longest``.
     """
     _, first, second, third, _, bend = derivatives(flight, i, 0.0, True)
     order = int(flight.order[i])
@@ -393,7 +393,7 @@ def first_of_all(
     seen1: Floats,
     width: float,
 ) -> Event:
-    """Return the first event of a step, each watch searched from where it is known free."""
+    """Return the first event of a step, each guard searched from where it is known free."""
     best = (NONE, end, -1, 0.0, 0.0)
     flight.at[1] = math.inf
     for i in range(free.shape[0]):
@@ -421,7 +421,7 @@ def first_of_all(
 def first_root(flight: ModalFlight, i: int, span: Pair) -> tuple[int, float, float, float, float]:
     """Return (verdict, s, slope or value, s_low or rounding bound, free up to) of the first root.
 
-    As `percuss.kernels.event_location.first_root`, for a watch of a structure.
+    As `percuss.kernels.event_location.first_root`, for a guard of a structure.
     """
     left, right = span
     if not left < right:
@@ -473,7 +473,7 @@ def first_root(flight: ModalFlight, i: int, span: Pair) -> tuple[int, float, flo
 
 @kernel
 def lowest(flight: ModalFlight, i: int, left: float, right: float) -> tuple[float, float, float]:
-    """Return (s, value, rounding bound) at the one turning point of a convex stretch of a watch."""
+    """Return (s, value, rounding bound) at the one turning point of a convex stretch of a guard."""
     s = 0.5 * (left + right)
     value = 0.0
     for _ in range(MAX_ITERATIONS):

@@ -1,8 +1,8 @@
-"""What an observable of a structure does along a run: where it turns, and where it passes a level.
+"""Turning points of an observable of a structure along a run, and its passages of a level.
 
 An observable is linear in the modes and the loads under each set of acting stops, and so is its
-derivative: it is a watch as a clearance is, and `next_event` finds its falls through zero with the
-same proof. A watch and its negative take turns: after a fall of the one the other is positive.
+derivative: it is a guard as a clearance is, and `next_event` finds its falls through zero with the
+same proof. A guard and its negative take turns: after a fall of the one the other is positive.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from percuss.kernels.structure.run import (
 )
 from percuss.kernels.structure.sample import flight_after, held_after, tail_after
 
-# The rows of a gauge: the observable, what is watched, and its negative.
+# The rows of a gauge: the observable, the function whose zeros are sought, and its negative.
 OBSERVED, RISING, FALLING = range(3)
 GAUGE_ROWS = 3
 # Entries of the progress along a run: the stretch, two for each event, the second that of a tail
@@ -43,24 +43,24 @@ GAUGE_ROWS = 3
 # rows is watched, 0 before the first; and a stop that does not press in a tail, -1 for none.
 STRETCH, INSIDE, NOW, NOW_LOW, WATCHED, STOP = range(6)
 PROGRESS_ENTRIES = 6
-# Columns of what is written: the instant, the observable there, the derivative of what is watched,
-# and what it is.
+# Columns of what is written: the instant, the observable there, that of the function whose zeros are
+# sought, and the kind of the row.
 AT_T, AT_VALUE, AT_SLOPE, AT_KIND = range(4)
 TRACE_COLUMNS = 4
 BEGIN, PASSAGE, END = range(3)
 
 
 class Gauge(NamedTuple):
-    """An observable with what is watched of it, for each of b sets, as `Sets` has its watches.
+    """An observable and the function whose zeros are sought, in b sets, as `Sets` has guards.
 
-    acts: (b,), whether the observable is anything but 0; watch: (b, 3, n, 3); levels: (b, 3,
+    acts: (b,), whether the observable is anything but 0; guard: (b, 3, n, 3); levels: (b, 3,
     LEVEL_COLUMNS); feed: (b, 3, m, 2); record_feed, slope_feed: (b, 3, r), what the values and the
     slopes of records add. The rest is scratch: levels of the present flight, its values, orders and
     how far it is searched (3,), and arrays of the search.
     """
 
     acts: Floats
-    watch: Floats
+    guard: Floats
     levels: Floats
     feed: Floats
     record_feed: Floats
@@ -74,14 +74,14 @@ class Gauge(NamedTuple):
 
 @kernel
 def gauge_flight(run: StructureRun, gauge: Gauge, b: int) -> ModalFlight:
-    """Return the flight of the run's modes and loads in a set, with the rows of a gauge to watch."""
+    """Return the flight of the run's modes and loads in a set, with the rows of a gauge as its guards."""
     for i in range(GAUGE_ROWS):
         for k in range(gauge.present.shape[1]):
             gauge.present[i, k] = gauge.levels[b, i, k]
         for k in range(run.records.shape[0]):
             gauge.present[i, CONSTANT] += gauge.slope_feed[b, i, k] * run.records[k, 1]
     basis = basis_with(
-        run.sets, b, gauge.watch[b], gauge.present, gauge.feed[b], gauge.record_feed[b]
+        run.sets, b, gauge.guard[b], gauge.present, gauge.feed[b], gauge.record_feed[b]
     )
     return begin_flight(run, basis, gauge.values, gauge.order)
 
@@ -157,7 +157,7 @@ def go_on(run: StructureRun, flight: ModalFlight, instant: Pair, s: Pair, progre
 def trace(run: StructureRun, gauge: Gauge, span: Pair, progress: Floats, rows: Floats) -> int:
     """Write what an observable does between two instants of a run; return how many rows.
 
-    Each stretch gives a BEGIN, its PASSAGEs of what is watched through zero, and an END. Where it
+    Each stretch gives a BEGIN, its PASSAGEs through zero, and an END. Where it
     passes at an event to within rounding, that is one passage if it has another sign after the
     event than before. Called again where the rows were filled, it goes on.
     """
@@ -222,7 +222,7 @@ def trace(run: StructureRun, gauge: Gauge, span: Pair, progress: Floats, rows: F
 
 @kernel
 def doubt_at(flight: ModalFlight, i: int, s: float) -> float:
-    """Return within which rounding a watch is zero at a time s."""
+    """Return within which rounding a guard is zero at a time s."""
     return 4.0 * uncertainty(flight, i, s)
 
 
@@ -241,10 +241,10 @@ def begin_trace(
     doubt += 4.0 * ULP * abs(gauge.present[RISING, CONSTANT])
     before = int(progress[WATCHED])
     if abs(value) <= doubt:
-        set_watch(gauge, max(before, RISING), 0.0, progress)
+        set_guard(gauge, max(before, RISING), 0.0, progress)
         return count
     side = RISING if value > 0.0 else FALLING
-    set_watch(gauge, side, abs(value), progress)
+    set_guard(gauge, side, abs(value), progress)
     if before not in (0, side):
         slope = derivatives(flight, RISING, 0.0, True)[1]
         note_trace(rows, count, progress[NOW], gauge.values[OBSERVED], slope, PASSAGE)
@@ -253,7 +253,7 @@ def begin_trace(
 
 
 @kernel
-def set_watch(gauge: Gauge, side: int, value: float, progress: Floats) -> None:
+def set_guard(gauge: Gauge, side: int, value: float, progress: Floats) -> None:
     """Watch one of the two rows from here on, which has a value, 0 for exactly zero."""
     for i in range(RISING, GAUGE_ROWS):
         gauge.values[i] = value if i == side else -value
@@ -272,7 +272,7 @@ def pass_through(
     rows: Floats,
     count: int,
 ) -> int:
-    """Go on from where the watch falls through zero; ``fall`` is (s, s_low, its slope)."""
+    """Go on from where the guard falls through zero; ``fall`` is (s, s_low, its slope)."""
     s, s_low, slope = fall
     watched = int(progress[WATCHED])
     is_start = s == 0.0 and progress[STRETCH] == 0.0
@@ -283,7 +283,7 @@ def pass_through(
         slope = slope if watched == RISING else -slope
         note_trace(rows, count, progress[NOW], gauge.values[OBSERVED], slope, PASSAGE)
         count += 1
-    set_watch(gauge, FALLING if watched == RISING else RISING, 0.0, progress)
+    set_guard(gauge, FALLING if watched == RISING else RISING, 0.0, progress)
     return count
 
 

@@ -1,4 +1,4 @@
-"""What `march` reads and writes, and a flight from the state of a run."""
+"""The arrays that `march` of structures reads and writes, and the flight from their state."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class StructureRun(NamedTuple):
     """All that `march` reads and writes.
 
     ``begin`` (n, 2) are the modes after the last event, in the set of `counters`; ``order`` (s,)
-    how many derivatives of each watch vanish there, or less the doubt of its value where that is
+    how many derivatives of each guard vanish there, or less the doubt of its value where that is
     kept (`chatter.near_walls`), and ``free`` (s,) up to when it is known to be positive. ``states``
     holds the modes after each event.
     """
@@ -111,7 +111,7 @@ def flight_of(run: StructureRun) -> ModalFlight:
 
 @formula
 def flight_with(run: StructureRun, basis: Basis, values: Floats, order: Floats) -> ModalFlight:
-    """Return a flight of the run's modes and loads, whose watches have these values and orders."""
+    """Return a flight of the run's modes and loads, whose guards have these values and orders."""
     return ModalFlight(
         basis,
         run.begin,
@@ -154,7 +154,7 @@ def set_off(run: StructureRun) -> ModalFlight:
 
 @formula
 def prepare(run: StructureRun) -> ModalFlight:
-    """Return the flight of the state, whose watches are searched as far as they are."""
+    """Return the flight of the state, whose guards are searched as far as they are."""
     load_at(run.sets, (run.state[T], run.state[T_LOW]), run.phases, run.records)
     basis = basis_of(run.sets, run.counters[SET])
     flight = begin_flight(run, basis, run.values, run.order)
@@ -168,12 +168,12 @@ def prepare(run: StructureRun) -> ModalFlight:
 
 @formula
 def value_of(flight: ModalFlight, i: int) -> float:
-    """Return the value of a watch at the start of a flight."""
+    """Return the value of a guard at the start of a flight."""
     basis = flight.basis
     value = basis.levels[i, CONSTANT] + fed(basis, i, flight.phases, flight.records, 0.0, 0)
     for j in range(flight.begin.shape[0]):
-        value += basis.watch[i, j, OF_U] * flight.begin[j, U]
-        value += basis.watch[i, j, OF_W] * flight.begin[j, W]
+        value += basis.guard[i, j, OF_U] * flight.begin[j, U]
+        value += basis.guard[i, j, OF_W] * flight.begin[j, W]
     return value
 
 
@@ -184,8 +184,8 @@ def speed_of(basis: Basis, i: int, modes: Floats) -> float:
     for j in range(modes.shape[0]):
         u = modes[j, U]
         w = modes[j, W]
-        p = basis.watch[i, j, OF_U]
-        q = basis.watch[i, j, OF_W]
+        p = basis.guard[i, j, OF_U]
+        q = basis.guard[i, j, OF_W]
         speed += p * w - q * (basis.modes[j, SPRING] * u + basis.modes[j, DRAG] * w)
     return speed
 
@@ -254,7 +254,7 @@ def next_of_all(sets: Sets, t: float, t_low: float) -> tuple[float, float]:
 
 @formula
 def clear_orders(run: StructureRun) -> None:
-    """Forget which watches were at zero."""
+    """Forget which guards were at zero."""
     for i in range(run.order.shape[0]):
         run.order[i] = 0.0
 

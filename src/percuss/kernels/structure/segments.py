@@ -173,7 +173,7 @@ def record_of(varied: VariedRun, n: int) -> VariedRun:
         run.states[:n],
         run.grazes,
     )
-    return VariedRun(own, varied.moved, varied.touches, varied.touched, varied.jumps)
+    return VariedRun(own, varied.moved, varied.graze_times, varied.graze_stops, varied.jumps)
 
 
 @kernel

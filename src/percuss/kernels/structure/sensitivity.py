@@ -1,6 +1,6 @@
 """The derivative of a structure's motion by parameters, carried over its flights and events.
 
-A column is the derivative of (x, v) at a time that stays. On a flight it obeys the flight's own
+A column is the derivative of (x, v) at a fixed time. On a flight it obeys the flight's own
 equation (`structure.columns`); at an event at which the clearance h falls with the speed h', the
 neighbours arrive later by dt = -dh / h', and with the rates f of the state before and after it
 
@@ -76,15 +76,15 @@ ALIKE, ROUNDED = 1e-9, 1e-12
 class VariedRun(NamedTuple):
     """A motion whose derivatives are asked for: its record, the change and where it grazes walls.
 
-    ``touches`` (k,) are the instants of grazes, in order, ``touched`` (k,) the stops, and ``jumps``
+    ``graze_times`` (k,) are the instants of grazes, in order, ``graze_stops`` (k,) the stops, and ``jumps``
     (k, p) what each adds to the velocity of its clearance in each column, as an impulse does: NaN
     where the motion has no derivative, 0 on the side on which it passes without an impact.
     """
 
     run: StructureRun
     moved: MovedSets
-    touches: Floats
-    touched: Integers
+    graze_times: Floats
+    graze_stops: Integers
     jumps: Floats
 
 
@@ -262,21 +262,21 @@ def fly(
         for part in range(2):
             for p in range(work.columns.shape[2]):
                 work.columns[j, part, p] += work.changes[j, part, p]
-    for k in range(varied.touches.shape[0]):
-        since = (varied.touches[k] - t) - t_low
+    for k in range(varied.graze_times.shape[0]):
+        since = (varied.graze_times[k] - t) - t_low
         if 0.0 < since <= s:
             add_jump(varied, b, k, s - since, work)
 
 
 @kernel
 def add_jump(varied: VariedRun, b: int, k: int, s: float, work: CarryWorkspace) -> None:
-    """Add to the columns of the modes, and to their changes, what the jump at a touch is after s."""
+    """Add to the columns of the modes, and to their changes, what the jump at a graze has become a time s later."""
     sets = varied.run.sets
     kicks = work.series.columns[0]
     for i in range(work.shift.shape[1]):
         for p in range(work.shift.shape[2]):
             work.shift[0, i, p] = 0.0
-            work.shift[1, i, p] = sets.impulses[varied.touched[k], i] * varied.jumps[k, p]
+            work.shift[1, i, p] = sets.impulses[varied.graze_stops[k], i] * varied.jumps[k, p]
     to_modes(sets, b, work.shift, kicks)
     carry(basis_of(sets, b), s, kicks)
     for j in range(kicks.shape[0]):
@@ -486,15 +486,15 @@ def moved_tail(varied: VariedRun, record: ColumnRecord, row: int, work: CarryWor
     push = -second
     tau = 2.0 * speed / (push * (1.0 - ratio))
     bent = third / push - 1.5 * flight.basis.levels[stop, SELF_DRAG]
-    watch = flight.basis.watch[stop]
+    guard = flight.basis.guard[stop]
     for p in range(place.shape[2]):
         late = record.instants[row - 1, DT, p]
         moved_second = third * late
         moved_third = fourth * late
         for j in range(run.begin.shape[0]):
             for part in range(2):
-                moved_second += 2.0 * watch[j, part] * series.columns[2, j, part, p]
-                moved_third += 6.0 * watch[j, part] * series.columns[3, j, part, p]
+                moved_second += 2.0 * guard[j, part] * series.columns[2, j, part, p]
+                moved_third += 6.0 * guard[j, part] * series.columns[3, j, part, p]
         lossy = moved_restitution(run.sets.walls[stop], moved.walls[p, stop], region, bound, 0.0)
         weaker = moved_second / push
         longer = record.instants[row - 1, DV_AFTER, p] / speed + weaker + lossy / (1.0 - ratio)
@@ -598,12 +598,12 @@ def taylor_at(
     record: ColumnRecord,
     which: tuple[float, bool, int],
     work: CarryWorkspace,
-    watch: Floats,
+    guard: Floats,
 ) -> int:
     """Write the power series of modes and columns, three orders, at an instant into ``work``.
 
     ``which`` are the instant, whether it is after an event there, and a stop. The force of a wall
-    that holds, with its rate, goes into ``watch`` (2,), and its column into the forces of ``work``.
+    that holds, with its rate, goes into ``guard`` (2,), and its column into the forces of ``work``.
     Returns the set.
     """
     run, series = varied.run, work.series
@@ -620,7 +620,7 @@ def taylor_at(
         run.values[stop] = value_of(flight, stop)
         modes = run.scratch[1, : run.begin.shape[0]]
         arrive(flight, s, modes)
-        watch[0], watch[1], _, _, _, _ = derivatives(flight, stop, s, False)
+        guard[0], guard[1], _, _, _, _ = derivatives(flight, stop, s, False)
     for j in range(run.begin.shape[0]):
         for part in range(2):
             series.modes[0, j, part] = series.present[j, part]

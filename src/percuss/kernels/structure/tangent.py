@@ -1,4 +1,4 @@
-"""How neighbouring motions of a structure move: the derivative of a run by its start.
+"""The derivative of a structure's motion by its start, carried over flights and events.
 
 Columns of displacements and velocities are carried flight by flight in the modes, and across each
 event by the jump of a motion that meets it a little earlier or later (Aizerman & Gantmakher 1958;
@@ -193,7 +193,7 @@ def cross(
     c_after = run.marks[row + 1, NEXT_REGION]
     pace(sets, c_after, after, after.begin, after.phases, 0.0, paces[1])
     # `flight_after` has written over the modes of the flight before: its basis stays.
-    before = sets.watch[b, stop]
+    before = sets.guard[b, stop]
     is_plain = kind == IMPACT and c_after == b and sets.keys[b] & walls_of(sets) == 0
     if is_plain:
         push_of_kick(sets, b, stop, paces[1, 1])

@@ -21,9 +21,10 @@ from percuss.model.expression import Expression
 from percuss.model.paths import get_parameter, moved_fields, replace_parameters
 from percuss.model.system import System
 from percuss.numerics import dot, norm
+from percuss.orbits.bifurcations.borders import Bordered
 from percuss.orbits.bifurcations.force_jumps import Crossing, ForceJumps
-from percuss.orbits.continuation.correct import WEAK, corrected, solved, tangent_of
-from percuss.orbits.continuation.problem import BorderError, Point, along_parameter
+from percuss.orbits.continuation.correct import WEAK, corrected, tangent_of
+from percuss.orbits.continuation.problem import Point, along_parameter
 from percuss.orbits.orbit.itinerary import Itinerary, entries_of, entry, is_wall
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.solve import Solution, orbit_of_solution
@@ -192,18 +193,13 @@ SHORT, LONG, STRAIGHT = 1e-7, 0.05, 0.995
 # Least length of a step off a point at which families meet; factor to the next, shorter one; and
 # largest correction as a part of the length, so that no other family is found.
 LEAST, SHORTER, BENT = 1e-9, 0.25, 0.1
-# Newton's steps to a border, and the part of the period off it at which derivatives are those of
-# one side.
-TO_BORDER, OFF_BORDER = 20, 1e-7
-# Residuals of a point on a border.
-ON_BORDER = 1e-12
-# A border further away than this, in steps that would pass it, is not the one that was passed.
-FAR = 3.0
+# Part of a step that no jump passes where two are very near each other.
+TINY = 1e-7
 # Determinants this near 1 are those of conservative motion.
 CONSERVATIVE = 1e-12
 
 
-class BranchEquations(OrbitEquations):
+class BranchEquations(OrbitEquations, Bordered):
     """The orbits with the events of one orbit, as points z = (scaled unknowns, scaled parameter).
 
     Scaled, the parameter goes from 0 at ``low`` to 1 at ``high``.
@@ -219,8 +215,6 @@ class BranchEquations(OrbitEquations):
         ends = np.roll(self.events[:, AT], -1)
         self._returning = [i for i in range(self.n) if self.events[i, AT] == ends[i]]
         self._hops = [i for i in self._returning if self.walls[i] and self.walls[(i + 1) % self.n]]
-        self._centre: Floats | None = None
-        self.border: tuple[Crossing, Floats, Floats] | None = None
 
     def start(self, orbit: PeriodicOrbit, value: float) -> Floats:
         """Return the point of an orbit."""
@@ -335,7 +329,7 @@ class BranchEquations(OrbitEquations):
             if (self._sides_at(z, float(z[-1]) + 2.0 * way * step) == here).all()
         )
         # Between two jumps less than four steps apart the error of a short one has to do.
-        h = way * step if way else OFF_BORDER * step
+        h = way * step if way else TINY * step
         width = self.high - self.low
         at = [self.residual(z, self.low + (float(z[-1]) + k * h) * width)[0] for k in range(3)]
         with np.errstate(over="ignore", invalid="ignore"):
@@ -352,64 +346,29 @@ class BranchEquations(OrbitEquations):
         try:
             z = self._corrected(guess, normal, near_others=near_others)
         except ConvergenceError:
-            self._check_border(guess)
+            self.check_border(guess)
             raise
-        self._check_border(z)
+        self.check_border(z)
         return z
 
-    def _check_border(self, z: Floats) -> None:
-        """Raise `BorderError` where an event passes a jump between the centre and a point."""
-        if self._centre is None or not self.jumps:
-            return
-        before, after = (self.sides(one[:-1], self.values(one)) for one in (self._centre, z))
-        crossings = self.jumps.crossings(before[: self.n], after[: self.n])
-        if not crossings:
-            return
-        parts = [self._part_before(z, crossing) for crossing in crossings]
-        first = int(np.argmin(parts))
-        crossing = crossings[first]
-        shifts = np.zeros(self.n)
-        for each in crossings:
-            shifts[each.event] = -each.way
-        guess = self._centre + parts[first] * (z - self._centre)
-        located = self._on_border(guess, crossing, shifts)
-        if located is not None and norm(located - self._centre) > FAR * norm(z - self._centre):
-            located = None
-        self.border = None
-        if located is not None:
-            self.border = crossing, located, self._sides_of_centre(located, before)
-        what = f"event {crossing.event} meets a jump of the force"
-        raise BorderError(what, is_located=located is not None)
+    def passed(self, z: Floats) -> Integers:
+        """Return the number of jumps of the force before each event of a point, (n,)."""
+        return self.sides(z[:-1], self.values(z))[: self.n]
+
+    def missed(self, z: Floats) -> Floats:
+        """Return the residuals of a point."""
+        return self.residual(z, self.value(z))[0]
 
     def beyond_jump(self, z: Floats, crossing: Crossing) -> float:
         """Return by how much of the period an event lies after a jump of the force."""
         at = self.jumps.instant(self.law_at(self.values(z)), crossing.jump)
         return float(z[: 1 + crossing.event].sum() - at / self.scale[0])
 
-    def _part_before(self, z: Floats, crossing: Crossing) -> float:
-        """Return the part of the way from the centre to a point at which an event meets a jump."""
-        assert self._centre is not None
-        before, after = (self.beyond_jump(one, crossing) for one in (self._centre, z))
-        return float(before / (before - after)) if before != after else 0.5
-
-    def _sides_of_centre(self, z: Floats, passed: Integers) -> Floats:
-        """Return 1.0 for events that lie after the jump they meet at a point, -1.0 before, else 0.
-
-        ``passed`` are the `sides` of the centre.
-        """
-        shifts = np.zeros(self.n)
-        for i, count in enumerate(passed[: self.n].tolist()):
-            for jump, side in ((count, -1.0), (count - 1, 1.0)):
-                if abs(self.beyond_jump(z, Crossing(i, jump, side))) < OFF_BORDER:
-                    shifts[i] = side
-        return shifts
-
-    def by_side(self, z: Floats, shifts: Floats) -> Floats:
-        """Return the derivatives at a point of a border with its events shifted to their sides."""
-        moved = OFF_BORDER * np.append(shifts, shifts[0])
-        inside = z.copy()
-        inside[: 1 + self.n] += np.diff(moved, prepend=0.0)
-        return self.derivatives(inside)
+    def shifted(self, z: Floats, shifts: Floats) -> Floats:
+        """Return a point with its events shifted by parts of the period; the first returns so."""
+        moved = z.copy()
+        moved[: 1 + self.n] += np.diff(np.append(shifts, shifts[0]), prepend=0.0)
+        return moved
 
     def slope_of_border(self, z: Floats, crossing: Crossing) -> Floats:
         """Return the derivative of `beyond_jump` by a point."""
@@ -423,28 +382,9 @@ class BranchEquations(OrbitEquations):
         slope[-1] = (ends[1] - ends[0]) / (2.0 * STEP)
         return slope
 
-    def _on_border(self, z: Floats, crossing: Crossing, shifts: Floats) -> Floats | None:
-        """Return the point near a guess at which an event meets a jump, None if there is none.
-
-        Newton's method: the equations are continuous, and the border is a plane, so that after
-        the first step only derivatives along it matter, which both sides share.
-        """
-        least = math.inf
-        best = z
-        for _ in range(TO_BORDER):
-            try:
-                matrix = self.by_side(z, shifts)
-                residual, _ = self.residual(z, self.value(z))
-                missed = np.append(residual, self.beyond_jump(z, crossing))
-                border = self.slope_of_border(z, crossing)
-            except PercussError:
-                return None
-            error = float(np.abs(missed).max()) / self.size(z)
-            if not error < least:
-                break
-            least, best = error, z
-            z = z + solved(np.vstack([matrix, border]), -missed)
-        return best if least < ON_BORDER else None
+    def halves_differ(self, orbit: PeriodicOrbit) -> float:
+        """Return the difference of an orbit's halves, infinite where they are no halves."""
+        return orbit.itinerary.halves_differ()
 
     def _corrected(self, guess: Floats, normal: Floats, *, near_others: bool = False) -> Floats:
         """Return the point of the family in the plane through a guess with this normal.
@@ -517,7 +457,8 @@ class BranchEquations(OrbitEquations):
 
     def recentre(self, point: Point[Self] | None) -> None:
         """Take a point as that whose side of the borders `corrected` keeps to; None for any side."""
-        self._centre, self.border = None if point is None else point.z, None
+        self.border = None
+        self.centre = point.z if point is not None and self.jumps else None
 
     def corrector_normal(self, tangent: Floats) -> Floats:
         """Return the normal of Newton's hyperplane: the parameter's if it changes enough."""

@@ -5,13 +5,14 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Mapping
-from typing import cast
+from typing import TypeAlias, cast
 
 import numpy as np
 
 from percuss.arrays import Floats
 from percuss.errors import ParameterError, PercussError
 from percuss.model.exact import Phase
+from percuss.orbits.bifurcations.border_collision import border_reached, effect_of
 from percuss.orbits.bifurcations.branch_equations import range_about
 from percuss.orbits.bifurcations.special_points import SpecialPointKind
 from percuss.orbits.bifurcations.structure_branch import (
@@ -39,6 +40,9 @@ LOCATED = 1e-9
 STROBED, BEYOND = 1e-6, (100.0 * DIFFERENCE, 1e-4, 1e-3)
 
 
+StructureRow: TypeAlias = tuple[Point[StructureEquations], StructureSpecialPoint | None]
+
+
 class _BranchDetector:
     """Finds special points between neighbours."""
 
@@ -47,7 +51,7 @@ class _BranchDetector:
     ) -> Segment[StructureEquations, StructureSpecialPoint]:
         """Return the special points between two neighbours, in order."""
         equations = here.problem
-        found = []
+        rows = []
         turns = here.tangent[-1] * new.tangent[-1] < 0.0
         for name, kind in equations.kinds.items():
             ends = (here.tests[name], new.tests[name])
@@ -88,17 +92,55 @@ class _BranchDetector:
                 detail,
             )
             point = Point(zero.z, new.tangent, zero.orbit, tests, equations)
-            found.append((zero.part, point, special))
-        found.sort(key=lambda one: one[0])
-        return Segment([(point, special) for _, point, special in found])
+            rows.append((zero.part, point, special))
+        rows.sort(key=lambda row: row[0])
+        return Segment([(point, special) for _, point, special in rows])
 
     def stopped(
         self,
         here: Point[StructureEquations],
         reason: str,
     ) -> Segment[StructureEquations, StructureSpecialPoint]:
-        """Return what is beyond the last point: the same branch where an event is at t = 0."""
+        """Return what is beyond the last point: the same branch where an event is at t = 0.
+
+        Or where an impact meets a jump of the loads.
+        """
+        equations = here.problem
+        if isinstance(equations, WallEquations) and equations.border is not None:
+            return self._across(cast("Point[WallEquations]", here), reason)
         return Segment([], reason, _past_the_strobe(here))
+
+    def _across(
+        self, here: Point[WallEquations], reason: str
+    ) -> Segment[StructureEquations, StructureSpecialPoint]:
+        """Return the special points up to a border, the border, and the branch beyond it."""
+        equations = here.problem
+        try:
+            border = border_reached(here)
+        except PercussError as error:
+            return Segment([], f"beyond {here.text} {reason}: {error}")
+        assert border is not None
+        rows: list[StructureRow] = []
+        point = cast("Point[StructureEquations]", border.point)
+        if border.before.z is not here.z:
+            rows += self.between(
+                cast("Point[StructureEquations]", here),
+                cast("Point[StructureEquations]", border.before),
+            ).rows
+        if equations.jumps_at(border.event, point.z):
+            stop = equations.walls[border.event]
+            special = StructureSpecialPoint(
+                "border_collision",
+                equations.paths[0],
+                equations.values(point.z)[0],
+                "located",
+                cast("StructureOrbit", point.orbit),
+                -1,
+                f"an impact on stop {stop} meets a jump of the loads{effect_of(border)}",
+            )
+            rows.append((point, special))
+        beyond = cast("Point[StructureEquations] | None", border.beyond)
+        return Segment(rows, border.end_reason, beyond)
 
 
 def _past_the_strobe(here: Point[StructureEquations]) -> Point[StructureEquations] | None:
@@ -112,21 +154,21 @@ def _past_the_strobe(here: Point[StructureEquations]) -> Point[StructureEquation
         # The state just after an impact is solved for, wherever t = 0 is.
         return None
     times = np.sort(np.concatenate([run.impacts.t, run.crossings.t]))
-    way = math.copysign(1.0, here.tangent[-1])
+    sign = math.copysign(1.0, here.tangent[-1])
     for limit, at in (("after", times[:1]), ("before", times[-1:])):
         distance = np.abs(at - (0.0 if limit == "after" else run.t_end))
         if not (distance < STROBED * run.t_end).any():
             continue
         state = np.concatenate(run(float(at[0]), limit=limit)) / equations.scale
         for step in BEYOND:
-            part = here.z[-1] + way * step
+            part = here.z[-1] + sign * step
             if not 0.0 <= part <= 1.0:
                 return None
             try:
                 normal = along_parameter(len(here.z))
                 z = equations.corrected(np.append(state, part), normal)
                 point = equations.started(equations.solution(z), equations.values(z))
-                return dataclasses.replace(point, tangent=way * point.tangent)
+                return dataclasses.replace(point, tangent=sign * point.tangent)
             except PercussError:
                 continue
     return None
@@ -202,10 +244,10 @@ def continue_structure_orbit(
     return StructureBranch(
         path=path,
         values=np.array([equations.values(point.z)[0] for point, _ in rows]),
-        multipliers=np.array([one.multipliers for one in orbits]),
-        is_stable=np.array([one.is_stable for one in orbits]),
-        n_impacts=np.array([one.n_impacts for one in orbits]),
-        amplitude=np.array([_amplitudes(one) for one in orbits]),
+        multipliers=np.array([each.multipliers for each in orbits]),
+        is_stable=np.array([each.is_stable for each in orbits]),
+        n_impacts=np.array([each.n_impacts for each in orbits]),
+        amplitude=np.array([_amplitudes(each) for each in orbits]),
         orbits=orbits,
         special_points=special,
         end_reason=why,

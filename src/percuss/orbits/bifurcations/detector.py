@@ -9,7 +9,7 @@ import numpy as np
 from percuss.errors import PercussError
 from percuss.model.oscillator import SoftStop
 from percuss.numerics import norm
-from percuss.orbits.bifurcations.border_collision import Border, border_reached
+from percuss.orbits.bifurcations.border_collision import Border, border_reached, effect_of
 from percuss.orbits.bifurcations.branch_equations import BranchEquations, fastest
 from percuss.orbits.bifurcations.soft_grazing import start_beyond
 from percuss.orbits.bifurcations.special_points import (
@@ -65,7 +65,7 @@ class BranchDetector:
         )
 
     def _across(
-        self, here: Point[BranchEquations], border: Border
+        self, here: Point[BranchEquations], border: Border[BranchEquations]
     ) -> Segment[BranchEquations, SpecialPoint]:
         """Return the special points up to a border, the border, and the branch beyond it."""
         until: Segment[BranchEquations, SpecialPoint] = Segment([])
@@ -73,7 +73,9 @@ class BranchDetector:
             until = self.between(here, border.before)
         if until.end_reason:
             return until
-        row = [(border.point, border.special)] if border.special is not None else []
+        row: list[Row] = []
+        if here.problem.walls[border.event]:
+            row = [(border.point, _border_collision(here.problem, border))]
         return Segment([*until.rows, *row], border.end_reason, border.beyond)
 
     def between(
@@ -111,6 +113,21 @@ class BranchDetector:
             why = f"the velocities grow without bound towards {new.text}"
             return Segment([*rows, (new, None)], why)
         return Segment(rows)
+
+
+def _border_collision(family: BranchEquations, border: Border[BranchEquations]) -> SpecialPoint:
+    stop = next(stop for row, stop, _ in family.entries if row == border.event)
+    return SpecialPoint(
+        "border_collision",
+        family.path,
+        family.value(border.point.z),
+        border.interval,
+        "located",
+        border.point.orbit,
+        -1,
+        f"an impact on stop {stop} meets a jump of the force{effect_of(border)}",
+        tangent=border.chord * np.append(family.scale, family.high - family.low),
+    )
 
 
 def _end_at(special: SpecialPoint) -> str:

@@ -21,7 +21,7 @@ from percuss.kernels.law_columns import (
 )
 from percuss.kernels.pieces import knot_time
 
-__all__ = ["Crossing", "ForceJumps"]
+__all__ = ["Crossing", "ForceJumps", "crossings"]
 
 # Jumps below this part of the largest force are rounding of a continuous record.
 LEAST = 1e-12
@@ -99,13 +99,14 @@ class ForceJumps:
         before = np.searchsorted(first, inside, side="right")
         return np.asarray(turns.astype(np.int64) * len(first) + before)
 
-    def crossings(self, before: Integers, after: Integers) -> list[Crossing]:
-        """Return which events pass a jump, from the numbers of jumps that lie before them."""
-        return [
-            Crossing(i, int(a if b > a else a - 1), 1.0 if b > a else -1.0)
-            for i, (a, b) in enumerate(zip(before.tolist(), after.tolist(), strict=True))
-            if a != b
-        ]
+
+def crossings(before: Integers, after: Integers) -> list[Crossing]:
+    """Return which events pass a jump, from the numbers of jumps that lie before them."""
+    return [
+        Crossing(i, int(a if b > a else a - 1), 1.0 if b > a else -1.0)
+        for i, (a, b) in enumerate(zip(before.tolist(), after.tolist(), strict=True))
+        if a != b
+    ]
 
 
 def _knots(law: Law) -> Floats:

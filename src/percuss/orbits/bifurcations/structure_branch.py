@@ -59,13 +59,6 @@ SMOOTH, FARTHEST = 0.5, 4.0
 UPRIGHT = 0.05
 # Systems that are kept.
 SYSTEMS = 16
-# A pair of multipliers on the unit circle nearer than this to a root of unity of low order is a
-# strong resonance.
-RESONANT = 1e-3
-# A bracket in the parameter that is a location, as a part of it.
-LOCATED = 1e-9
-# An event this near to t = 0, as a part of the period, is passing it; parts of the range beyond.
-STROBED, BEYOND = 1e-6, (100.0 * DIFFERENCE, 1e-4, 1e-3)
 
 _KINDS: dict[str, SpecialPointKind] = {
     "multiplier 1": "branch_point",
@@ -84,7 +77,9 @@ class StructureSpecialPoint:
     kind
         "fold" (two orbits meet and end), "period_doubling" (a multiplier of -1), "torus" (a complex
         pair of multipliers leaves the unit circle: Neimark-Sacker), "branch_point" (a multiplier of
-        1 otherwise), "grazing" (a stop is touched: there is one contact more or less).
+        1 otherwise), "grazing" (a stop is touched: there is one contact more or less),
+        "border_collision" (an impact meets a jump of the loads: multipliers jump, and the branch
+        may turn, a nonsmooth fold).
     path, value
         The parameter and its value there.
     status
@@ -251,9 +246,9 @@ class StructureEquations:
         system = self.system_at(self.values(point))
         # The sets that the last motion met: made at once they need one search less.
         system.add(*self.keys)
-        there = period_map(system, state, self.n_periods)
-        self.keys = there.keys_met
-        return there
+        mapped = period_map(system, state, self.n_periods)
+        self.keys = mapped.keys_met
+        return mapped
 
     @property
     def kinds(self) -> Mapping[str, SpecialPointKind]:
@@ -271,9 +266,9 @@ class StructureEquations:
 
     def closure(self, z: Floats) -> tuple[Floats, Floats]:
         """Return the scaled residuals of a point, and their derivative without the parameters."""
-        there = self.maps(tuple(z.tolist()))
-        matrix = there.derivative * (self.scale[None, :] / self.scale[:, None]) - np.eye(self.size)
-        return there.image / self.scale - z[: self.size], matrix
+        mapped = self.maps(tuple(z.tolist()))
+        matrix = mapped.derivative * (self.scale[None, :] / self.scale[:, None]) - np.eye(self.size)
+        return mapped.image / self.scale - z[: self.size], matrix
 
     def conditions(self, z: Floats) -> Mapping[str, float]:
         """Return functions of a point that are zero at special points."""
@@ -332,9 +327,9 @@ class StructureEquations:
         here = self.image(z)
         for k in moved:
             step = DIFFERENCE if k < n or z[k] < 0.5 else -DIFFERENCE
-            there = z.copy()
-            there[k] += step
-            change = (self.image(there) - here) / step
+            beside = z.copy()
+            beside[k] += step
+            change = (self.image(beside) - here) / step
             if k >= n and exact is None:
                 self.by_parameters[:, k - n] = change[:n]
             if self.condition is not None:
@@ -383,9 +378,9 @@ class StructureEquations:
 
     def solution(self, z: Floats) -> StructureOrbit:
         """Return the orbit of a solution."""
-        there, state = self.maps(tuple(z.tolist())), z[: self.size] * self.scale
+        mapped, state = self.maps(tuple(z.tolist())), z[: self.size] * self.scale
         system = self.system_at(self.values(z))
-        return orbit_of_map(system, state, self.n_periods, there, closing_error(there, state))
+        return orbit_of_map(system, state, self.n_periods, mapped, closing_error(mapped, state))
 
     def point(self, z: Floats, before: Point[Self]) -> Point[Self]:
         """Return a solution with its tangent, on the side of an earlier one's, and its tests."""

@@ -23,10 +23,10 @@ from percuss.orbits.bifurcations.structure_branch import (
     tests_of,
 )
 from percuss.orbits.bifurcations.wall_equations import (
-    TOUCH,
+    GRAZE,
     WallEquations,
+    graze_of,
     meets_walls_in_turn,
-    touch_of,
 )
 from percuss.orbits.continuation.follow import Segment, StepLimits, follow_both_ways
 from percuss.orbits.continuation.locate import changes_sign, locate
@@ -44,7 +44,7 @@ CONDITIONS = {
     "fold": "multiplier 1",
     "period_doubling": "multiplier -1",
     "torus": "torus",
-    "grazing": TOUCH,
+    "grazing": GRAZE,
 }
 # Cosines of the angle of a pair on the unit circle at strong resonances 1:q.
 RESONANCES = {"resonance_1_1": 1.0, "resonance_1_2": -1.0, "resonance_1_3": -0.5,
@@ -156,7 +156,7 @@ class _CurveDetector:
         """Return the points of codimension two between two neighbours, in order."""
         equations = here.problem
         before, after = self.tests(here.orbit), self.tests(new.orbit)
-        found = []
+        rows = []
         for kind in before:
             ends = before[kind], after[kind]
             if not changes_sign(*ends):
@@ -172,9 +172,9 @@ class _CurveDetector:
             paths = cast("tuple[str, str]", equations.paths)
             special = StructureCurvePoint(kind, paths, values, zero.orbit, -1)
             point = Point(zero.z, new.tangent, zero.orbit, new.tests, equations)
-            found.append((zero.part, point, special))
-        found.sort(key=lambda one: one[0])
-        return Segment([(point, special) for _, point, special in found])
+            rows.append((zero.part, point, special))
+        rows.sort(key=lambda row: row[0])
+        return Segment([(point, special) for _, point, special in rows])
 
     def stopped(
         self,
@@ -237,7 +237,7 @@ def continue_structure_curve(
     reported = Progress(progress, 2 * steps.max_points, "orbits", is_bound=True)
     equations: StructureEquations
     if point.kind == "grazing":
-        equations = WallEquations(orbit, ranges, condition, touch_of(orbit))
+        equations = WallEquations(orbit, ranges, condition, graze_of(orbit))
     elif meets_walls_in_turn(orbit):
         equations = WallEquations(orbit, ranges, condition)
     else:
@@ -247,7 +247,7 @@ def continue_structure_curve(
     towards = signs[0] * math.copysign(1.0, leading)
     rows, why = follow_both_ways(start, towards, _CurveDetector(condition), steps, reported)
     reported.close()
-    orbits: tuple[Any, ...] = tuple(one.orbit for one, _ in rows)
+    orbits: tuple[Any, ...] = tuple(place.orbit for place, _ in rows)
     special = tuple(
         dataclasses.replace(found, row=row)
         for row, (_, found) in enumerate(rows)
@@ -256,7 +256,7 @@ def continue_structure_curve(
     return StructureCurve(
         kind=point.kind,
         paths=cast("tuple[str, str]", equations.paths),
-        values=np.array([equations.values(one.z) for one, _ in rows]),
+        values=np.array([equations.values(place.z) for place, _ in rows]),
         multipliers=np.array([orbit.multipliers for orbit in orbits]),
         orbits=orbits,
         special_points=special,

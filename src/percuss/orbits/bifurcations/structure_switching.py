@@ -1,4 +1,4 @@
-"""From one family of a structure's orbits to another that starts from it."""
+"""Branch switching: the family of a structure's orbits that starts at a special point of another."""
 
 from __future__ import annotations
 
@@ -51,8 +51,8 @@ def switch_structure_branch(
     if doubles:
         system = StructureSystem.of(orbit.structure, orbit.loads)
         state, n_periods = np.concatenate([orbit.x0, orbit.v0]), 2 * orbit.n_periods
-        there = period_map(system, state, n_periods)
-        cover = orbit_of_map(system, state, n_periods, there, closing_error(there, state))
+        mapped = period_map(system, state, n_periods)
+        cover = orbit_of_map(system, state, n_periods, mapped, closing_error(mapped, state))
     else:
         cover = orbit
     equations = StructureEquations(cover, {point.path: (value - half, value + half)})

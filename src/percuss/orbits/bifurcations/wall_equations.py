@@ -13,11 +13,11 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 
-from percuss.arrays import Floats
+from percuss.arrays import Floats, Integers
 from percuss.errors import ConvergenceError, ParameterError
 from percuss.kernels.record import (
     BOUND,
@@ -26,6 +26,7 @@ from percuss.kernels.record import (
     EVENT_T_LOW,
     IMPACT,
     KIND,
+    KNOT,
     N_EVENTS,
     NEXT_REGION,
     START,
@@ -35,7 +36,6 @@ from percuss.kernels.record import (
 from percuss.kernels.restitution import kept_of_error, restitution_at
 from percuss.kernels.structure.basis import wall_of
 from percuss.kernels.structure.run import StructureRun, new_run
-from percuss.kernels.structure.sample import evaluate
 from percuss.kernels.structure.sensitivity import rates_at
 from percuss.kernels.structure.tangent import carry_run
 from percuss.model.acting_sets import StructureSystem
@@ -46,19 +46,27 @@ from percuss.model.structure import Structure
 from percuss.motion.structures import StructureTrajectory, followed
 from percuss.motion.trajectory import Outcome
 from percuss.numerics import determinant, matmul, solve_linear
+from percuss.orbits.bifurcations.borders import Bordered
+from percuss.orbits.bifurcations.force_jumps import Crossing
+from percuss.orbits.bifurcations.jumps_of_loads import JumpsOfLoads
 from percuss.orbits.bifurcations.special_points import SpecialPointKind
 from percuss.orbits.bifurcations.structure_branch import (
     StructureEquations,
     tests_of_matrix,
 )
-from percuss.orbits.orbit.structure_orbit import PeriodMap, StructureOrbit, orbit_of_map
+from percuss.orbits.continuation.problem import Point, along_parameter
+from percuss.orbits.orbit.structure_orbit import (
+    MOST_EVENTS,
+    PeriodMap,
+    StructureOrbit,
+    map_between,
+    orbit_of_map,
+)
 
-__all__ = ["TOUCH", "Touch", "WallEquations", "meets_walls_in_turn", "touch_of"]
+__all__ = ["GRAZE", "StructureGraze", "WallEquations", "graze_of", "meets_walls_in_turn"]
 
-# Events of one flight.
-MOST_EVENTS = 100_000
 # The events of orbits that neither stick nor land at rest.
-IN_TURN = (START, IMPACT, CROSSING)
+IN_TURN = (START, IMPACT, CROSSING, KNOT)
 # Impacts of an orbit whose instants are unknowns; with more its map over the period serves.
 MOST_IMPACTS = 40
 # Parts of the period: impacts nearer than the first come at one instant; instants of a motion and
@@ -66,8 +74,8 @@ MOST_IMPACTS = 40
 APART, ALIKE = 1e-9, 1e-6
 # Instants of a flight at which its clearances are looked at, and steps to their least values.
 LOOKED, REFINED = 48, 4
-# The condition of a touch; speeds below this part of the unit are none at a touch.
-TOUCH, SLOW = "touch", 1e-5
+# The condition of a graze; speeds below this part of the unit are none at a graze.
+GRAZE, SLOW = "graze", 1e-5
 # Clearances below this part of the unit of length are rounding.
 ROUNDED = 1e-12
 
@@ -126,14 +134,14 @@ class WallMotion:
     of_speeds: Floats
 
 
-class Touch(NamedTuple):
+class StructureGraze(NamedTuple):
     """A stop that an orbit touches at an instant without velocity."""
 
     stop: int
     t: float
 
 
-class WallEquations(StructureEquations):
+class WallEquations(StructureEquations, Bordered):
     """The equations of orbits that meet walls in a given order.
 
     The unknowns are the state after the first impact, in units of the first orbit's size, the
@@ -146,39 +154,40 @@ class WallEquations(StructureEquations):
         orbit: StructureOrbit,
         ranges: Mapping[str, tuple[float, float]],
         condition: str | None = None,
-        touch: Touch | None = None,
+        graze: StructureGraze | None = None,
     ) -> None:
         super().__init__(orbit, ranges, condition)
-        impacts, self.touch = orbit.run.impacts, touch
-        meetings = list(zip(impacts.t.tolist(), impacts.stop.tolist(), strict=True))
+        impacts, self.graze = orbit.run.impacts, graze
+        contacts = list(zip(impacts.t.tolist(), impacts.stop.tolist(), strict=True))
         speeds = np.abs(impacts.v_before).tolist()
-        if touch is not None:
+        if graze is not None:
             near = APART * orbit.period
-            kept = [k for k, (t, _) in enumerate(meetings) if abs(t - touch.t) > near]
-            meetings, speeds = [meetings[k] for k in kept], [speeds[k] for k in kept]
-            meetings.append((touch.t, touch.stop))
+            kept = [k for k, (t, _) in enumerate(contacts) if abs(t - graze.t) > near]
+            contacts, speeds = [contacts[k] for k in kept], [speeds[k] for k in kept]
+            contacts.append((graze.t, graze.stop))
             # It is the first where there is no impact.
             speeds.append(0.0)
         # The fastest comes first: its own graze comes last.
-        first = meetings[int(np.argmax(speeds))][0] if meetings else 0.0
-        meetings = sorted((t + orbit.period if t < first else t, stop) for t, stop in meetings)
-        self.instants = np.array([t for t, _ in meetings])
-        self.walls = tuple(stop for _, stop in meetings)
-        late = None if touch is None else touch.t + (orbit.period if touch.t < first else 0.0)
-        self.touched = -1 if late is None else self.instants.tolist().index(late)
+        first = contacts[int(np.argmax(speeds))][0] if contacts else 0.0
+        contacts = sorted((t + orbit.period if t < first else t, stop) for t, stop in contacts)
+        self.instants = np.array([t for t, _ in contacts])
+        self.walls = tuple(stop for _, stop in contacts)
+        late = None if graze is None else graze.t + (orbit.period if graze.t < first else 0.0)
+        self.grazed = -1 if late is None else self.instants.tolist().index(late)
         self.units = self.scale
         self.size = len(self.units) + len(self.walls)
         self.scale = np.concatenate([self.units, np.ones(len(self.walls))])
         n_unknowns = self.size + len(self.paths)
         self.by_parameters = np.zeros((self.size, len(self.paths)))
         self.of_condition = np.zeros(n_unknowns)
+        self.jumps = JumpsOfLoads.of(StructureSystem.of(orbit.structure, orbit.loads))
         self.motions = lru_cache(32)(self._motion)
         self.opened_at = lru_cache(16)(self._opened)
 
     def _opened(self, system: StructureSystem) -> StructureSystem:
         """Return the same structure without its walls, and without a soft stop that is touched."""
-        touched = -1 if self.touch is None else self.touch.stop
-        return _without(system, touched)
+        grazed = -1 if self.graze is None else self.graze.stop
+        return _without(system, grazed)
 
     @property
     def kinds(self) -> Mapping[str, SpecialPointKind]:
@@ -202,8 +211,73 @@ class WallEquations(StructureEquations):
 
     def closure(self, z: Floats) -> tuple[Floats, Floats]:
         """Return the scaled residuals of a point, and their derivative without the parameters."""
-        there = self.motions(tuple(z.tolist()))
-        return there.residual, there.derivative
+        motion = self.motions(tuple(z.tolist()))
+        return motion.residual, motion.derivative
+
+    def recentre(self, point: Point[Self] | None) -> None:
+        """Take a point as that whose side of the borders `corrected` keeps to; None for any side."""
+        self.border = None
+        self.centre = point.z if point is not None and len(self.jumps.cycles) else None
+
+    def corrected(self, guess: Floats, normal: Floats, *, near_others: bool = False) -> Floats:
+        """Return the solution in the plane through a guess, on this side of any border.
+
+        Raises
+        ------
+        BorderError
+            If an impact passes a jump of the loads on the way from the centre.
+        """
+        alone = self.condition is None
+        try:
+            z = super().corrected(guess, normal, near_others=near_others)
+        except ConvergenceError:
+            self.check_border(guess, is_located=alone)
+            raise
+        self.check_border(z, is_located=alone)
+        return z
+
+    def _cycles(self, z: Floats) -> Floats:
+        """Return the instants of the impacts, in periods of the loads."""
+        return z[len(self.units) : self.size] * self.n_periods
+
+    def passed(self, z: Floats) -> Integers:
+        """Return the number of jumps of the loads before each impact."""
+        return self.jumps.passed(self._cycles(z))
+
+    def missed(self, z: Floats) -> Floats:
+        """Return the residuals of a point."""
+        return self.closure(z)[0]
+
+    def beyond_jump(self, z: Floats, crossing: Crossing) -> float:
+        """Return by how much of the period an impact lies after a jump of the loads."""
+        at = self.jumps.instant(crossing.jump)
+        return float(self._cycles(z)[crossing.event] - at) / self.n_periods
+
+    def slope_of_border(self, z: Floats, crossing: Crossing) -> Floats:
+        """Return the derivative of `beyond_jump` by a point: jumps stay where they are in a period."""
+        return along_parameter(len(z), len(self.units) + crossing.event)
+
+    def shifted(self, z: Floats, shifts: Floats) -> Floats:
+        """Return a point with its impacts shifted by parts of the period."""
+        moved = z.copy()
+        moved[len(self.units) : self.size] += shifts
+        return moved
+
+    def derivatives(self, z: Floats) -> Floats:
+        """Return the derivatives of the residuals by a point; nothing that is known changes."""
+        kept = self.known, self.last, self.by_parameters
+        self._take_derivatives(z, self.first)
+        matrix = self.residual(z)[1]
+        self.known, self.last, self.by_parameters = kept
+        return matrix
+
+    def halves_differ(self, orbit: StructureOrbit) -> float:  # noqa: ARG002
+        """Return infinity: the doubled orbits of structures are not compared."""
+        return math.inf
+
+    def jumps_at(self, event: int, z: Floats) -> bool:
+        """Return whether the load that jumps at an impact next to a jump pushes on its wall."""
+        return self.jumps.pushes(self._cycles(z)[event], self.walls[event])
 
     def exact_derivatives(self, orbit: StructureOrbit) -> None:  # noqa: ARG002
         """Return None: by the parameters there are differences."""
@@ -211,11 +285,11 @@ class WallEquations(StructureEquations):
 
     def conditions(self, z: Floats) -> Mapping[str, float]:
         """Return functions of a point that are zero at special points."""
-        there = self.motions(tuple(z.tolist()))
-        speeds = there.speeds / float(self.units[-1])
-        if self.touch is not None:
-            return {TOUCH: float(speeds[self.touched])}
-        matrix, n = there.derivative, len(self.units)
+        motion = self.motions(tuple(z.tolist()))
+        speeds = motion.speeds / float(self.units[-1])
+        if self.graze is not None:
+            return {GRAZE: float(speeds[self.grazed])}
+        matrix, n = motion.derivative, len(self.units)
         # The instants eliminated, it is the derivative of the map over the period, less 1.
         moved = matrix[:n, :n]
         if self.walls:
@@ -270,39 +344,41 @@ class WallEquations(StructureEquations):
         )
 
     def _met(self, system: StructureSystem, i: int) -> _Met:
-        """Return the stop of an impact, or of the touch, which changes no velocity."""
+        """Return the stop of an impact, or of the graze, which changes no velocity."""
         met = _met_at(system, self.walls[i])
-        return met._replace(law=None) if i == self.touched else met
+        return met._replace(law=None) if i == self.grazed else met
 
     def solution(self, z: Floats) -> StructureOrbit:
         """Return the orbit of a solution, which may be formal."""
-        there = self.motions(tuple(z.tolist()))
+        motion = self.motions(tuple(z.tolist()))
         system = self.system_at(self.values(z))
         period = self.n_periods * _period_of(system)
         # Rounding may leave the last instants of a period on its other side.
-        instants = [flight.end % period for flight in there.flights] if self.walls else []
+        instants = [flight.end % period for flight in motion.flights] if self.walls else []
         order = sorted(range(len(instants)), key=instants.__getitem__)
         met = [(i + 1) % len(self.walls) for i in order]
         passage = [
             (instants[i], self.walls[j])
             for i, j in zip(order, met, strict=True)
-            if j != self.touched
+            if j != self.grazed
         ]
         opened = self.opened_at(system)
         state = (
-            _state_at_zero(opened, there.flights, period) if self.walls else there.flights[0].start
+            _state_at_zero(opened, motion.flights, period)
+            if self.walls
+            else motion.flights[0].start
         )
-        touched = -1 if self.touch is None else self.touch.stop
-        soft = _soft_stops(system, touched)
+        grazed = -1 if self.graze is None else self.graze.stop
+        soft = _soft_stops(system, grazed)
         record, image = _whole_record(system, (opened, soft), state, passage, period)
         matrix = np.zeros((2, len(state) // 2, len(state)))
         n = len(state) // 2
         matrix[0, :, :n], matrix[1, :, n:] = np.eye(n), np.eye(n)
         carry_run(record, period, matrix, np.zeros((n, 2, 2 * n)), np.zeros((2, 2, n)))
         whole = PeriodMap(image, matrix.reshape(2 * n, 2 * n), record)
-        error = float(np.abs(there.residual).max()) / max(1.0, float(np.abs(z).max()))
-        speeds = np.delete(there.speeds, [self.touched]) if self.touched >= 0 else there.speeds
-        slow = SLOW * float(self.units[-1]) if self.touched >= 0 else 0.0
+        error = float(np.abs(motion.residual).max()) / max(1.0, float(np.abs(z).max()))
+        speeds = np.delete(motion.speeds, [self.grazed]) if self.grazed >= 0 else motion.speeds
+        slow = SLOW * float(self.units[-1]) if self.grazed >= 0 else 0.0
         admissible = bool((speeds > 0.0).all()) and _is_motion(system, state, passage, period, slow)
         return orbit_of_map(system, state, self.n_periods, whole, error, admissible=admissible)
 
@@ -312,12 +388,12 @@ class WallEquations(StructureEquations):
         The monodromy grows beyond all bounds where a velocity goes to zero: multiplied by it, what
         is asked of its eigenvalues stays smooth.
         """
-        there = self.motions(tuple(z.tolist()))
-        speeds = there.speeds / float(self.units[-1])
+        motion = self.motions(tuple(z.tolist()))
+        speeds = motion.speeds / float(self.units[-1])
         of_matrix = tests_of_matrix(orbit.monodromy)
         entries = int((orbit.run.crossings.direction == "in").sum())
         return {
-            "multiplier 1": determinant(there.derivative),
+            "multiplier 1": determinant(motion.derivative),
             "multiplier -1": of_matrix["multiplier -1"] * float(np.prod(speeds)),
             "torus": of_matrix["torus"] if orbit.admissible else math.nan,
             "contacts": float(entries),
@@ -366,18 +442,18 @@ def _met_at(system: StructureSystem, stop: int) -> _Met:
     )
 
 
-def _without(system: StructureSystem, touched: int) -> StructureSystem:
+def _without(system: StructureSystem, grazed: int) -> StructureSystem:
     """Return the same structure without its walls, and without another stop."""
     structure = system.structure
-    fields = {one.name: getattr(structure, one.name) for one in dataclasses.fields(structure)}
-    soft = tuple(structure.stops[i] for i in _soft_stops(system, touched))
+    fields = {field.name: getattr(structure, field.name) for field in dataclasses.fields(structure)}
+    soft = tuple(structure.stops[i] for i in _soft_stops(system, grazed))
     return StructureSystem.of(draft(Structure, **fields | {"stops": soft}), system.loads)
 
 
-def _soft_stops(system: StructureSystem, touched: int) -> list[int]:
+def _soft_stops(system: StructureSystem, grazed: int) -> list[int]:
     """Return the numbers of the soft stops that an opened structure keeps."""
     stops = enumerate(system.structure.stops)
-    return [i for i, stop in stops if isinstance(stop, SoftStop) and i != touched]
+    return [i for i, stop in stops if isinstance(stop, SoftStop) and i != grazed]
 
 
 def _period_of(system: StructureSystem) -> float:
@@ -401,19 +477,7 @@ def _open_flight(opened: StructureSystem, start: Floats, begin: float, end: floa
     period = opened.period or 0.0
     shift = math.floor(begin / period) * period
     first, last = begin - shift, end - shift
-    record, outcome = followed(opened, (start[:n], start[n:], first), last, MOST_EVENTS)
-    if outcome is not Outcome.reached_t_end:
-        what = f"the motion does not last until its next impact: {outcome.value}"
-        raise ConvergenceError(what, start, math.nan, "start nearer to an orbit")
-    rows = int(record.counters[N_EVENTS])
-    record = record._replace(
-        events=record.events[:rows], marks=record.marks[:rows], states=record.states[:rows]
-    )
-    place = np.empty((1, n, 2))
-    evaluate(record, np.array([last]), True, place)
-    columns = np.zeros((2, n, 2 * n))
-    columns[0, :, :n], columns[1, :, n:] = np.eye(n), np.eye(n)
-    carry_run(record, last, columns, np.zeros((n, 2, 2 * n)), np.zeros((2, 2, n)))
+    image, derivative, record = map_between(opened, start, (first, last), "until its next impact")
     after, before = np.empty((2, n)), np.empty((2, n))
     rates_at(record, first, True, after)
     rates_at(record, last, True, before)
@@ -421,8 +485,8 @@ def _open_flight(opened: StructureSystem, start: Floats, begin: float, end: floa
         begin,
         end,
         start,
-        np.concatenate([place[0, :, 0], place[0, :, 1]]),
-        columns.reshape(2 * n, 2 * n),
+        image,
+        derivative,
         after.reshape(-1),
         before.reshape(-1),
         record,
@@ -436,7 +500,10 @@ def _state_at_zero(opened: StructureSystem, flights: Sequence[OpenFlight], perio
         if flight.begin < whole < flight.end:
             return _open_flight(opened, flight.start, flight.begin, whole).image
     # An impact at this very instant: the state after it.
-    return min(flights, key=lambda one: abs(one.begin / period - round(one.begin / period))).start
+    return min(
+        flights,
+        key=lambda candidate: abs(candidate.begin / period - round(candidate.begin / period)),
+    ).start
 
 
 def _whole_record(
@@ -520,11 +587,10 @@ def _is_motion(
     record, outcome = followed(system, (state[:n], state[n:], 0.0), period, MOST_EVENTS)
     if outcome is not Outcome.reached_t_end:
         return False
-    rows = int(record.counters[N_EVENTS])
-    kinds = record.marks[:rows, KIND]
+    kinds = record.marks[:, KIND]
     if not np.isin(kinds, IN_TURN).all():
         return False
-    struck = np.flatnonzero((kinds == IMPACT) & (np.abs(record.events[:rows, V_BEFORE]) > slow))
+    struck = np.flatnonzero((kinds == IMPACT) & (np.abs(record.events[:, V_BEFORE]) > slow))
     t = record.events[struck, EVENT_T] + record.events[struck, EVENT_T_LOW]
     inner = [(at, stop) for at, stop in passage if APART < at / period < 1.0 - APART]
     met = [
@@ -543,7 +609,7 @@ def _least_clearance(orbit: StructureOrbit) -> float:
     return _turns(orbit, walls)[0]
 
 
-def _turns(orbit: StructureOrbit, stops: Sequence[int]) -> tuple[float, Touch | None]:
+def _turns(orbit: StructureOrbit, stops: Sequence[int]) -> tuple[float, StructureGraze | None]:
     """Return the least clearance to one of some stops at which the structure turns, and where."""
     run = orbit.run
     ends = np.concatenate([[0.0], run.impacts.t, [run.t_end]])
@@ -554,11 +620,11 @@ def _turns(orbit: StructureOrbit, stops: Sequence[int]) -> tuple[float, Touch | 
             if end - begin > APART * run.t_end:
                 gap, t = _least_in_flight(run, own, begin, end)
                 if gap < least:
-                    least, place = gap, Touch(stop, t)
+                    least, place = gap, StructureGraze(stop, t)
     return least, place
 
 
-def touch_of(orbit: StructureOrbit) -> Touch:
+def graze_of(orbit: StructureOrbit) -> StructureGraze:
     """Return where an orbit at a graze touches a stop: at an impact without velocity, or a turn.
 
     Raises
@@ -573,7 +639,7 @@ def touch_of(orbit: StructureOrbit) -> Touch:
         k = int(np.argmin(np.abs(impacts.v_before)))
         size = float(np.abs(structure.stop_directions[int(impacts.stop[k])]).sum())
         if abs(float(impacts.v_before[k])) < SLOW * unit * size:
-            return Touch(int(impacts.stop[k]), float(impacts.t[k]))
+            return StructureGraze(int(impacts.stop[k]), float(impacts.t[k]))
     entered = orbit.run.crossings
     found = []
     for stop in range(len(structure.stops)):
@@ -582,7 +648,7 @@ def touch_of(orbit: StructureOrbit) -> Touch:
             found.append((abs(gap), place))
         slow = (entered.stop == stop) & (np.abs(entered.v) < math.sqrt(SLOW) * unit)
         if slow.any():
-            found.append((0.0, Touch(stop, float(entered.t[slow].mean()))))
+            found.append((0.0, StructureGraze(stop, float(entered.t[slow].mean()))))
     if not found:
         raise ParameterError("point", orbit, "its orbit touches no stop")
     return min(found)[1]

@@ -77,17 +77,17 @@ def settled_structures(
     list of Settled
         Motions for which no period was found count as one attractor.
     """
-    found: list[Settled] = []
+    attractors: list[Settled] = []
     known = [within_walls(system.structure, np.array(state)) for state in also]
     for state in [*known, *_starts(system, n_starts, seed)]:
         try:
-            motion = _settled(system, state, max_periods, on, found)
+            motion = _settled(system, state, max_periods, on, attractors)
         except PercussError:
             # It does not last: impacts accumulate, or the modes of a set are not found.
             continue
         if motion is not None:
-            found.append(motion)
-    return found
+            attractors.append(motion)
+    return attractors
 
 
 def returning_orbits(
@@ -98,7 +98,7 @@ def returning_orbits(
     A motion that has come near an unstable orbit almost repeats for a while; Newton's method leads
     from there to it.
     """
-    found: list[StructureOrbit] = []
+    orbits: list[StructureOrbit] = []
     for state in _starts(system, RETURNING + 1, seed)[1:]:
         try:
             strobes = _strobes(system, period_map(system, state, STAGE, derivative=False), STAGE)
@@ -112,8 +112,8 @@ def returning_orbits(
             rows = np.flatnonzero(least)
             for row in rows[np.argsort(far[rows], kind="stable")][:TRIED].tolist():
                 orbit = _primitive(system, strobes[row], n_periods)
-                if orbit is not None and not any(is_on_orbit(orbit, known) for known in found):
-                    found.append(orbit)
+                if orbit is not None and not any(is_on_orbit(orbit, known) for known in orbits):
+                    orbits.append(orbit)
                     yield orbit
 
 

@@ -58,7 +58,7 @@ ON_FOLD = 1e-9
 
 
 class ClosedMotion(NamedTuple):
-    """What the derivative of a `PeriodicOrbit` reads of it; ``run`` is one period of its motion."""
+    """A `PeriodicOrbit` as its derivative reads it; ``run`` is one period of its motion."""
 
     run: Trajectory
     impacts: Impacts
@@ -115,7 +115,7 @@ class OrbitSensitivity:
 def sensitivity_of_orbit(orbit: ClosedMotion, paths: Sequence[str]) -> OrbitSensitivity:
     """Return the derivative of an orbit by parameters; see `PeriodicOrbit.sensitivity`.
 
-    With M the monodromy and c the column of a period from a start that stays, the column w of the
+    With M the monodromy and c the column of a period from a fixed start, the column w of the
     state at t0 obeys w = M w + c + z' dT.
     """
     run = orbit.run
@@ -137,8 +137,8 @@ def sensitivity_of_orbit(orbit: ClosedMotion, paths: Sequence[str]) -> OrbitSens
         columns_of_start = _solved(orbit, matrix, end + period[:, np.newaxis] * rate)
     else:
         known = np.stack([matrix[:, 1], -rate], axis=-1)
-        found = _solved(orbit, known, end - wall[:, np.newaxis] * matrix[:, 0])
-        columns_of_start, period = np.stack([wall, found[:, 0]], axis=-1), found[:, 1]
+        moved_start = _solved(orbit, known, end - wall[:, np.newaxis] * matrix[:, 0])
+        columns_of_start, period = np.stack([wall, moved_start[:, 0]], axis=-1), moved_start[:, 1]
     late = np.zeros(n)
     if len(events) > 1 and orbit.run.v0 != 0.0:
         late = (wall - columns_of_start[:, 0]) / orbit.run.v0
@@ -248,19 +248,19 @@ def _multipliers(orbit: ClosedMotion, motion: Sensitivity) -> Complexes:
     """Return the derivatives of the multipliers."""
     if not orbit.monodromy.any():
         return np.zeros((2, len(motion.paths)), dtype=np.complex128)
-    found = np.empty((2, len(motion.paths)), dtype=np.complex128)
+    derivatives = np.empty((2, len(motion.paths)), dtype=np.complex128)
     for p in range(len(motion.paths)):
         matrix, moved, relative = _moved_monodromy(motion, p)
         determinant = complex(np.prod(orbit.multipliers))
         trace, moved_trace = float(np.trace(matrix)), float(np.trace(moved))
         for i, value in enumerate(orbit.multipliers):
             if not orbit.n_periods:
-                found[i, p] = 0.0 if abs(value - 1.0) < ON_FOLD else relative * value
+                derivatives[i, p] = 0.0 if abs(value - 1.0) < ON_FOLD else relative * value
                 continue
             apart = 2.0 * value - trace
             change = value * moved_trace - relative * determinant
-            found[i, p] = change / apart if abs(apart) > EQUAL * abs(value) else np.nan
-    return found
+            derivatives[i, p] = change / apart if abs(apart) > EQUAL * abs(value) else np.nan
+    return derivatives
 
 
 def _moved_monodromy(motion: Sensitivity, p: int) -> tuple[Floats, Floats, float]:

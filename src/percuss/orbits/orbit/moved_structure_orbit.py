@@ -30,7 +30,7 @@ __all__ = [
 
 
 class ClosedStructureMotion(NamedTuple):
-    """What the derivative of a `StructureOrbit` reads of it; ``run`` is one period of its motion."""
+    """A `StructureOrbit` as its derivative reads it; ``run`` is one period of its motion."""
 
     run: StructureTrajectory
     period: float
@@ -70,7 +70,7 @@ class StructureOrbitSensitivity:
         return f"<StructureOrbitSensitivity: by {', '.join(self.paths)}>"
 
     def __call__(self, t: ArrayLike) -> tuple[Floats, Floats]:
-        """Return the derivatives of x and v at times t in the first period, which stay."""
+        """Return the derivatives of x and v at fixed times t in the first period."""
         return self.motion(t)
 
     def of(self, measure: MovedMeasure, on: On | None = None) -> Floats:
@@ -83,7 +83,7 @@ def sensitivity_of_structure_orbit(
 ) -> StructureOrbitSensitivity:
     """Return the derivative of an orbit by parameters; see `StructureOrbit.sensitivity`.
 
-    With M the monodromy and c the column of a period from a start that stays, the column w of the
+    With M the monodromy and c the column of a period from a fixed start, the column w of the
     state at t = 0 obeys w = M w + c + z' dT.
     """
     run, n = orbit.run, orbit.run.structure.n
@@ -112,7 +112,7 @@ def closure_by_parameters(orbit: ClosedStructureMotion, paths: Sequence[str]) ->
     Returns
     -------
     (2 n, n_parameters) array
-        The derivatives of x and v from a start that stays; None where they do not exist.
+        The derivatives of x and v from a fixed start; None where they do not exist.
     """
     still = _still(orbit.run, paths)
     if not still.differentiable:
@@ -126,7 +126,7 @@ def closure_by_parameters(orbit: ClosedStructureMotion, paths: Sequence[str]) ->
 
 
 def _still(run: StructureTrajectory, paths: Sequence[str]) -> StructureSensitivity:
-    """Return the derivative of a run from a start that stays."""
+    """Return the derivative of a run from a fixed start."""
     begin = np.zeros((2 * run.structure.n + 1, len(paths)))
     return structure_sensitivity_of(run, paths, begin)
 

@@ -12,7 +12,7 @@ import numpy as np
 from percuss.arrays import Complexes, Floats
 from percuss.errors import ConvergenceError, ParameterError, PercussError
 from percuss.kernels import eigenvalues as kernels
-from percuss.kernels.record import N_EVENTS, NEXT_REGION
+from percuss.kernels.record import NEXT_REGION
 from percuss.kernels.structure.run import StructureRun
 from percuss.kernels.structure.sample import evaluate
 from percuss.kernels.structure.tangent import carry_run
@@ -77,16 +77,31 @@ def period_map(
     ConvergenceError
         If the motion does not reach the end.
     """
-    n = system.structure.n
     end = n_periods * _period_of(system)
-    record, outcome = followed(system, (state[:n], state[n:], 0.0), end, MOST_EVENTS)
+    return map_between(system, state, (0.0, end), f"{n_periods} periods", derivative=derivative)
+
+
+def map_between(
+    system: StructureSystem,
+    state: Floats,
+    span: tuple[float, float],
+    how_long: str,
+    *,
+    derivative: bool = True,
+) -> PeriodMap:
+    """Return the state (x, v), (2 n,), at the end of a span of time, with its derivative.
+
+    Raises
+    ------
+    ConvergenceError
+        If the motion does not reach the end; ``how_long`` says in words when that is.
+    """
+    n = system.structure.n
+    begin, end = span
+    record, outcome = followed(system, (state[:n], state[n:], begin), end, MOST_EVENTS)
     if outcome is not Outcome.reached_t_end:
-        what = f"the motion does not last {n_periods} periods: {outcome.value}"
+        what = f"the motion does not last {how_long}: {outcome.value}"
         raise ConvergenceError(what, state, math.nan, "start nearer to an orbit")
-    rows = int(record.counters[N_EVENTS])
-    record = record._replace(
-        events=record.events[:rows], marks=record.marks[:rows], states=record.states[:rows]
-    )
     place = np.empty((1, n, 2))
     evaluate(record, np.array([end]), True, place)
     image = np.concatenate([place[0, :, 0], place[0, :, 1]])
@@ -114,7 +129,7 @@ class StructureOrbit:
     Attributes
     ----------
     structure, loads
-        What moves.
+        The structure and its loads.
     x0, v0
         (n,) coordinates [length] and velocities [length/time] at t = 0.
     n_periods
@@ -216,7 +231,7 @@ def find_structure_orbit(
     Parameters
     ----------
     structure, loads
-        What moves; the loads have a common period.
+        The structure and its loads, which have a common period.
     guess
         (x0, v0), the state at t = 0 near which to look [length, length/time], or an orbit of a
         similar structure. Default: the motion from rest, after 200 periods of the orbit.
@@ -262,12 +277,12 @@ def structure_orbit_at(system: StructureSystem, state: Floats, n_periods: int) -
         part = 1.0
         for _ in range(HALVINGS):
             try:
-                there = period_map(system, state + part * step, n_periods)
+                mapped = period_map(system, state + part * step, n_periods)
             except PercussError:
                 part *= 0.5
                 continue
-            if closing_error(there, state + part * step) < error or error < SOLVED:
-                better = there
+            if closing_error(mapped, state + part * step) < error or error < SOLVED:
+                better = mapped
                 break
             part *= 0.5
         if better is None:
@@ -287,7 +302,7 @@ def orbit_of_map(
     system: StructureSystem,
     state: Floats,
     n_periods: int,
-    there: PeriodMap,
+    mapped: PeriodMap,
     error: float,
     *,
     admissible: bool = True,
@@ -296,25 +311,25 @@ def orbit_of_map(
     structure, loads, n = system.structure, system.loads, system.structure.n
     start = StructureStart(state[:n].tolist(), state[n:].tolist())
     end = n_periods * _period_of(system)
-    run = StructureTrajectory.of_run(system, start, there.record, end, Outcome.reached_t_end)
+    run = StructureTrajectory.of_run(system, start, mapped.record, end, Outcome.reached_t_end)
     return StructureOrbit(
         structure=structure,
         loads=loads,
         x0=state[:n],
         v0=state[n:],
         n_periods=n_periods,
-        multipliers=multipliers_of_matrix(there.derivative),
+        multipliers=multipliers_of_matrix(mapped.derivative),
         residual=error,
         run=run,
-        monodromy=there.derivative,
+        monodromy=mapped.derivative,
         admissible=admissible,
     )
 
 
-def closing_error(there: PeriodMap, state: Floats) -> float:
+def closing_error(mapped: PeriodMap, state: Floats) -> float:
     """Return by how much a motion fails to close, as a part of its size."""
-    size = max(norm(state), float(np.abs(there.image).max()))
-    return float(np.abs(there.image - state).max()) / size if size > 0.0 else 0.0
+    size = max(norm(state), float(np.abs(mapped.image).max()))
+    return float(np.abs(mapped.image - state).max()) / size if size > 0.0 else 0.0
 
 
 def multipliers_of_matrix(matrix: Floats) -> Complexes:

@@ -136,13 +136,13 @@ def flight_turns(
         return _turns_to(law, region, state, duration, is_steady=is_steady)
     force, stiffness = constant_force(law, region, x), float(law[region, at.STIFFNESS])
     parts = []
-    for (t, t_low), y, v, lasting in pieces_of_flight(law, region, x, start, duration):
+    for (t, t_low), y, v, duration_of_piece in pieces_of_flight(law, region, x, start, duration):
         since = (t - start[0]) + (t_low - start[1])
         if v == 0.0 and since > 0.0:
             # It turns at the knot itself, the end of two pieces.
             parts.append(np.array([[since, y, 0.0]]))
         state = (t, t_low, v, force - stiffness * y)
-        turns = _turns_to(law, region, state, lasting, is_steady=False)
+        turns = _turns_to(law, region, state, duration_of_piece, is_steady=False)
         parts.append(turns + np.array([since, y, 0.0]))
     return np.concatenate(parts)
 

@@ -128,14 +128,14 @@ def homoclinic_orbits(
     axes = np.stack([saddles.directions(float(value))[0] for value in values], axis=1)
     step = impact_map(orbit.oscillator, orbit.forcing, stop)
     search = _UnstableManifold(step, saddles.points[0], axes, float(values[0]))
-    found = []
+    orbits = []
     for s, k in search.crossings(most_impacts):
         points = search.orbit_from(s, k)
         if points is not None:
-            found.append(HomoclinicOrbit(orbit, stop, points, search.coordinates(points)))
-        if len(found) == most_orbits:
+            orbits.append(HomoclinicOrbit(orbit, stop, points, search.coordinates(points)))
+        if len(orbits) == most_orbits:
             break
-    return tuple(sorted(found, key=len))
+    return tuple(sorted(orbits, key=len))
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,7 +177,7 @@ class _UnstableManifold:
 
     def crossings(self, most_impacts: int) -> list[tuple[tuple[float, float], int]]:
         """Return parts of the fundamental domain that come back on both sides, and after how long."""
-        found: list[tuple[tuple[float, float], int]] = []
+        places: list[tuple[tuple[float, float], int]] = []
         stretch = abs(self.multiplier) if self.multiplier > 0.0 else self.multiplier**2
         for side in (1.0, -1.0) if self.multiplier > 0.0 else (1.0,):
             s = side * BEGIN * power(stretch, np.linspace(0.0, 1.0, SAMPLES))
@@ -188,8 +188,8 @@ class _UnstableManifold:
                 near = np.nan_to_num(np.maximum(abs(a), abs(b)), nan=np.inf) < NEAR
                 crosses = near[:-1] & near[1:] & (a[:-1] * a[1:] < 0.0) & ~used
                 used |= crosses
-                found += [((s[i], s[i + 1]), k) for i in np.flatnonzero(crosses)]
-        return sorted(found, key=lambda crossing: crossing[1])
+                places += [((s[i], s[i + 1]), k) for i in np.flatnonzero(crosses)]
+        return sorted(places, key=lambda crossing: crossing[1])
 
     def side(self, s: float, k: int) -> float:
         """Return on which side of the stable manifold a motion comes back, as a sign."""

@@ -272,10 +272,10 @@ class SectionMap:
             end = t + periods * period
             events, marks = runs.follow(level, v, t, t_end=end)
             record = columns.MotionRecord(runs.law, level, events, marks)
-            found = level_crossings(runs.system, record, level, end)
-            found = found[self.section.sign * found[:, 1] >= 0.0]
-            if len(found):
-                return float(found[0, 0]), float(found[0, 1])
+            passages = level_crossings(runs.system, record, level, end)
+            passages = passages[self.section.sign * passages[:, 1] >= 0.0]
+            if len(passages):
+                return float(passages[0, 0]), float(passages[0, 1])
         return None
 
     def _next(self, runs: Propagator, t: float, v: float) -> tuple[float, float]:

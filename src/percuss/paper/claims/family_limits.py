@@ -72,7 +72,6 @@ __all__ = ["STATEMENTS"]
 
 THEORY = "paper-family.md"
 TABLE_1 = {5: "1.5", 7: "0.984", 9: "0.675", 11: "0.486", 13: "0.365", 15: "0.283"}
-ODD = (3, *TABLE_1)
 EVEN = (2, 4, 6, 8, 10)
 # An impact slower than this may pass for a touch: its depth is below the rounding of x.
 SLOWEST_IMPACT = 2e-6

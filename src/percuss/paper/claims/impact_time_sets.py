@@ -1,4 +1,4 @@
-"""What the paper says in words of sets of impact times: 6. (b) to (e) of the discussion."""
+"""Statements of the paper on sets of impact times: 6. (b) to (e) of the discussion."""
 
 from __future__ import annotations
 
@@ -45,7 +45,6 @@ RESONANT = 0.5
 LEAST_SINE = 1e-3
 # At half the resonant frequency.
 HALF_SINE, HALF_COSINE = sine(1), cosine(1)
-LATE = 1e6
 SHARED_END = 40.5 * math.pi
 PHASES = tuple((k + 0.5) * 2.0 * math.pi / 24 for k in range(24))
 

@@ -13,7 +13,7 @@ from percuss.paper.report.prose import prose, sentence
 from percuss.studies.link import link_of
 from percuss.studies.reading import parse_study
 
-__all__ = ["anchored", "badge", "formula_pair", "grade_mark", "read_as", "record_details"]
+__all__ = ["badge", "formula_pair", "grade_mark", "read_as", "record_details"]
 
 DOCUMENTATION = "docs/theory"
 # What can be done with a study: computed, and opened in the workbench.
@@ -28,11 +28,6 @@ def badge(claim: Claim) -> str:
 def grade_mark(claim: Claim) -> str:
     """Return what the verdict rests on, in a word."""
     return f'<span class="ground {claim.grade}">{claim.grade}</span>'
-
-
-def anchored(claim: Claim, page: str = "") -> str:
-    """Return a link to a record, which stands on this page or on another."""
-    return f'<a href="{page}#{escape(claim.id)}">{escape(claim.reference)}</a>'
 
 
 def formula_pair(printed: str, right: str, name: str = "", *, is_printed: bool = True) -> str:

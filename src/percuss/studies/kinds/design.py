@@ -272,7 +272,7 @@ class Design(Question):
         for name, value in result.outcomes.items():
             met = ", at its limit" if name in result.active else ""
             rows[name] = f"{_value(result, name, value)}{met}; {_kept(result.limits[name])}"
-        optima = sum(not it.reason for it in result.attempts)
+        optima = sum(not attempt.reason for attempt in result.attempts)
         rows["searches"] = f"{len(result.attempts)}, {optima} of them to an optimum"
         rows["motions"] = f"{result.n_motions:,}"
         return rows | ({"no optimum": result.reason} if result.reason else {})
@@ -327,14 +327,14 @@ def _report_of_front(front: ParetoFront) -> dict[str, str]:
     rows = {
         "front": f"{counted(len(front), 'design')}, {one} {front.goals[0]} to {other} {front.goals[1]}"
     }
-    for i, (it, pair) in enumerate(zip(front.designs[:MOST_ROWS], front.values, strict=False)):
-        where = ", ".join(f"{path} = {value:.6g}" for path, value in it.values.items())
+    for i, (best, pair) in enumerate(zip(front.designs[:MOST_ROWS], front.values, strict=False)):
+        where = ", ".join(f"{path} = {value:.6g}" for path, value in best.values.items())
         values = (
-            _outcome(it, name, value) for name, value in zip(front.outcomes, pair, strict=True)
+            _outcome(best, name, value) for name, value in zip(front.outcomes, pair, strict=True)
         )
         rows[f"design {i}"] = f"{', '.join(values)} at {where}"
     if len(front) > MOST_ROWS:
         rows["and"] = f"{len(front) - MOST_ROWS} more in the files"
-    reasons = [it.reason for it in front.designs if it.reason]
+    reasons = [best.reason for best in front.designs if best.reason]
     words = f"{len(reasons)} of {len(front)}: {reasons[0]}" if reasons else ""
     return rows | ({"no optimum": words} if words else {})

@@ -1,4 +1,4 @@
-"""Studies of a fit: the parameters of a model from what was measured of its motion."""
+"""Studies of a fit: the parameters of a model from measurements of its motion."""
 
 from __future__ import annotations
 
@@ -186,7 +186,7 @@ class Fit(Question):
         osc, force = study.oscillator, study.forcing
         records = self.records
         starts = [record.start or self.start or "free" for record in records]
-        found = fit(
+        result = fit(
             [_dataset(record) for record in records],
             osc,
             [record.forcing(osc, force) for record in records],
@@ -198,10 +198,10 @@ class Fit(Question):
             progress=execution.progress,
         )
         for path in self.profiles:
-            name = long_form(path, found.oscillator, found.forcing, found.start)
-            if 0.0 < found.errors[name] < math.inf:
-                found.profile(path)
-        return found
+            name = long_form(path, result.oscillator, result.forcing, result.start)
+            if 0.0 < result.errors[name] < math.inf:
+                result.profile(path)
+        return result
 
     def csv(self, study: Study) -> dict[str, str]:  # noqa: ARG002
         """Return the tables: parameters, what their errors share, residuals, impacts."""

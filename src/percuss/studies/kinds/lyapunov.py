@@ -76,7 +76,11 @@ class Lyapunov(Question):
         """Return the exponents, their errors and their sum."""
         pairs = zip(result.exponent.values, result.error.values, strict=True)
         (first, *others, last) = (f"{value:.8g} +- {error:.1g}" for value, error in pairs)
-        between = {"the others": "\n".join(f"{one} per time" for one in others)} if others else {}
+        between = (
+            {"the others": "\n".join(f"{exponent} per time" for exponent in others)}
+            if others
+            else {}
+        )
         total = float(result.exponent.sum())
         return {
             "largest": f"{first} per time",

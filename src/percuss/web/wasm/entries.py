@@ -1,4 +1,4 @@
-"""What the file of WebAssembly exports: kernels, with the types of their arguments."""
+"""The exports of the file of WebAssembly: kernels, with the types of their arguments."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which kernels the file of WebAssembly was made from: a hash of their text."""
+"""The hash of the kernels' text from which the file of WebAssembly was made."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def kept_hash() -> str:
 
 
 def description(data: bytes) -> dict[str, object]:
-    """Return what a file of WebAssembly says of itself.
+    """Return the description that a file of WebAssembly holds of itself.
 
     Raises
     ------
@@ -99,26 +99,26 @@ def _reached() -> dict[str, str]:
 
 def _original(node: ast.ImportFrom, name: str) -> str:
     """Return the name under which a module has what is imported as another name."""
-    return next(it.name for it in node.names if name in (it.asname, it.name))
+    return next(alias.name for alias in node.names if name in (alias.asname, alias.name))
 
 
 @functools.cache
 def _definitions(module: str) -> dict[str, ast.stmt]:
     """Return the statements of a module of percuss by the names that they define."""
     file = _file_of(module) if module.startswith("percuss.") and module not in LEFT_OUT else None
-    found: dict[str, ast.stmt] = {}
+    definitions: dict[str, ast.stmt] = {}
     if file is None:
-        return found
+        return definitions
     for node in ast.parse(file.read_text("utf-8")).body:
         if isinstance(node, ast.FunctionDef | ast.ClassDef):
-            found[node.name] = node
+            definitions[node.name] = node
         elif isinstance(node, ast.ImportFrom):
-            found |= {it.asname or it.name: node for it in node.names}
+            definitions |= {item.asname or item.name: node for item in node.names}
         elif isinstance(node, ast.Assign | ast.AnnAssign):
             targets = node.targets if isinstance(node, ast.Assign) else [node.target]
-            names = [it for target in targets for it in ast.walk(target)]
-            found |= {it.id: node for it in names if isinstance(it, ast.Name)}
-    return found
+            names = [item for target in targets for item in ast.walk(target)]
+            definitions |= {item.id: node for item in names if isinstance(item, ast.Name)}
+    return definitions
 
 
 def _file_of(name: str) -> Traversable | None:
