@@ -146,8 +146,10 @@ class CertifiedOrbit:
 
     @property
     def events(self) -> list[tuple[OrbitEvent, BallPair]]:
-        """The events of one period, each with the instant and the velocity after it; of half a
-        symmetric orbit, and of one without events, none."""
+        """The events of one period, each with its instant and the velocity after it.
+
+        Empty where half of a symmetric orbit was proven, and without events.
+        """
         motion = self._motion
         if motion is None or motion.equations.mirrored or not motion.states:
             return []
