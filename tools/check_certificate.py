@@ -14,12 +14,13 @@ operation rounds outward. What is proven, and why it suffices, is section 11 of 
 from __future__ import annotations
 
 import json
+import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from fractions import Fraction
 from itertools import pairwise
-from math import ceil, floor, isqrt
+from math import ceil, floor, gcd, isqrt
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -105,6 +106,12 @@ class Interval(NamedTuple):
     def fractions(self) -> tuple[Fraction, Fraction]:
         return Fraction(self.low, 1 << BITS), Fraction(self.high, 1 << BITS)
 
+    def wider(self) -> Interval:
+        return Interval(self.low - self.width // 8 - 1, self.high + self.width // 8 + 1)
+
+    def holds(self, other: Interval) -> bool:
+        return self.low <= other.low and other.high <= self.high
+
     def is_inside(self, other: Interval) -> bool:
         return other.low < self.low and self.high < other.high
 
@@ -123,19 +130,17 @@ def cosine_series(z: Interval) -> tuple[Interval, Interval]:
     """
     m, radius = (z.low + z.high) // 2, (z.width + 2) // 2
     sums = [1 << BITS, 1 << BITS]
-    term, k, n = 1 << BITS, 0, 0
+    term, k = 1 << BITS, 0
     while True:
         k += 1
         even = term * m // ((1 << BITS) * (2 * k - 1) * (2 * k))
         sums[0] += even
         sums[1] += even // (2 * k + 1)
-        n += 2
         if abs(even) <= 1 and abs(m) < (1 << BITS) * k * k:
             break
         term = even
     # Each term is rounded by less than 2 units, and passes that on, smaller, to those behind it.
-    growth = _growth(m)
-    error = (2 * n + 4) * growth
+    error = (4 * k + 4) * int(3 ** (isqrt(abs(m) >> BITS) + 1))
     slope = max(1 << BITS, abs(sums[1]) + error)
     if z.high > 0:
         if radius >= 1 << BITS:
@@ -144,11 +149,6 @@ def cosine_series(z: Interval) -> tuple[Interval, Interval]:
         slope += (slope * radius >> BITS) + 1
     c, s = error + (slope * radius >> (BITS + 1)) + 1, error + (slope * radius >> BITS) // 6 + 2
     return Interval(sums[0] - c, sums[0] + c), Interval(sums[1] - s, sums[1] + s)
-
-
-def _growth(m: int) -> int:
-    """Return a bound of the factor by which the rounding of a term grows in later ones."""
-    return int(3 ** (isqrt(abs(m) >> BITS) + 1))
 
 
 def exponential(y: Interval) -> Interval:
@@ -182,12 +182,15 @@ def _times(value: Interval, n: int) -> Interval:
     return Interval(value.low * n, value.high * n) if n >= 0 else -_times(value, -n)
 
 
+def angle(phase: tuple[Fraction, Fraction]) -> Interval:
+    """Return p pi + q of a pair (p, q)."""
+    return of(phase[0]) * pi() + of(phase[1])
+
+
 class Tone(NamedTuple):
     omega: Fraction
     amplitude: Fraction
-    # The phase is times * pi + plus.
-    times: Fraction
-    plus: Fraction
+    phase: tuple[Fraction, Fraction]
 
 
 class Region(NamedTuple):
@@ -220,9 +223,7 @@ class Law(NamedTuple):
 
     def cycles(self, tone: Tone, t: Interval) -> tuple[Interval, Interval]:
         """Return cos and sin of a tone's argument, by whole turns near zero."""
-        half_turn = pi()
-        y = of(tone.omega) * t + of(tone.times) * half_turn + of(tone.plus)
-        turn = _times(half_turn, 2)
+        y, turn = of(tone.omega) * t + angle(tone.phase), _times(pi(), 2)
         y = y - _times(turn, round(Fraction(y.low + y.high, turn.low + turn.high)))
         c, s = cosine_series(-(y * y))
         one = 1 << BITS
@@ -302,27 +303,33 @@ class Flight:
         p, q = self.free
         return x + p * x_x + q * x_v, v + p * v_x + q * v_v
 
-    def acceleration(self, tau: Interval, x: Interval, v: Interval) -> Interval:
-        force = self.c
-        for tone in self.law.tones:
-            force = force + of(tone.amplitude) * self.law.cycles(tone, self.start.t + tau)[0]
+    def force(self, tau: Interval) -> Interval:
+        cosines = (self.law.cycles(tone, self.start.t + tau)[0] for tone in self.law.tones)
+        return sum(
+            (of(tone.amplitude) * c for tone, c in zip(self.law.tones, cosines, strict=True)),
+            self.c,
+        )
+
+    def acceleration(self, force: Interval, x: Interval, v: Interval) -> Interval:
         return force - self.k * x - _times(self.a * v, 2)
 
     def on_step(self, begin: Fraction, h: Fraction) -> tuple[Interval, Interval, Interval]:
-        """Return x and v on a step, and its mean velocity since its start: (x(s) - x(begin))/s.
+        """Return x and v on a step, and what has the sign of x(s) - x(begin).
 
-        By Taylor's theorem, with the acceleration enclosed on all of the step.
+        That is the mean velocity since the start or, from rest, the mean acceleration.
+        By Taylor's theorem, with x and v on all of the step in intervals that Picard's operator maps
+        into themselves, and therefore hold the motion.
         """
-        whole, since = of(begin, begin + h), of(Fraction(0), h)
-        a = self.acceleration(whole, *self.at(whole))
-        x, v = self.at(of(begin)) if begin else (self.start.x, self.start.v)
-        mean = v + of(Fraction(1, 2)) * a * since
-        return x + since * mean, v + a * since, mean
-
-    def ends(self) -> list[tuple[int, int]]:
-        """Return the bounds of the region, each with the sign of its side."""
-        ends = ((self.region.lower, -1), (self.region.upper, 1))
-        return [(bound, sign) for bound, sign in ends if bound is not None]
+        since, force = of(Fraction(0), h), self.force(of(begin, begin + h))
+        first_x, first_v = x, v = self.at(of(begin)) if begin else (self.start.x, self.start.v)
+        for _ in range(12):
+            a = self.acceleration(force, x, v)
+            next_x, next_v = first_x + since * v, first_v + since * a
+            if x.holds(next_x) and v.holds(next_v):
+                mean = first_v + of(Fraction(1, 2)) * a * since
+                return first_x + since * mean, next_v, mean if any(first_v) else a
+            x, v = next_x.wider(), next_v.wider()
+        raise NotProvenError("a step is too long")
 
     def landing(self, departed: int | None) -> tuple[int, int, Fraction, Fraction]:
         """Return the bound that all motions meet first, its side, and between which tau.
@@ -333,42 +340,37 @@ class Flight:
         begin, h = Fraction(0), LONGEST
         while begin < FLIGHT:
             try:
-                if self._is_free(begin, h, departed):
-                    begin, h = begin + h, min(2 * h, LONGEST)
-                    continue
-                arrival = self._arrival(begin, h) if begin else None
+                met = self._met_on(begin, h, departed)
             except NotProvenError:
-                arrival = None
-            if arrival is not None:
-                return (*arrival, begin, begin + h)
-            h /= 2
-            if h < SHORTEST:
-                raise NotProvenError(
-                    f"which event comes next is open {_told(begin)} after an event"
-                )
+                h /= 2
+                if h < SHORTEST:
+                    raise NotProvenError(
+                        f"which event comes next is open {_told(begin)} after an event"
+                    ) from None
+                continue
+            if met is not None:
+                return (*met, begin, begin + h)
+            begin, h = begin + h, min(2 * h, LONGEST)
         raise NotProvenError(f"no event within {FLIGHT}")
 
-    def _is_free(self, begin: Fraction, h: Fraction, departed: int | None) -> bool:
-        x, _, mean = self.on_step(begin, h)
-        for bound, sign in self.ends():
-            inside = mean if begin == 0 and bound == departed else x - of(self.law.bounds[bound].at)
-            if not (inside.high < 0 if sign > 0 else inside.low > 0):
-                return False
-        return True
-
-    def _arrival(self, begin: Fraction, h: Fraction) -> tuple[int, int] | None:
-        x, v, _ = self.on_step(begin, h)
-        after, _ = self.at(of(begin + h))
-        met = None
-        for bound, sign in self.ends():
-            at = of(self.law.bounds[bound].at)
-            gone, fast = (after - at, v) if sign > 0 else (at - after, -v)
-            off = x - at if sign > 0 else at - x
-            if gone.low > 0 and fast.low > 0:
-                met = bound, sign
-            elif off.high >= 0:
-                return None
-        return met
+    def _met_on(self, begin: Fraction, h: Fraction, departed: int | None) -> tuple[int, int] | None:
+        """Return the bound that all motions meet on a step, and its side, or None if they meet none."""
+        x, v, since = self.on_step(begin, h)
+        near = []
+        for bound, sign in ((self.region.lower, -1), (self.region.upper, 1)):
+            if bound is not None:
+                at = of(self.law.bounds[bound].at)
+                # At the start of a flight x is on the bound, and goes inwards.
+                beyond = _times(since if begin == 0 and bound == departed else x - at, sign)
+                if beyond.high >= 0:
+                    near.append((bound, sign, at))
+        if not near:
+            return None
+        bound, sign, at = near[0]
+        last = _times(self.at(of(begin + h))[0] - at, sign)
+        if begin == 0 or len(near) > 1 or last.low <= 0 or _times(v, sign).low <= 0:
+            raise NotProvenError("a step is too long")
+        return bound, sign
 
 
 class Event(NamedTuple):
@@ -392,21 +394,18 @@ def met(law: Law, number: int, start: State, departed: int | None) -> Event:
     while True:
         point = tau.middle()
         x, _ = flight.at(point)
-        _, v = flight.at(tau)
-        if 0 in v:
-            # The step has shown that it is not; on all of it Taylor's form is narrower.
-            _, v, _ = flight.on_step(low, high - low)
+        first, last = tau.fractions()
+        _, v, _ = flight.on_step(first, last - first)
         newton = point - (x - at) / v
         new = Interval(max(tau.low, newton.low), min(tau.high, newton.high))
         if new.low > new.high:
             raise NotProvenError("an event has no instant: the arithmetic contradicts itself")
-        if 4 * new.width > 3 * tau.width:
-            tau = new
+        done, tau = 4 * new.width >= 3 * tau.width, new
+        if done:
             break
-        tau = new
     x, v = flight.at(tau)
-    a = flight.acceleration(tau, at, v)
-    begin = flight.acceleration(of(Fraction(0)), start.x, start.v)
+    a = flight.acceleration(flight.force(tau), at, v)
+    begin = flight.acceleration(flight.force(of(Fraction(0))), start.x, start.v)
     x_x, v_x, x_v, v_v = flight.response(tau)
     x_t, v_t = -(start.v * x_x + begin * x_v), -(start.v * v_x + begin * v_v)
     t_t, t_v = -(x_t / v), -(x_v / v)
@@ -432,27 +431,84 @@ def after(law: Law, event: Event) -> State:
     return State(event.t, of(law.bounds[event.bound].at), event.v)
 
 
+# How a certificate reads. Nothing else may stand in it, so that no claim is left unread.
+
+
+LEAVES = {
+    "q": "rational number p/q",
+    "n": "whole number from 0",
+    "z": "whole number",
+    "q?": "rational number or null",
+    "n?": "whole number from 0, or null",
+    "w": "word",
+}
+PAIR = ("q", "q")
+LAW = {
+    "regions": [
+        {"stiffness": "q", "damping": "q", "constant": "q", "lower": "n?", "upper": "n?"}
+    ],
+    "bounds": [{"at": "q", "restitution": "q?"}],
+    "tones": [{"omega": "q", "amplitude": "q", "phase": PAIR}],
+    "base": "q?",
+}  # fmt: skip
+FORMS: dict[str, dict[str, Any]] = {
+    "run": {
+        "start": {"x": "q", "v": "q", "t": PAIR},
+        "events": [{"bound": "n", "t": PAIR, "v_before": PAIR, "v_after": PAIR}],
+    },
+    "orbit": {
+        "periods": "n",
+        "events": [{"bound": "n", "region": "n", "t": PAIR, "v": PAIR}],
+        "stability": "w",
+    },
+    "chaos": {
+        "bound": "n",
+        "region": "n",
+        "sets": [{"center": PAIR, "unstable": PAIR, "stable": PAIR}],
+        "transitions": [{"from": "n", "to": "n", "turns": "z", "at": "q", "half": "q"}],
+        "growth": "q",
+    },
+}
+
+
+def read(value: Any, form: Any) -> Any:
+    """Return what stands in a certificate with numbers for their words, if it has the form."""
+    if isinstance(form, dict):
+        if not isinstance(value, dict) or value.keys() != form.keys():
+            names = ", ".join(value) if isinstance(value, dict) else repr(value)[:60]
+            raise ValueError(f"{', '.join(form)} should stand where {names} stands")
+        return {key: read(value[key], part) for key, part in form.items()}
+    if isinstance(form, list | tuple):
+        if not isinstance(value, list) or (isinstance(form, tuple) and len(value) != len(form)):
+            raise ValueError(f"{repr(value)[:60]} is no list of {repr(form)[:60]}")
+        return tuple(read(part, form[i % len(form)]) for i, part in enumerate(value))
+    if value is None and form.endswith("?"):
+        return None
+    if form[0] == "q" and isinstance(value, str) and re.fullmatch("-?[0-9]+(/[0-9]+)?", value):
+        return Fraction(value)
+    # True is an int, too.
+    if form[0] in "nz" and type(value) is int and (value >= 0 or form == "z"):
+        return value
+    if form == "w" and isinstance(value, str):
+        return value
+    raise ValueError(f"{repr(value)[:60]} is no {LEAVES[form]}")
+
+
+def _without_twice(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    names = [name for name, _ in pairs]
+    if len(set(names)) < len(names):
+        raise ValueError(f"a name stands twice in {', '.join(names)}")
+    return dict(pairs)
+
+
 # What is claimed.
 
 
 def law_of(text: Any) -> Law:
     """Return the law of a certificate, whose parts fit each other."""
-    regions = tuple(
-        Region(
-            Fraction(it["stiffness"]),
-            Fraction(it["damping"]),
-            Fraction(it["constant"]),
-            _whole(it["lower"]),
-            _whole(it["upper"]),
-        )
-        for it in text["regions"]
-    )
-    bounds = tuple(Bound(Fraction(it["at"]), _fraction(it["restitution"])) for it in text["bounds"])
-    tones = tuple(
-        Tone(Fraction(it["omega"]), Fraction(it["amplitude"]), *map(Fraction, it["phase"]))
-        for it in text["tones"]
-    )
-    law = Law(regions, bounds, tones, _fraction(text["base"]))
+    regions = tuple(Region(**it) for it in text["regions"])
+    bounds = tuple(Bound(**it) for it in text["bounds"])
+    tones, base = tuple(Tone(**it) for it in text["tones"]), text["base"]
     inner = [region.upper for region in regions[:-1]]
     if not regions or inner != [region.lower for region in regions[1:]] or None in inner:
         raise NotProvenError("the regions do not lie side by side")
@@ -460,49 +516,25 @@ def law_of(text: Any) -> Law:
     used = [bound for bound in (ends[0], *inner, ends[1]) if bound is not None]
     if used != list(range(len(bounds))):
         raise NotProvenError("the bounds are not those of the regions")
-    if any(bounds[i].at >= bounds[j].at for i, j in pairwise(used)):
+    if any(lower.at >= upper.at for lower, upper in pairwise(bounds)):
         raise NotProvenError("the bounds are not in order")
-    for bound in used:
-        r = bounds[bound].restitution
+    for bound, (_, r) in enumerate(bounds):
         if (r is None) != (bound in inner) or (r is not None and not 0 <= r <= 1):
             raise NotProvenError(f"bound {bound} has a restitution of {r}")
     if any(tone.omega <= 0 for tone in tones):
         raise NotProvenError("a frequency is not above 0")
-    if law.base is not None and any((t.omega / law.base).denominator != 1 for t in tones):
+    if (base is None) != (not tones) or (base is not None and base <= 0):
+        raise NotProvenError(f"the frequencies are not multiples of {base}")
+    multiples = [tone.omega / base for tone in tones]
+    if any(n.denominator != 1 for n in multiples):
         raise NotProvenError("the force does not repeat after its period")
-    for lower, upper in pairwise(regions):
-        at = bounds[_sure(lower.upper)].at
+    if tones and gcd(*(n.numerator for n in multiples)) != 1:
+        raise NotProvenError("the force repeats before its period ends")
+    for at, lower, upper in zip((bounds[i].at for i in inner), regions, regions[1:], strict=False):
         # A soft stop is a spring from its edge on: with it the force at rest there is the same.
         if lower.constant - lower.stiffness * at != upper.constant - upper.stiffness * at:
             raise NotProvenError("the force jumps at the edge of a stop")
-    return law
-
-
-def _sure(value: int | None) -> int:
-    assert value is not None
-    return value
-
-
-def _whole(value: Any) -> int | None:
-    if value is not None and (not isinstance(value, int) or isinstance(value, bool)):
-        raise NotProvenError(f"{value!r} is no whole number")
-    return value
-
-
-def _fraction(value: Any) -> Fraction | None:
-    return None if value is None else Fraction(value)
-
-
-def _claimed(pair: Sequence[str]) -> Interval:
-    low, high = map(Fraction, pair)
-    if not low < high:
-        raise NotProvenError(f"{pair[0]} is not below {pair[1]}")
-    return of(low, high)
-
-
-def _narrower(ours: Interval, pair: Sequence[str]) -> bool:
-    low, high = ours.fractions()
-    return Fraction(pair[0]) <= low and high <= Fraction(pair[1])
+    return Law(regions, bounds, tones, base)
 
 
 def proven_run(law: Law, text: Any) -> str:
@@ -519,8 +551,8 @@ def proven_run(law: Law, text: Any) -> str:
         except NotProvenError:
             if n == RUN_BITS[-1]:
                 raise
-            continue
-        break
+        else:
+            break
     first, last = events[0]["t"], events[-1]["t"]
     return (
         f"The motion from x = {begin['x']}, v = {begin['v']} at t = {_phase(begin['t'])} meets the "
@@ -537,50 +569,56 @@ def _check_events(law: Law, begin: Any, events: Sequence[Any]) -> None:
         if event.bound != claim["bound"]:
             raise ContradictedError(f"event {k} is at bound {event.bound}")
         for name, ours in (("t", event.t), ("v_before", event.v_before), ("v_after", event.v)):
-            if _narrower(ours, claim[name]):
-                continue
             low, high = ours.fractions()
-            if high < Fraction(claim[name][0]) or low > Fraction(claim[name][1]):
+            least, most = claim[name]
+            if high < least or low > most:
                 raise ContradictedError(f"{name} of event {k} is {_told(low)}")
-            raise NotProvenError(f"{name} of event {k} is not known to the digits claimed")
+            if not (least <= low and high <= most):
+                raise NotProvenError(f"{name} of event {k} is not known to the digits claimed")
         state, number, departed = after(law, event), event.region, event.bound
 
 
 def _start(law: Law, begin: Any) -> tuple[State, int, int | None]:
-    x, v = Fraction(begin["x"]), Fraction(begin["v"])
-    times, plus = map(Fraction, begin["t"])
-    t = of(times) * pi() + of(plus)
-    on = next((i for i, bound in enumerate(law.bounds) if bound.at == x), None)
+    """Return the start of a run, its region and the bound that it departs from."""
+    x, v = begin["x"], begin["v"]
+    state = State(angle(begin["t"]), of(x), of(v))
     for number, region in enumerate(law.regions):
-        low = None if region.lower is None else law.bounds[region.lower].at
-        high = None if region.upper is None else law.bounds[region.upper].at
-        above = low is None or x > low or (x == low and v > 0)
-        below = high is None or x < high or (x == high and v < 0)
-        if above and below:
-            return State(t, of(x), of(v)), number, on
-    raise NotProvenError("the start is beyond a wall, or at rest on a stop")
+        low, high = (None if i is None else law.bounds[i].at for i in (region.lower, region.upper))
+        if (low is not None and x < low) or (high is not None and x > high):
+            continue
+        departed = region.lower if x == low else region.upper if x == high else None
+        flight = Flight(law, number, state)
+        # From rest on a bound a motion goes where the force points, which is the same on both sides.
+        away = (
+            flight.acceleration(flight.force(of(Fraction(0))), state.x, state.v)
+            if v == 0
+            else of(v)
+        )
+        if departed is None or (away.low > 0 if x == low else away.high < 0):
+            return state, number, departed
+    raise NotProvenError("the start is beyond a wall, or stays on a stop")
 
 
 def proven_orbit(law: Law, text: Any) -> str:
     """Prove by Krawczyk's operator that one periodic orbit, and one only, lies in the boxes."""
-    claims, periods = text["events"], _sure(_whole(text["periods"]))
+    claims, periods = text["events"], text["periods"]
     n = len(claims)
     if n == 0 or periods < 1:
         raise NotProvenError("an orbit has one event at least, and one period")
-    boxes = [(_claimed(claim["t"]), _claimed(claim["v"])) for claim in claims]
+    if any(claim[name][0] >= claim[name][1] for claim in claims for name in "tv"):
+        raise NotProvenError("an interval of the orbit is empty, or one point")
+    boxes = [(of(*claim["t"]), of(*claim["v"])) for claim in claims]
     middles = [(t.middle(), v.middle()) for t, v in boxes]
     shift = _times(law.period(), periods)
     derivatives, errors = [], []
     for k, claim in enumerate(claims):
         following = claims[(k + 1) % n]
-        bound = _sure(_whole(claim["bound"]))
-        image = _mapped(law, claim, bound, boxes[k], following)
-        derivatives.append(image.derivative)
-        middle = _mapped(law, claim, bound, middles[k], following)
+        derivatives.append(_mapped(law, claim, boxes[k], following).derivative)
+        middle = _mapped(law, claim, middles[k], following)
         t, v = middles[(k + 1) % n]
         errors += [middle.t - t - (shift if k == n - 1 else of(Fraction(0))), middle.v - v]
-    inverse = _inverse([[_center(e) for e in row] for row in _jacobian(derivatives)])
     jacobian = _jacobian(derivatives)
+    inverse = _inverse([[e.middle().fractions()[0] for e in row] for row in jacobian])
     widths = [
         Interval(-((box.width + 1) // 2) - 1, (box.width + 1) // 2 + 1)
         for pair in boxes
@@ -609,29 +647,28 @@ def proven_orbit(law: Law, text: Any) -> str:
         "unstable": "It is unstable.",
     }.get(text["stability"], "Nothing is claimed of its stability.")
     return (
-        f"There is one periodic orbit, and one only, whose {n} events in {periods} periods of the force "
-        f"lie in the boxes of the certificate, the first at t between {_near(claims[0]['t'])}; it meets "
+        f"There is one periodic orbit, and one only, whose {n} events in {periods} periods of the force, "
+        f"{_phase((2 * periods / law.base, Fraction(0)))} long, lie in the boxes of the certificate, the first at t between {_near(claims[0]['t'])}; it meets "
         f"the stops at these events and no others. {said}"
     )
 
 
-def _mapped(
-    law: Law, claim: Any, bound: int, box: tuple[Interval, Interval], following: Any
-) -> Event:
-    t, v = box
-    number = _sure(_whole(claim["region"]))
-    _check_departure(law, number, bound, v)
-    event = met(law, number, State(t, of(law.bounds[bound].at), v), bound)
+def _mapped(law: Law, claim: Any, box: tuple[Interval, Interval], following: Any) -> Event:
+    bound, number = claim["bound"], claim["region"]
+    event = met(law, number, departing(law, number, bound, box), bound)
     if event.bound != following["bound"] or event.region != following["region"]:
         raise NotProvenError("the events of the orbit are not those claimed")
     return event
 
 
-def _check_departure(law: Law, number: int, bound: int, v: Interval) -> None:
-    region = law.regions[number]
-    inwards = (bound == region.lower and v.low > 0) or (bound == region.upper and v.high < 0)
-    if not inwards:
+def departing(law: Law, number: int, bound: int, box: tuple[Interval, Interval]) -> State:
+    """Return the states that leave a bound of a region, into it, at these instants and velocities."""
+    if number >= len(law.regions):
+        raise NotProvenError(f"there is no region {number}")
+    region, (t, v) = law.regions[number], box
+    if not ((bound == region.lower and v.low > 0) or (bound == region.upper and v.high < 0)):
         raise NotProvenError("an event does not lead into its region")
+    return State(t, of(law.bounds[bound].at), v)
 
 
 def _jacobian(derivatives: Sequence[Matrix]) -> list[list[Interval]]:
@@ -646,10 +683,6 @@ def _jacobian(derivatives: Sequence[Matrix]) -> list[list[Interval]]:
             place = 2 * ((k + 1) % n) + i
             rows[2 * k + i][place] = rows[2 * k + i][place] - one
     return rows
-
-
-def _center(value: Interval) -> Fraction:
-    return Fraction((value.low + value.high) // 2, 1 << BITS)
 
 
 def _inverse(rows: list[list[Fraction]]) -> list[list[Fraction]]:
@@ -715,31 +748,25 @@ class Set(NamedTuple):
 
 def proven_chaos(law: Law, text: Any) -> str:
     """Prove covering relations, that the sets are disjoint, and the growth of the number of walks."""
-    sets = [Set(*(tuple(map(Fraction, it[name])) for name in Set._fields)) for it in text["sets"]]  # type: ignore[arg-type]
-    bound, number = _sure(_whole(text["bound"])), _sure(_whole(text["region"]))
-    transitions = [
-        (_sure(_whole(it["from"])), _sure(_whole(it["to"])), _sure(_whole(it["turns"])),
-         (Fraction(it["at"]), Fraction(it["half"])))
-        for it in text["transitions"]
-    ]  # fmt: skip
-    period = law.period()
+    sets, transitions = [Set(**it) for it in text["sets"]], text["transitions"]
+    bound, number, growth, period = text["bound"], text["region"], text["growth"], law.period()
     for i, first in enumerate(sets):
         if 2 * first.reach(0) * (1 << BITS) >= period.low:
             raise NotProvenError(f"set {i} is longer than a period")
         for j in range(i):
             if not _are_apart(period, sets[j], first):
                 raise NotProvenError(f"sets {j} and {i} are not proven to be apart")
-    for i, j, turns, strip in transitions:
-        if min(i, j) < 0 or max(i, j) >= len(sets):
-            raise NotProvenError(f"there is no transition from set {i} to set {j}")
-        _check_covering(law, bound, number, sets[i], sets[j], turns, strip, f"set {i} to set {j}")
-    growth = Fraction(text["growth"])
+    if not sets or any(max(it["from"], it["to"]) >= len(sets) for it in transitions):
+        raise NotProvenError(f"there are no sets, or a transition leads beyond the {len(sets)}")
     if growth <= 1:
         raise NotProvenError(f"a growth of {growth} is no chaos")
-    _check_growth(len(sets), [(i, j) for i, j, *_ in transitions], growth)
+    _check_growth(len(sets), {(it["from"], it["to"]) for it in transitions}, growth)
+    for it in transitions:
+        _check_covering(law, bound, number, sets, it)
     entropy = _logarithm(growth)
     return (
-        f"The impact map of bound {bound} is chaotic: for every endless walk along the "
+        f"The map from one departure from bound {bound} into region {number} to the next, modulo the "
+        f"period of the force, is chaotic: for every endless walk along the "
         f"{len(transitions)} transitions between {len(sets)} disjoint sets there is a motion that visits "
         f"the sets in its order, and for every closed walk one that is periodic. The topological entropy "
         f"of the map on these motions is at least {_told(entropy)} an impact."
@@ -767,15 +794,13 @@ def _are_apart_by(one: Set, other: Set, shift: Interval) -> bool:
     return False
 
 
-def _check_covering(
-    law: Law, bound: int, number: int, first: Set, second: Set, turns: int,
-    strip: tuple[Fraction, Fraction], name: str,
-) -> None:  # fmt: skip
+def _check_covering(law: Law, bound: int, number: int, sets: Sequence[Set], claim: Any) -> None:
     """Prove that the image of a strip of one set lies across another."""
-    at, half = strip
+    first, second = sets[claim["from"]], sets[claim["to"]]
+    name, at, half = f"set {claim['from']} to set {claim['to']}", claim["at"], claim["half"]
     if not (half > 0 and abs(at) + half <= 1):
         raise NotProvenError(f"from {name}: the strip is not in its set")
-    shift = _times(law.period(), turns)
+    shift = _times(law.period(), claim["turns"])
     to_second = second.coordinates()
     image, _ = _image(law, bound, number, first.box((at, at), (Fraction(0), Fraction(0))))
     t, v = image.t - shift - of(second.center[0]), image.v - of(second.center[1])
@@ -785,7 +810,7 @@ def _check_covering(
     for narrow in NARROW:
         parts = [
             product(to_second, product(derivative, axes))
-            for derivative in _derivatives(law, bound, number, first, strip, narrow)
+            for derivative in _derivatives(law, bound, number, first, (at, half), narrow)
         ]
         (u_by_u, u_by_s), (s_by_u, s_by_s) = (
             tuple(_hull([part[i][j] for part in parts]) for j in range(2)) for i in range(2)
@@ -812,9 +837,7 @@ def _image(
     law: Law, bound: int, number: int, box: tuple[Interval, Interval]
 ) -> tuple[Event, Matrix]:
     """Return the next event of the same kind, and the derivative of the map."""
-    t, v = box
-    _check_departure(law, number, bound, v)
-    state, region, departed = State(t, of(law.bounds[bound].at), v), number, bound
+    state, region, departed = departing(law, number, bound, box), number, bound
     total: Matrix | None = None
     for _ in range(64):
         event = met(law, region, state, departed)
@@ -862,14 +885,14 @@ def _derivatives(
             parts += [(u, (s[0], middle)), (u, (middle, s[1]))]
 
 
-def _check_growth(n: int, transitions: Sequence[tuple[int, int]], growth: Fraction) -> None:
+def _check_growth(n: int, transitions: set[tuple[int, int]], growth: Fraction) -> None:
     """Prove that the walks of k steps grow as growth^k at least.
 
     A vector y >= 0, not 0, with A y >= growth y for the matrix A of the graph gives that (Collatz and
     Wielandt); one is made by many steps from (1, ..., 1) with rounding, which the check forgives.
     """
     following: list[list[int]] = [[] for _ in range(n)]
-    for i, j in set(transitions):
+    for i, j in transitions:
         following[i].append(j)
     y = [1 << 200] * n
     for _ in range(4000):
@@ -897,20 +920,19 @@ def _told(value: Fraction) -> str:
     return f"{sign}{digits // 10**9}.{digits % 10**9:09d}".rstrip("0").rstrip(".")
 
 
-def _near(pair: Sequence[str]) -> str:
-    return f"{_told(Fraction(pair[0]))}... and {_told(Fraction(pair[1]))}..."
+def _near(pair: tuple[Fraction, Fraction]) -> str:
+    return f"{_told(pair[0])}... and {_told(pair[1])}..."
 
 
-def _phase(pair: Sequence[str]) -> str:
-    times, plus = map(Fraction, pair)
-    return f"{times} pi + {plus}" if times else str(plus)
+def _phase(pair: tuple[Fraction, Fraction]) -> str:
+    times, plus = pair
+    return " + ".join([f"{times} pi"] * bool(times) + [str(plus)] * (not times or bool(plus)))
 
 
 def equation(law: Law) -> str:
     """Return what moves, in words."""
     force = " + ".join(
-        f"{tone.amplitude} cos({tone.omega} t + {_phase((str(tone.times), str(tone.plus)))})"
-        for tone in law.tones
+        f"{tone.amplitude} cos({tone.omega} t + {_phase(tone.phase)})" for tone in law.tones
     )
     lines = []
     for region in law.regions:
@@ -936,29 +958,22 @@ KINDS: dict[str, Callable[[Law, Any], str]] = {
 def theorem(text: str) -> str:
     """Return the theorem of a certificate, proven; NotProvenError says why it is not."""
     try:
-        certificate = json.loads(text)
-        version = certificate["certificate"]
-        if version != VERSION:
+        certificate = json.loads(text, object_pairs_hook=_without_twice)
+        version, kind = certificate["certificate"], certificate["kind"]
+        if read(version, "n") != VERSION:
             raise NotProvenError(
                 f"a certificate of version {version!r}; this program checks version {VERSION}"
             )
-        kind = certificate["kind"]
         if kind not in KINDS:
             raise NotProvenError(
                 f"a certificate of {kind!r}; this program checks {', '.join(KINDS)}"
             )
-        law = law_of(certificate["law"])
-        words = KINDS[kind](law, certificate)
-    except (
-        ValueError,
-        TypeError,
-        KeyError,
-        IndexError,
-        AttributeError,
-        ZeroDivisionError,
-    ) as error:
+        form = {"certificate": "n", "kind": "w", "law": LAW} | FORMS[kind]
+        claims = read(certificate, form)
+    except (ValueError, TypeError, KeyError, ZeroDivisionError, RecursionError) as error:
         raise NotProvenError(f"no certificate, or one cut off or changed: {error!r}") from None
-    return f"{words}\nWhat moves:\n{equation(law)}"
+    law = law_of(claims["law"])
+    return f"{KINDS[kind](law, claims)}\nWhat moves:\n{equation(law)}"
 
 
 def main(arguments: Sequence[str]) -> int:

@@ -138,7 +138,7 @@ def test_a_long_chaotic_run_is_proven_again(n: int) -> None:
     [
         (WALL, pc.cosine("14/5"), (1, 1), "It is unstable"),
         (SOFT, pc.cosine("11/10"), (1, 1), "Neighbouring motions approach it"),
-        (GAP, pc.cosine("3/2"), (2, 1), "2 events in 1 periods"),
+        (GAP, pc.cosine("3/2"), (2, 1), "2 events in 1 periods of the force, 4/3 pi long, lie"),
     ],
     ids=["wall", "soft stop", "two walls"],
 )
@@ -225,6 +225,142 @@ def test_what_is_cut_off_or_of_another_version_is_refused(run: dict[str, Any]) -
         check.theorem(json.dumps(run | {"certificate": 2}))
     with pytest.raises(check.NotProvenError, match="'list'; this program checks run, orbit, chaos"):
         check.theorem(json.dumps(run | {"kind": "list"}))
+
+
+@pytest.mark.parametrize(
+    ("place", "value"),
+    [
+        (("start", "x"), 0.0),
+        (("start", "x"), float("nan")),
+        (("start", "x"), "1e400000000"),
+        (("start", "x"), " 0"),
+        (("start", "x"), "0/0"),
+        (("start", "t"), "00"),
+        (("start", "t"), ["0", "0", "0"]),
+        (("start", "spin"), "0"),
+        (("law", "friction"), "1/10"),
+        (("law", "base"), "11/20"),
+        (("law", "base"), "-11/10"),
+        (("law", "regions", 0, "upper"), False),
+        (("events", 0, "bound"), False),
+        (("events", 0, "bound"), 0.0),
+        (("events", 0, "bound"), -1),
+        (("events",), {}),
+        (("events",), []),
+        (("claim",), "and it is chaotic"),
+        (("certificate",), True),
+    ],
+    ids=str,
+)
+def test_what_could_be_read_in_two_ways_or_not_at_all_is_refused(
+    run: dict[str, Any], place: tuple[Any, ...], value: Any
+) -> None:
+    other = copy.deepcopy(run)
+    parent: Any = other
+    for key in place[:-1]:
+        parent = parent[key]
+    parent[place[-1]] = value
+
+    with pytest.raises(check.NotProvenError):
+        check.theorem(json.dumps(other))
+
+
+def test_a_name_that_stands_twice_and_endless_brackets_are_refused(run: dict[str, Any]) -> None:
+    text = json.dumps(run)
+
+    for other in (text.replace('"x": "0"', '"x": "0", "x": "0"'), "[" * 10**6):
+        assert other != text
+        with pytest.raises(check.NotProvenError, match="cut off or changed"):
+            check.theorem(other)
+
+
+def test_places_counted_from_the_end_and_missing_periods_are_refused(
+    orbit: dict[str, Any],
+) -> None:
+    events = [event | {"region": -1} for event in orbit["events"]]
+
+    for change in ({"events": events}, {"periods": None}, {"periods": 0}, {"periods": 1.0}):
+        with pytest.raises(check.NotProvenError):
+            check.theorem(json.dumps(orbit | change))
+
+
+def test_chaos_of_no_sets_or_of_one_loop_is_refused(chaos: dict[str, Any]) -> None:
+    itself = [it | {"from": 0, "to": 0} for it in chaos["transitions"]]
+
+    for change in (
+        {"sets": [], "transitions": []},
+        {"transitions": []},
+        {"sets": chaos["sets"][:1], "transitions": itself},
+        {"sets": chaos["sets"][:1]},
+        {"growth": "1"},
+    ):
+        with pytest.raises(check.NotProvenError):
+            check.theorem(json.dumps(chaos | change))
+
+
+def two_walls(upper: str) -> dict[str, Any]:
+    """Return the law of a spring between walls, without a force: from rest at 0, x = sin t."""
+    return {
+        "regions": [{"stiffness": "1", "damping": "0", "constant": "0", "lower": 0, "upper": 1}],
+        "bounds": [{"at": "-1/2", "restitution": "1/2"}, {"at": upper, "restitution": "1/2"}],
+        "tones": [],
+        "base": None,
+    }
+
+
+def claimed(upper: str, bound: int, t: tuple[float, float], speed: float) -> str:
+    v = sorted(Fraction(speed) + d for d in (Fraction(-1, 100), Fraction(1, 100)))
+    w = sorted(-part / 2 for part in v)
+    event = {"bound": bound, "t": t, "v_before": v, "v_after": w}
+    return json.dumps(
+        {
+            "certificate": 1,
+            "kind": "run",
+            "law": two_walls(upper),
+            "start": {"x": "0", "v": "1", "t": ["0", "0"]},
+            "events": [
+                {k: [str(Fraction(x)) for x in p] if k != "bound" else p for k, p in event.items()}
+            ],
+        }
+    )
+
+
+@pytest.mark.parametrize("off", [Fraction(1, 10**6), Fraction(1, 10**12), Fraction(1, 10**15)])
+def test_a_wall_missed_or_touched_by_a_hair_is_told_apart(off: Fraction) -> None:
+    miss, touch = str(1 + off), str(1 - off)
+    beyond = (3.6, 3.7), -0.866
+    before = (1.56, 1.5708), 0.0
+
+    assert "PROVEN" not in check.theorem(claimed(miss, 0, *beyond))
+    assert "1 instants" in check.theorem(claimed(touch, 1, *before))
+    for upper, bound, claim in ((miss, 1, before), (touch, 0, beyond)):
+        with pytest.raises(check.NotProvenError):
+            check.theorem(claimed(upper, bound, *claim))
+
+
+def test_a_graze_is_left_open() -> None:
+    with pytest.raises(check.NotProvenError, match="which event comes next is open"):
+        check.theorem(claimed("1", 0, (3.6, 3.7), -0.866))
+
+
+@pytest.mark.parametrize("off", ["1/10000", "1/1000000000000", "0"])
+def test_a_run_next_to_resonance_is_proven_again(off: str) -> None:
+    osc = pc.Oscillator(
+        Fraction(1) + Fraction(off), stops=(pc.Wall(at=0, side="below", restitution="4/5"),)
+    )
+    proven = run_of(osc, pc.cosine(1), v0=1, max_impacts=4)
+
+    assert "at 4 instants" in check.theorem(json.dumps(certificate(proven)))
+
+
+def test_a_start_at_rest_on_a_stop_is_proven_if_the_force_lifts_it_off() -> None:
+    claims = certificate(run_of(WALL, pc.cosine("14/5"), max_impacts=3))
+    assert claims["start"] == {"x": "0", "v": "0", "t": ["0", "0"]}
+
+    assert "at 3 instants" in check.theorem(json.dumps(claims))
+    for t in (["1", "0"], ["5/28", "0"]):
+        with pytest.raises(check.NotProvenError, match="beyond a wall, or stays on a stop"):
+            check.theorem(json.dumps(claims | {"start": {"x": "0", "v": "0", "t": t}}))
 
 
 def test_an_event_left_out_is_missed(run: dict[str, Any]) -> None:
