@@ -82,10 +82,6 @@ class Interval(NamedTuple):
         low = min((p << BITS) // q for p in self for q in other)
         return Interval(low, max(-((-p << BITS) // q) for p in self for q in other))
 
-    def __contains__(self, value: object) -> bool:
-        assert isinstance(value, int)
-        return self.low <= value <= self.high
-
     @property
     def size(self) -> int:
         """The largest absolute value."""
@@ -111,9 +107,6 @@ class Interval(NamedTuple):
 
     def holds(self, other: Interval) -> bool:
         return self.low <= other.low and other.high <= self.high
-
-    def is_inside(self, other: Interval) -> bool:
-        return other.low < self.low and self.high < other.high
 
 
 def of(low: Fraction, high: Fraction | None = None) -> Interval:
@@ -530,7 +523,8 @@ def law_of(text: Any) -> Law:
         raise NotProvenError("the force does not repeat after its period")
     if tones and gcd(*(n.numerator for n in multiples)) != 1:
         raise NotProvenError("the force repeats before its period ends")
-    for at, lower, upper in zip((bounds[i].at for i in inner), regions, regions[1:], strict=False):
+    edges = [bound.at for bound in bounds if bound.restitution is None]
+    for at, (lower, upper) in zip(edges, pairwise(regions), strict=True):
         # A soft stop is a spring from its edge on: with it the force at rest there is the same.
         if lower.constant - lower.stiffness * at != upper.constant - upper.stiffness * at:
             raise NotProvenError("the force jumps at the edge of a stop")
@@ -633,8 +627,8 @@ def proven_orbit(law: Law, text: Any) -> str:
             for k in range(2 * n):
                 entry = entry - c[k] * jacobian[k][j]
             moved = moved + entry * widths[j] - c[j] * errors[j]
-        half = Interval(widths[i].low + 2, widths[i].high - 2)
-        if not moved.is_inside(half):
+        # By 3 units inside of the widened box: inside of what is claimed, which `of` rounded outward.
+        if not Interval(widths[i].low + 3, widths[i].high - 3).holds(moved):
             raise NotProvenError("the boxes are not proven to hold an orbit")
     monodromy = derivatives[0]
     for derivative in derivatives[1:]:
@@ -648,8 +642,8 @@ def proven_orbit(law: Law, text: Any) -> str:
     }.get(text["stability"], "Nothing is claimed of its stability.")
     return (
         f"There is one periodic orbit, and one only, whose {n} events in {periods} periods of the force, "
-        f"{_phase((2 * periods / law.base, Fraction(0)))} long, lie in the boxes of the certificate, the first at t between {_near(claims[0]['t'])}; it meets "
-        f"the stops at these events and no others. {said}"
+        f"{2 * periods / (law.base or 1)} pi long, lie in the boxes of the certificate, the first at t "
+        f"between {_near(claims[0]['t'])}; it meets the stops at these events and no others. {said}"
     )
 
 
@@ -926,7 +920,7 @@ def _near(pair: tuple[Fraction, Fraction]) -> str:
 
 def _phase(pair: tuple[Fraction, Fraction]) -> str:
     times, plus = pair
-    return " + ".join([f"{times} pi"] * bool(times) + [str(plus)] * (not times or bool(plus)))
+    return f"{times} pi + {plus}" if times else str(plus)
 
 
 def equation(law: Law) -> str:

@@ -287,13 +287,14 @@ def test_places_counted_from_the_end_and_missing_periods_are_refused(
 def test_chaos_of_no_sets_or_of_one_loop_is_refused(chaos: dict[str, Any]) -> None:
     itself = [it | {"from": 0, "to": 0} for it in chaos["transitions"]]
 
-    for change in (
+    changes: list[dict[str, Any]] = [
         {"sets": [], "transitions": []},
         {"transitions": []},
         {"sets": chaos["sets"][:1], "transitions": itself},
         {"sets": chaos["sets"][:1]},
         {"growth": "1"},
-    ):
+    ]
+    for change in changes:
         with pytest.raises(check.NotProvenError):
             check.theorem(json.dumps(chaos | change))
 
@@ -311,16 +312,17 @@ def two_walls(upper: str) -> dict[str, Any]:
 def claimed(upper: str, bound: int, t: tuple[float, float], speed: float) -> str:
     v = sorted(Fraction(speed) + d for d in (Fraction(-1, 100), Fraction(1, 100)))
     w = sorted(-part / 2 for part in v)
-    event = {"bound": bound, "t": t, "v_before": v, "v_after": w}
+    event = {
+        name: [str(Fraction(end)) for end in pair]
+        for name, pair in (("t", t), ("v_before", v), ("v_after", w))
+    }
     return json.dumps(
         {
             "certificate": 1,
             "kind": "run",
             "law": two_walls(upper),
             "start": {"x": "0", "v": "1", "t": ["0", "0"]},
-            "events": [
-                {k: [str(Fraction(x)) for x in p] if k != "bound" else p for k, p in event.items()}
-            ],
+            "events": [{"bound": bound, **event}],
         }
     )
 
