@@ -80,7 +80,7 @@ def folder_of_parts(store: Path) -> Path:
 
 @dataclass(frozen=True, slots=True)
 class Execution:
-    """How a computation is carried out; the answer does not depend on it.
+    """The execution of a computation; the answer does not depend on it.
 
     Attributes
     ----------

@@ -23,7 +23,7 @@ BAR, WIDTH = 20, 90
 
 
 class Progress:
-    """How far a long call has come, and whether its caller wants it to go on.
+    """The progress of a long call, and whether its caller wants it to go on.
 
     Parameters
     ----------

@@ -6,31 +6,14 @@ import re
 from pathlib import Path
 
 import pytest
+from tests.studies.texts import MOTION_TO_30
 from typer.testing import CliRunner
 
 import percuss as pc
 from percuss.cli import app
 from percuss.studies import load_study, parse_study, template_names, template_text
 
-STUDY = """\
-[study]
-title = "A [bold] title"
-[[oscillator.stops]]
-type = "wall"
-at = 0
-side = "below"
-restitution = "0.5"
-[[forcing.harmonics]]
-amplitude = 1
-omega = "0.5"
-[start]
-x0 = 1
-v0 = 0
-[run]
-t_end = 30
-[draw]
-png = false
-"""
+STUDY = f'[study]\ntitle = "A [bold] title"\n{MOTION_TO_30}'
 
 
 @pytest.fixture(autouse=True)

@@ -10,26 +10,14 @@ from pathlib import Path
 
 import pytest
 from tests.children import begun, interrupt
+from tests.studies.texts import WALL_ABOVE
 from typer.testing import CliRunner
 
 import percuss as pc
 from percuss.cli import app
 from percuss.io import load_netcdf
 
-MODEL = """\
-[oscillator]
-damping = "0.05"
-[[oscillator.stops]]
-type = "wall"
-at = 1
-side = "above"
-restitution = "0.8"
-[[forcing.harmonics]]
-amplitude = 1
-omega = 1
-[draw]
-png = false
-"""
+MODEL = f"{WALL_ABOVE}[draw]\npng = false\n"
 BRANCH = f'{MODEL}[study]\nkind = "branch"\n[over]\n"forcing.amplitude" = [1, "0.09"]\n'
 BASINS = f"""\
 {MODEL}

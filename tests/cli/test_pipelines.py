@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.studies.texts import MOTION_TO_30
 from typer.testing import CliRunner
 
 import percuss as pc
@@ -19,28 +20,7 @@ from percuss.cli import app, run_studies
 from percuss.cli.terminal import ProgressBar
 from percuss.io import load_record
 
-MOTION = """\
-[study]
-title = "A motion"
-[[oscillator.stops]]
-type = "wall"
-at = 0
-side = "below"
-restitution = "0.5"
-[[forcing.harmonics]]
-amplitude = 1
-omega = "0.5"
-[start]
-x0 = 1
-v0 = 0
-[run]
-t_end = 30
-[draw]
-png = false
-svg = false
-[save]
-csv = false
-"""
+MOTION = f'[study]\ntitle = "A motion"\n{MOTION_TO_30}svg = false\n[save]\ncsv = false\n'
 SWEEP = """\
 [study]
 kind = "sweep"

@@ -2,14 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 import percuss as pc
 from percuss.model.system import law
 from percuss.orbits.surface.grazing_intervals import grazing_intervals
 
 OSC = pc.impact_oscillator()
+
+
+def inside_of(
+    intervals: Sequence[tuple[float, float]], t: NDArray[np.float64], period: float
+) -> NDArray[np.bool_]:
+    """Return which instants of a period lie in intervals that begin in it."""
+    inside = np.zeros(len(t), dtype=np.bool_)
+    for begin, end in intervals:
+        assert 0.0 <= begin < period
+        inside |= (t > begin) & (t < end)
+        inside |= (t + period > begin) & (t + period < end)
+    return inside
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -26,11 +41,7 @@ def test_intervals_are_those_of_the_sign_on_a_fine_grid(seed: int, sign: float) 
 
     intervals = grazing_intervals(law(OSC, force), constant, sign)
 
-    inside = np.zeros(len(t), dtype=np.bool_)
-    for begin, end in intervals:
-        assert 0.0 <= begin < force.period
-        inside |= (t > begin) & (t < end)
-        inside |= (t + force.period > begin) & (t + force.period < end)
+    inside = inside_of(intervals, t, force.period)
     np.testing.assert_array_equal(inside, sign * value > 0.0)
 
 
@@ -56,11 +67,7 @@ def test_intervals_under_a_record_are_those_of_the_sign_on_a_fine_grid(
 
     intervals = grazing_intervals(law(OSC, force), constant, sign)
 
-    inside = np.zeros(len(t), dtype=np.bool_)
-    for begin, end in intervals:
-        assert 0.0 <= begin < force.period
-        inside |= (t > begin) & (t < end)
-        inside |= (t + force.period > begin) & (t + force.period < end)
+    inside = inside_of(intervals, t, force.period)
     np.testing.assert_array_equal(inside, sign * value > 0.0)
 
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.studies.texts import WALL_ABOVE
 
 import percuss as pc
 from percuss.errors import OutputError, ParameterError
@@ -19,20 +20,7 @@ from percuss.studies.running import StudyResult, output_files, run_study
 from percuss.studies.study import Study, kind_names
 from percuss.studies.templates import template_text
 
-MODEL = """\
-[oscillator]
-damping = "0.05"
-[[oscillator.stops]]
-type = "wall"
-at = 1
-side = "above"
-restitution = "0.8"
-[[forcing.harmonics]]
-amplitude = 1
-omega = 1
-[draw]
-svg = false
-"""
+MODEL = f"{WALL_ABOVE}[draw]\nsvg = false\n"
 # Of this model from rest, its displacement rounded to six digits.
 T = [0.5 * i for i in range(26)]
 X = [

@@ -17,6 +17,38 @@ v0 = 1
 """
 RUN = "[run]\nt_end = 10\n"
 
+# An oscillator with a wall above it, and its force.
+WALL_ABOVE = """\
+[oscillator]
+damping = "0.05"
+[[oscillator.stops]]
+type = "wall"
+at = 1
+side = "above"
+restitution = "0.8"
+[[forcing.harmonics]]
+amplitude = 1
+omega = 1
+"""
+# A motion above a wall up to t = 30.
+MOTION_TO_30 = """\
+[[oscillator.stops]]
+type = "wall"
+at = 0
+side = "below"
+restitution = "0.5"
+[[forcing.harmonics]]
+amplitude = 1
+omega = "0.5"
+[start]
+x0 = 1
+v0 = 0
+[run]
+t_end = 30
+[draw]
+png = false
+"""
+
 
 def faults_of(text: str) -> list[str]:
     """Return the faults of a text, each as it is shown."""

@@ -37,7 +37,7 @@ __all__ = [
 
 @dataclass(frozen=True)
 class Proof:
-    """What is proven of an orbit, at the working precision.
+    """The proven properties of an orbit, at the working precision.
 
     Attributes
     ----------

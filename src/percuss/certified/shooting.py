@@ -241,7 +241,7 @@ def newton(step: Callable[[Vector], arb_mat], guess: Vector) -> Vector:
 
 
 class Image(NamedTuple):
-    """Where the flights from an event lead: instant and velocity after the next one.
+    """The end of the flights from an event: instant and velocity after the next one.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""How to cite percuss: from the metadata of the installed package, as CITATION.cff says it."""
+"""The citation of percuss, from the metadata of the installed package, as CITATION.cff says it."""
 
 from __future__ import annotations
 

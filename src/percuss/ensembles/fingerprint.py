@@ -1,4 +1,4 @@
-"""What an answer depends on: the code of percuss, and a function of the user's with its values."""
+"""The fingerprint of an answer: of percuss' code, and of a user's function with its values."""
 
 from __future__ import annotations
 

@@ -45,7 +45,7 @@ def follow_structures(
     starts
         (n_motions, 2 n + 1) array of x [length], v [length/time] and t [time].
     plan
-        When, and what is recorded.
+        The window of each motion, and the observables that are recorded.
     on
         (n,) direction c of the displacement y = c . x that is observed.
     """
@@ -126,7 +126,7 @@ def _follow(
         if (members.status == NO_MODES).all():
             return
         run = new_run(system.sets, rows, GRAZES)
-        # What is seen has arrays of its own, and more rows than there are clearances.
+        # Views have arrays of their own, and more rows than there are clearances.
         viewer = new_run(system.sets, 0, 0)._replace(
             events=run.events, marks=run.marks, states=run.states,
             values=np.zeros(len(run.values) + 1), order=np.zeros(len(run.values) + 1),

@@ -1,4 +1,4 @@
-"""What the batch of structures does not see of its motions, from runs of their own."""
+"""Observables that the batch of structures leaves out, from single runs of its motions."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["needs_runs", "observe_runs"]
 
 
 def needs_runs(plan: Plan) -> bool:
-    """Return whether a plan asks for what the batch does not see."""
+    """Return whether a plan asks for observables that the batch leaves out."""
     return plan.with_means or plan.section == observables.PASSAGES
 
 

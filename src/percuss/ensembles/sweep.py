@@ -329,7 +329,7 @@ def _check_direction(grid: Grid) -> None:
 
 @dataclass(frozen=True, slots=True)
 class OverGrid:
-    """What the jobs of a sweep share: the points of a grid."""
+    """The grid whose points the jobs of a sweep share."""
 
     grid: Grid
 

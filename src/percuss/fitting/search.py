@@ -57,7 +57,7 @@ MEDIAN_SQUARE = 0.4549364231195724
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FitCandidate:
-    """Where a descent ended, what is wrong with it, and the problem that it solved."""
+    """The end of a descent: what is wrong with it, and the problem that it solved."""
 
     problem: FitProblem
     descent: FitDescent

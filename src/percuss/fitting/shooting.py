@@ -53,7 +53,7 @@ HITS_A_SEGMENT = 64
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Layout:
-    """Where the segments of a record begin and end.
+    """The segments of a record: their nodes, ends and samples.
 
     Attributes
     ----------

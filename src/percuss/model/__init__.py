@@ -1,4 +1,4 @@
-"""What the user describes: oscillators, structures, forcings and starts, as frozen values."""
+"""The model: oscillators, structures, forcings and starts, as frozen values."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ START = "start."
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
 class MovedLaw:
-    """How parameters move the law of a system and the start of a motion.
+    """The derivatives of the law of a system and of the start of a motion by parameters.
 
     Attributes
     ----------

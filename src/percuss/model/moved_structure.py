@@ -44,7 +44,7 @@ class MovedLoads(NamedTuple):
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
 class MovedStructure:
-    """How parameters move a structure, its loads and the start of a motion.
+    """The derivatives of a structure, its loads and the start of a motion by parameters.
 
     Attributes
     ----------

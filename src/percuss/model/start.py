@@ -1,4 +1,4 @@
-"""Where a motion starts and how long it is followed."""
+"""The start of a motion, and the limits up to which it is followed."""
 
 from __future__ import annotations
 

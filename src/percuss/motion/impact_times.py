@@ -1,4 +1,4 @@
-"""What kind of set the impact times form (Dyskin et al. 2012, sections 3 to 5)."""
+"""Classification of impact times: the set that they form (Dyskin et al. 2012, sections 3 to 5)."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ MovedValue: TypeAlias = tuple[float, Floats]
 
 
 class MovedStretch(NamedTuple):
-    """What a mean takes of a flight: the integral, its derivative, and the values at both ends.
+    """The part of a flight in a mean: the integral, its derivative, and the values at both ends.
 
     The derivative is that between instants that stay.
     """
@@ -55,7 +55,7 @@ class MovedStretch(NamedTuple):
 
 
 class MeasuredMotion(Protocol):
-    """What measures read of a motion and its derivative."""
+    """A motion and its derivative, as measures read them."""
 
     @property
     def derivative(self) -> MovedEvents:

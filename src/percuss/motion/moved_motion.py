@@ -34,7 +34,7 @@ __all__ = [
 
 
 class AnyMotion(HasEvents, Protocol):
-    """What a derivative reads of a motion, as a `Trajectory` has it."""
+    """A motion as its derivative reads it, such as a `Trajectory`."""
 
     @property
     def system(self) -> System:
@@ -120,7 +120,7 @@ class MovedContacts:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MovedGrazes:
-    """How a motion depends on parameters where it grazes walls, which goes like a square root.
+    """The dependence of a motion on parameters at grazes of walls, which is like a square root.
 
     A parameter that grows by h takes the turning point further by ``reach`` h. Where that is
     positive there is an impact, with the speed ``speed`` sqrt(abs(h)); else there is none.

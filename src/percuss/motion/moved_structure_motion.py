@@ -27,7 +27,7 @@ __all__ = ["AnyStructureMotion", "MovedStructureMotion", "rates_at", "scratch_of
 
 
 class AnyStructureMotion(HasEvents, Protocol):
-    """What a derivative reads of a structure's motion, as a `StructureTrajectory` has it."""
+    """A motion of a structure as its derivative reads it, such as a `StructureTrajectory`."""
 
     @property
     def system(self) -> StructureSystem:

@@ -1,4 +1,4 @@
-"""How long a flight provably meets no stop, asked when the walk of the kernels takes long.
+"""Bounds of the time in which a flight provably meets no stop, for long walks of the kernels.
 
 With a spring the answer is that of `next_event.event_free_until`, here for rates of
 any spread. A mass without spring that drifts away is recognised.

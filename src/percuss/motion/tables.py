@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
 __all__ = [
-    "COLUMNS", "Contacts", "Crossings", "EventColumn", "EventTable", "Grazes", "HasEvents", "Impacts",
+    "COLUMNS", "Contacts", "Crossings", "EventColumn", "EventTable", "Grazes", "HasEvents", "HasTable", "Impacts",
     "Limit", "no_contacts", "no_crossings", "no_grazes",
 ]  # fmt: skip
 
@@ -29,7 +29,7 @@ Limit = Literal["after", "before"]
 
 
 class EventColumn(NamedTuple):
-    """What a column of a table of events is, and its dimensions."""
+    """A column of a table of events: its meaning and its dimensions."""
 
     meaning: str
     dimensions: str = "1"
@@ -69,7 +69,21 @@ COLUMNS: dict[str, dict[str, EventColumn]] = {
 }
 
 
-class EventTable:
+class HasTable:
+    """A result with a table of its numbers."""
+
+    __slots__ = ()
+
+    def to_xarray(self) -> Dataset:
+        """Return the table as an xarray.Dataset."""
+        raise NotImplementedError
+
+    def to_pandas(self) -> DataFrame:
+        """Return `to_xarray` as a pandas.DataFrame."""
+        return self.to_xarray().to_dataframe()
+
+
+class EventTable(HasTable):
     """The events of one kind in a run, a column for each of their numbers."""
 
     __slots__ = ()

@@ -58,7 +58,7 @@ ROUNDED = 4.0
 
 
 class Outcome(Enum):
-    """How a run ended; the value is the sentence to show.
+    """The end of a run; the value is the sentence to show.
 
     Examples
     --------

@@ -58,7 +58,7 @@ class Kept(NamedTuple):
 
 @dataclass(frozen=True)
 class Wanted:
-    """What is wanted of a motion.
+    """The outcome, the goal and the limits of a design.
 
     Attributes
     ----------
@@ -94,7 +94,7 @@ class Wanted:
 
 
 class SearchEnd(NamedTuple):
-    """Where a search ended: the motion there, and why not at an optimum."""
+    """The end of a search: the motion there, and why it is no optimum."""
 
     trial: Trial
     reason: str

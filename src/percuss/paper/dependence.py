@@ -1,4 +1,4 @@
-"""What the article rests each statement on, and so which errors are errors of their own."""
+"""Dependence of the statements on each other, and so which errors are errors of their own."""
 
 from __future__ import annotations
 

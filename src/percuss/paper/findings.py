@@ -1,4 +1,4 @@
-"""What was found out about the article: six findings in words, each resting on records.
+"""Findings about the article: six, in words, each resting on records.
 
 A finding says nothing of its own: it names the records that it sums up and the verdicts that they
 must have. If one has another verdict, the finding is not told.

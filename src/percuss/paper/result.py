@@ -1,4 +1,4 @@
-"""What comes out of a run of `percuss paper`."""
+"""The result of a run of `percuss paper`."""
 
 from __future__ import annotations
 

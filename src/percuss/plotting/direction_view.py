@@ -153,7 +153,7 @@ class DirectionView:
 
 
 Events = TypeVar("Events", Crossings, Contacts, Grazes)
-# What has one displacement over time.
+# A motion of one displacement.
 Drawable = Trajectory | DirectionView
 
 
@@ -191,7 +191,7 @@ def view_of(
 
 
 def names_of(run: Drawable) -> tuple[str, str]:
-    """Return what a displacement and its velocity are called on axes."""
+    """Return the labels of a displacement and its velocity on axes."""
     if isinstance(run, DirectionView):
         name = direction_name(run.run.structure, run.on)
         return f"${name}$", f"of ${name}$"
@@ -199,7 +199,7 @@ def names_of(run: Drawable) -> tuple[str, str]:
 
 
 def direction_name(structure: Structure, on: On | None) -> str:
-    """Return what y is, in words of mathematics: x0, or a combination such as x0 - x1.
+    """Return y as a formula: x0, or a combination such as x0 - x1.
 
     Examples
     --------

@@ -35,7 +35,7 @@ from percuss.plotting.style import (
 )
 
 if TYPE_CHECKING:
-    # Needs python-flint, which whoever has a certified result has.
+    # Needs python-flint, without which there is no certified result.
     from percuss.certified import (
         Balls,
         CertifiedChaos,

@@ -1,4 +1,4 @@
-"""What a motion meets, as marks on axes: stops, contacts, grazes, and the jumps of the velocity."""
+"""Marks on axes for the events of a motion: stops, contacts, grazes, and jumps of the velocity."""
 
 from __future__ import annotations
 

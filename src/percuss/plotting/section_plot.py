@@ -1,4 +1,4 @@
-"""What lies in a section: singularity sets and manifolds."""
+"""Pictures of sections: singularity sets and manifolds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What all pictures share: colours, fonts, units, labels, legends, and the words for parameters.
+"""The style of all pictures: colours, fonts, units, labels, legends, and the words for parameters.
 
 Nothing of matplotlib is changed globally.
 """

@@ -72,7 +72,7 @@ LONGEST_REASON = 160
 
 
 class OneModel:
-    """What moves and what acts on it, under the names of the two that it may be."""
+    """The model of a study and the force on it, under the names of both kinds of models."""
 
     __slots__ = ()
 

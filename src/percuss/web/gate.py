@@ -1,4 +1,4 @@
-"""Who may ask, and how much: one rule for pages, files and sockets."""
+"""Access to the workbench: who may ask, and how much, by one rule for pages, files and sockets."""
 
 from __future__ import annotations
 

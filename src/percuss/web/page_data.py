@@ -1,4 +1,4 @@
-"""What the page is given when it opens: presets, and the figures and claims of a report."""
+"""The data of the page when it opens: presets, and the figures and claims of a report."""
 
 from __future__ import annotations
 

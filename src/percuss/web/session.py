@@ -35,7 +35,7 @@ FAILED = "percuss could not compute this; the terminal of the server says more"
 
 @dataclass(frozen=True, slots=True)
 class Schedulers:
-    """Where answers are computed: motions under a slider, quick facts, and long jobs."""
+    """The schedulers of a session: for motions under a slider, quick facts, and long jobs."""
 
     short: Scheduler
     facts: Scheduler

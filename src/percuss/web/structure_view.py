@@ -194,7 +194,7 @@ def mechanism_python(request: PageRequest) -> str:
         If there is no such motion.
     """
     mechanism, values = _given(request)
-    # What has no structure has no script.
+    # Without a structure there is no script.
     mechanism.system(values)
     return mechanism.python(values)
 

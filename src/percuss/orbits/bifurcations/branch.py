@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from percuss.arrays import Complexes, Flags, Floats
 from percuss.motion.html_table import html_table
+from percuss.motion.tables import HasTable
 from percuss.numerics import norm
 from percuss.orbits.bifurcations.special_points import SpecialPoint
 from percuss.orbits.continuation.problem import P, Point
@@ -22,7 +23,6 @@ from percuss.pictures import HasPicture
 
 if TYPE_CHECKING:
     # A second of import.
-    from pandas import DataFrame
     from xarray import Dataset
 
 __all__ = ["Branch", "BranchRows", "CurveRows", "OrbitRows", "branch_of"]
@@ -103,7 +103,7 @@ class CurveRows(OrbitRows[O], HasPicture):
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
-class Branch(BranchRows[PeriodicOrbit]):
+class Branch(BranchRows[PeriodicOrbit], HasTable):
     """Periodic orbits along one parameter, made by `continue_orbit`; one row an orbit.
 
     Attributes
@@ -156,10 +156,6 @@ class Branch(BranchRows[PeriodicOrbit]):
     def period(self) -> Floats:
         """Period of each orbit [time], (n,) array: of limit cycles an unknown of their own."""
         return np.array([orbit.period for orbit in self.orbits])
-
-    def to_pandas(self) -> DataFrame:
-        """Return `to_xarray` as a pandas.DataFrame."""
-        return self.to_xarray().to_dataframe()
 
     def to_xarray(self) -> Dataset:
         """Return the table as a dataset, for files and for pandas (`.to_dataframe()`).

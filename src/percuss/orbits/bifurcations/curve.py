@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from percuss.arrays import Complexes, Flags, Floats
 from percuss.model.oscillator import SoftStop
+from percuss.motion.tables import HasTable
 from percuss.numerics import norm
 from percuss.orbits.bifurcations.branch import CurveRows
 from percuss.orbits.bifurcations.curve_equations import CurveEquations
@@ -22,7 +23,6 @@ from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
 if TYPE_CHECKING:
     # A second of import.
-    from pandas import DataFrame
     from xarray import Dataset
 
 __all__ = ["Curve", "CurveDetector", "CurveKind", "CurvePoint", "CurvePointKind", "CurveRow"]
@@ -81,7 +81,7 @@ class CurvePoint:
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
-class Curve(CurveRows[PeriodicOrbit]):
+class Curve(CurveRows[PeriodicOrbit], HasTable):
     """Special points along a curve in two parameters, made by `continue_curve`; one row a point.
 
     Attributes
@@ -119,10 +119,6 @@ class Curve(CurveRows[PeriodicOrbit]):
     orbits: tuple[PeriodicOrbit, ...] = field(repr=False)
     special_points: tuple[CurvePoint, ...]
     end_reason: str
-
-    def to_pandas(self) -> DataFrame:
-        """Return `to_xarray` as a pandas.DataFrame."""
-        return self.to_xarray().to_dataframe()
 
     def to_xarray(self) -> Dataset:
         """Return the table as a dataset, for files and for pandas (`.to_dataframe()`).

@@ -58,7 +58,7 @@ ON_FOLD = 1e-9
 
 
 class ClosedMotion(NamedTuple):
-    """What the derivative of a `PeriodicOrbit` reads of it; ``run`` is one period of its motion."""
+    """A `PeriodicOrbit` as its derivative reads it; ``run`` is one period of its motion."""
 
     run: Trajectory
     impacts: Impacts

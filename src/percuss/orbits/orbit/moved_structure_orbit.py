@@ -30,7 +30,7 @@ __all__ = [
 
 
 class ClosedStructureMotion(NamedTuple):
-    """What the derivative of a `StructureOrbit` reads of it; ``run`` is one period of its motion."""
+    """A `StructureOrbit` as its derivative reads it; ``run`` is one period of its motion."""
 
     run: StructureTrajectory
     period: float

@@ -20,6 +20,7 @@ from percuss.model.oscillator import On, Oscillator
 from percuss.model.paths import long_form
 from percuss.model.structure import Structure
 from percuss.model.system import System
+from percuss.motion.tables import HasTable
 from percuss.orbits.bifurcations.structure_branch import AnyBranch
 from percuss.orbits.responses.families import Families, Range, SeenAttractor
 from percuss.orbits.responses.oscillator_families import OscillatorFamilies
@@ -30,7 +31,6 @@ from percuss.progress import Report
 
 if TYPE_CHECKING:
     # A second of import.
-    from pandas import DataFrame
     from xarray import Dataset
 
 __all__ = [
@@ -74,7 +74,7 @@ class FamilyRange:
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
-class Response(HasPicture):
+class Response(HasPicture, HasTable):
     """All families of periodic orbits found along one parameter, made by `response_curve`.
 
     Attributes
@@ -174,10 +174,6 @@ class Response(HasPicture):
             f"{self.high:.6g}, (impacts, periods) {kinds}; {len(self.attractors)} attractors "
             f"compared, {missed}{stopped}>"
         )
-
-    def to_pandas(self) -> DataFrame:
-        """Return `to_xarray` as a pandas.DataFrame."""
-        return self.to_xarray().to_dataframe()
 
     def to_xarray(self) -> Dataset:
         """Return the chart as one table, for files and for pandas (`.to_dataframe()`).

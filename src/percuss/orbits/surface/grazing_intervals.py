@@ -1,4 +1,4 @@
-"""When in a period the force leads a mass off a stop: the instants at which it can graze it."""
+"""Intervals of a period in which the force leads a mass off a stop, so that it can graze it."""
 
 from __future__ import annotations
 

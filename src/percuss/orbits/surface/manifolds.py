@@ -12,6 +12,7 @@ import numpy as np
 from percuss.arrays import Flags, Floats, Integers
 from percuss.errors import ConvergenceError, ParameterError
 from percuss.model.exact import real
+from percuss.motion.tables import HasTable
 from percuss.numerics import atan2, hypot, inverse, matmul, power, solve_linear
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
@@ -30,7 +31,6 @@ from percuss.progress import Progress
 
 if TYPE_CHECKING:
     # A second of import.
-    from pandas import DataFrame
     from xarray import Dataset
 
 __all__ = [
@@ -412,7 +412,7 @@ class ManifoldBranch:
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
-class Manifolds:
+class Manifolds(HasTable):
     """Stable and unstable manifolds of a saddle orbit; made by `manifolds`.
 
     Attributes
@@ -466,10 +466,6 @@ class Manifolds:
             f"<Manifolds: {self.section} section {where}, {len(self.saddles)} saddle points; "
             f"{count[0]} points stable, {count[1]} unstable>"
         )
-
-    def to_pandas(self) -> DataFrame:
-        """Return `to_xarray` as a pandas.DataFrame."""
-        return self.to_xarray().to_dataframe()
 
     def to_xarray(self) -> Dataset:
         """Return all points as one dataset, for files and for pandas (`.to_dataframe()`).

@@ -20,6 +20,7 @@ from percuss.model.exact import as_float, real, whole
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator, Wall
 from percuss.model.restitution import restitution_at_rest
+from percuss.motion.tables import HasTable
 from percuss.numerics import geometric, hypot
 from percuss.orbits.orbit.itinerary import Entry, entry, row_of_region
 from percuss.orbits.surface.backward import BackwardMotions
@@ -28,7 +29,6 @@ from percuss.orbits.surface.maps import periodic_system
 
 if TYPE_CHECKING:
     # A second of import.
-    from pandas import DataFrame
     from xarray import Dataset
 
 __all__ = [
@@ -314,7 +314,7 @@ class SingularityCurve:
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
-class SingularitySet:
+class SingularitySet(HasTable):
     """Curves in the impact surface on which an impact map is singular; see `singularity_set`.
 
     Attributes
@@ -348,10 +348,6 @@ class SingularitySet:
         """Return the set in a line."""
         points = sum(len(curve) for curve in self.curves)
         return f"<SingularitySet of stop {self.stop}: {len(self)} curves, {points} points>"
-
-    def to_pandas(self) -> DataFrame:
-        """Return `to_xarray` as a pandas.DataFrame."""
-        return self.to_xarray().to_dataframe()
 
     def to_xarray(self) -> Dataset:
         """Return all points as one dataset, for files and for pandas (`.to_dataframe()`).

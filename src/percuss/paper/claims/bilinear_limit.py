@@ -1,4 +1,4 @@
-"""How the bilinear oscillator tends to the impact oscillator, to first order and as measured.
+"""The bilinear oscillator near the impact oscillator, to first order and as measured.
 
 x'' + x = cos(omega t + phase) on x > 0, and on x < 0 the stiffness k- in place of 1. Small is
 k-^(-1/2). docs/theory/bilinear-limit.md derives what is computed here.

@@ -1,4 +1,4 @@
-"""What the examinations of statements have in common."""
+"""Comparisons that the examinations of statements share."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How motions that start close to one another part: what rounding does to a computed motion."""
+"""Divergence of motions that start close together: the effect of rounding on a computed motion."""
 
 from __future__ import annotations
 

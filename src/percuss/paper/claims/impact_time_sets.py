@@ -1,4 +1,4 @@
-"""What the paper says in words of sets of impact times: 6. (b) to (e) of the discussion."""
+"""Statements of the paper on sets of impact times: 6. (b) to (e) of the discussion."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the conclusion says of Poincare maps at multiples of the driving period."""
+"""The conclusion's statement on Poincare maps at multiples of the driving period."""
 
 from __future__ import annotations
 

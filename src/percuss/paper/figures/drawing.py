@@ -1,4 +1,4 @@
-"""How the figures of the paper are drawn: panels for a phone's width, lines of any length."""
+"""The style of the paper's figures: panels for a phone's width, lines of any length."""
 
 from __future__ import annotations
 

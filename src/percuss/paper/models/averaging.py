@@ -1,4 +1,4 @@
-"""What the force does to fast flights between elastic impacts, averaged over its cycle.
+"""The force on fast flights between elastic impacts, averaged over its cycle.
 
 The oscillator is x'' + x = cos(omega t + phase), x > 0, restitution 1; speeds are in units of the
 force's amplitude. docs/theory/resonances.md derives all of it.

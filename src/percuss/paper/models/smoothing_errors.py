@@ -1,4 +1,4 @@
-"""How far the motion with a smoothed force law is from the bilinear one, as measured."""
+"""Errors of the motion with a smoothed force law against the bilinear one, as measured."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Studies of a fit: the parameters of a model from what was measured of its motion."""
+"""Studies of a fit: the parameters of a model from measurements of its motion."""
 
 from __future__ import annotations
 
