@@ -187,7 +187,7 @@ def _numerics(
     reference = float(np.abs(crossings.v.mid()[crossings.t.mid() > since]).max())
     error = 2.0 * float(crossings.v.radius().max()) + 1e-14
     (part,) = force.components()
-    checks = []
+    fastest = []
     for tolerance in tolerances:
         motion = runge_kutta(
             STIFFNESS_BELOW["stiff"],
@@ -197,9 +197,9 @@ def _numerics(
             t_end=t_end,
             tolerance=tolerance,
         )
-        checks.append(float(np.abs(motion.v[motion.t > since]).max()))
-    values = [f"{v:.2f} ({tol:g})" for v, tol in zip(checks, tolerances, strict=True)]
-    finest = last_of(checks)
+        fastest.append(float(np.abs(motion.v[motion.t > since]).max()))
+    values = [f"{v:.2f} ({tol:g})" for v, tol in zip(fastest, tolerances, strict=True)]
+    finest = last_of(fastest)
     trusted = {below: _first_apart(below, VISIBLE) for below in STIFFNESS_BELOW.values()}
     said = ", ".join(
         f"{below:g}: " + ("not up to 900" if t == math.inf else f"at t = {t:.0f}")
