@@ -15,14 +15,17 @@ import percuss as pc
 ROOT = Path(__file__).parents[2]
 
 
-def test_the_code_of_the_howto_runs(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_code_of_the_howto_runs(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
     text = (ROOT / "docs" / "certified-howto.md").read_text(encoding="utf-8")
     blocks = re.findall(r"```python\n(.*?)```", text, flags=re.DOTALL)
 
     for block in blocks:
         exec(compile(block, "certified-howto.md", "exec"), {})  # noqa: S102  our own text
 
-    assert len(blocks) == 14
+    assert len(blocks) == 15
     shown = capsys.readouterr().out
     assert "429.795037514336" in shown
     assert "True True True asymptotic" in shown

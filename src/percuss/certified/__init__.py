@@ -13,6 +13,7 @@ except ImportError:  # pragma: no cover
     raise MissingExtraError("certified results need python-flint", "certified") from None
 
 from percuss.certified.ball_arithmetic import Ball, Balls, ComplexBall
+from percuss.certified.certificates import certificate, write_certificate
 from percuss.certified.certify import certify
 from percuss.certified.chaos import CertifiedChaos, prove_chaos
 from percuss.certified.march import Ending
@@ -37,10 +38,12 @@ __all__ = [
     "ComplexBall",
     "Ending",
     "Verdict",
+    "certificate",
     "certify",
     "critical_velocity",
     "keeps_eigenset",
     "keeps_subset",
     "prove_chaos",
     "repeats_after",
+    "write_certificate",
 ]

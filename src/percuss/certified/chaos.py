@@ -45,7 +45,7 @@ from percuss.orbits.surface.maps import ImpactMap, impact_map
 from percuss.orbits.surface.saddles import points_at_impacts
 from percuss.progress import Progress, Report
 
-__all__ = ["CertifiedChaos", "prove_chaos"]
+__all__ = ["CertifiedChaos", "growth_of_loops", "prove_chaos"]
 
 BITS = 96
 # A set is longer than what it has to cover needs, and wider than the image that crosses it, by this.
@@ -89,6 +89,9 @@ class CertifiedChaos:
         Pairs of numbers of sets: the image of the first covers the second.
     coverings
         How far, for each transition.
+    strips
+        The part of the first set of each transition whose image covers: where its middle is along the
+        unstable direction and its half-length, in units of that of the set.
     loops
         The numbers of the sets on each loop from the saddle's set back to it.
     entropy
@@ -106,6 +109,7 @@ class CertifiedChaos:
     sets: tuple[HSet, ...]
     transitions: tuple[tuple[int, int], ...]
     coverings: tuple[Covering, ...]
+    strips: tuple[tuple[float, float], ...]
     loops: tuple[tuple[int, ...], ...]
     entropy: Ball
     reason: str
@@ -265,7 +269,7 @@ def _proof_at(orbit: PeriodicOrbit, stop: int | None, most_orbits: int) -> Certi
                 best = graph
         if best is None:
             none = Ball(arb(0))
-            return CertifiedChaos(orbit, homoclinic, chosen, (), (), (), (), none, reason, BITS)
+            return CertifiedChaos(orbit, homoclinic, chosen, (), (), (), (), (), none, reason, BITS)
         return CertifiedChaos(
             orbit,
             homoclinic,
@@ -273,6 +277,7 @@ def _proof_at(orbit: PeriodicOrbit, stop: int | None, most_orbits: int) -> Certi
             sets=tuple(best.sets),
             transitions=tuple(best.transitions),
             coverings=tuple(best.coverings),
+            strips=tuple(best.strips),
             loops=tuple(best.loops),
             entropy=Ball(best.entropy()),
             reason="",
@@ -306,11 +311,14 @@ class SaddleSet(NamedTuple):
 class SetChain(NamedTuple):
     """Sets from the saddle's set on, without it, that end where it is covered again.
 
-    ``coverings`` has one more: the first is that of the first set by the saddle's.
+    ``coverings`` has one more: the first is that of the first set by a strip of the saddle's, which
+    lies at ``at`` with a half-length of ``half``.
     """
 
     sets: list[HSet]
     coverings: list[Covering]
+    at: float
+    half: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -375,7 +383,8 @@ class _Layout:
         for trial in range(TRIALS):
             halves = _halves(stretches, shears, first.unstable)
             following = self.hset(points[1], halves[1] * unstable[1], stable[1])
-            before, image = self._strip(first, at, halves[0] / first.unstable, following)
+            half = halves[0] / first.unstable
+            before, image, half = self._strip(first, at, half, following)
             sets = [before]
             coverings: list[Covering] = []
             for k in range(1, len(points) + 1):
@@ -401,13 +410,13 @@ class _Layout:
                     before, image = here, image_of(self.surface, here)
                     sets.append(here)
             if len(coverings) == len(points):
-                return SetChain(sets[1:], coverings)
+                return SetChain(sets[1:], coverings, at, half)
         raise AssertionError
 
     def _strip(
         self, first: SaddleSet, at: float, half: float, following: HSet
-    ) -> tuple[HSet, ImageOfSet]:
-        """Return a part of the saddle's set that is stretched across a set, and its image."""
+    ) -> tuple[HSet, ImageOfSet, float]:
+        """Return a part of the saddle's set that is stretched across a set, its image and its half."""
         for _ in range(STRIPS):
             if abs(at) + half > 1.0:
                 break
@@ -416,7 +425,7 @@ class _Layout:
             (u, _), ((u_by_u, u_by_s), _) = seen_from(self.surface, image, strip, following)
             needed = float(((1 + abs(u) + abs(u_by_s)) / u_by_u.abs_lower()).upper())
             if needed < 1.0:
-                return strip, image
+                return strip, image, half
             half *= LONGER * needed
         raise Undecided("precision", "the saddle's set is too short for a homoclinic orbit")
 
@@ -465,6 +474,7 @@ class _Graph:
         self.loops = [(0,)]
         self.transitions = [(0, 0)]
         self.coverings = [covering(surface, first.image, first.hset, first.hset)]
+        self.strips = [(0.0, 1.0)]
 
     def add(self, chain: SetChain) -> None:
         """Add a chain if its sets are disjoint from all others."""
@@ -476,23 +486,29 @@ class _Graph:
         numbers = (0, *range(len(self.sets), len(sets)))
         self.transitions += list(zip(numbers, (*numbers[1:], 0), strict=True))
         self.coverings += chain.coverings
+        self.strips += [(chain.at, chain.half), *[(0.0, 1.0)] * len(chain.sets)]
         self.loops.append(numbers)
         self.sets = sets
 
     def entropy(self) -> arb:
-        """Return the logarithm of the largest root of the sum of x^-n over the loops = 1.
-
-        The root is below a rational where the sum is less than 1, and above one where it is more.
-        """
-        lengths = [len(loop) for loop in self.loops]
-        low, high = Fraction(1), Fraction(len(lengths))
-        while high - low > Fraction(1, 2**ROOT_BITS):
-            middle = (low + high) / 2
-            if sum(middle**-n for n in lengths) > 1:
-                low = middle
-            else:
-                high = middle
+        """Return the logarithm of the growth of the number of walks."""
+        low, high = growth_of_loops([len(loop) for loop in self.loops])
         return between(ball(low), ball(high)).log()
+
+
+def growth_of_loops(lengths: Sequence[int]) -> tuple[Fraction, Fraction]:
+    """Return two numbers between which the largest root of the sum of x^-n over lengths n = 1 lies.
+
+    It is above a rational where the sum is more than 1, and below one where it is less.
+    """
+    low, high = Fraction(1), Fraction(len(lengths))
+    while high - low > Fraction(1, 2**ROOT_BITS):
+        middle = (low + high) / 2
+        if sum(middle**-n for n in lengths) > 1:
+            low = middle
+        else:
+            high = middle
+    return low, high
 
 
 def _orbit_through(chaos: CertifiedChaos, numbers: list[int]) -> PeriodicOrbit:

@@ -41,6 +41,9 @@ MOST_EVENTS = 64
 NARROW = 0.04
 # Parts into which a set is divided.
 MOST_PARTS = 512
+# By how much more than it needs an image has to reach: the floats of a strip, which what covers the
+# whole set has to cover too, are rounded by less.
+SLACK = 1e-6
 # Bits in which the middles of parts are exact.
 EXACT = 2048
 
@@ -275,7 +278,7 @@ def covering(surface: ImpactSurface, image: ImageOfSet, first: HSet, second: HSe
     # The unstable sides are at u +- u_by_u, and some way beside.
     beyond = u_by_u.abs_lower() - abs(seen.middle[0]) - abs(u_by_s)
     within = abs(seen.middle[1]) + abs(s_by_u) + abs(s_by_s)
-    if not (within < 1 and beyond > 1):
+    if not (within < 1 - SLACK and beyond > 1 + SLACK):
         reason = "a set is not proven to cover another: its image reaches "
         reason += (
             f"{float(beyond.lower()):.3g} along and {float(within.upper()):.3g} across, which "

@@ -17,7 +17,7 @@ from percuss.certified.motion import states_as_balls
 from percuss.certified.numbers import precision, time_ball
 from percuss.certified.properties import Monodromy, Proof
 from percuss.certified.results import doubles_of, in_words
-from percuss.certified.shooting import Shooting, States, region_of_row
+from percuss.certified.shooting import OrbitEvent, Shooting, States, region_of_row
 from percuss.certified.steady import steady_flight, steady_pieces
 from percuss.certified.step import Departure, state_in_flight
 from percuss.certified.system import BallSystem
@@ -143,6 +143,17 @@ class CertifiedOrbit:
     precision: int
     over: tuple[str, Ball] | None
     _motion: OrbitMotion | None = field(repr=False)
+
+    @property
+    def events(self) -> list[tuple[OrbitEvent, BallPair]]:
+        """The events of one period, each with its instant and the velocity after it.
+
+        Empty where half of a symmetric orbit was proven, and without events.
+        """
+        motion = self._motion
+        if motion is None or motion.equations.mirrored or not motion.states:
+            return []
+        return list(zip(motion.equations.events, motion.states, strict=True))
 
     def __call__(self, t: ArrayLike | Phase) -> tuple[Balls, Balls]:
         """Return (x, v) on the orbit at times t.

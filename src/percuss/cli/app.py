@@ -171,6 +171,47 @@ def run(
     raise typer.Exit(status)
 
 
+@app.command()
+def prove(
+    study: Annotated[
+        Path, typer.Argument(metavar="STUDY", help="A study of a motion or an orbit.")
+    ],
+    *,
+    chaos: Annotated[
+        bool,
+        typer.Option("--chaos", help="Prove that motions of the study's system are chaotic."),
+    ] = False,
+    digits: Annotated[int, typer.Option("--digits", help="Digits of the enclosures.")] = 15,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", "-o", help="The file; default: STUDY.certificate.json."),
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", "-f", help="Replace the file.")] = False,
+    changes: SetOption = None,
+    quiet: QuietOption = False,
+) -> None:
+    """Prove a study's motion or orbit, or chaos, and write a certificate that others can check.
+
+    tools/check_certificate.py of the sources checks it, without percuss.
+    """
+    with faults_on_stderr():
+        from percuss.cli.terminal import ProgressBar
+        from percuss.studies.proving import proven
+        from percuss.studies.reading import load_study
+
+        file = out if out is not None else study.with_suffix(".certificate.json")
+        if file.exists() and not force:
+            raise OutputError(file, "is there already; --force replaces it")
+        with ProgressBar("proving", is_quiet=quiet) as progress:
+            given = load_study(study, changes=tuple(changes or ()))
+            result = proven(given, digits, progress, chaos=chaos)
+        from percuss.certified import write_certificate
+
+        typer.echo(result)
+        write_certificate(result, file, force=force)
+        typer.echo(f"wrote {file}; check it with: python tools/check_certificate.py {file}")
+
+
 def _log_to_stderr(*, is_verbose: bool) -> None:
     """Show warnings of the library as its sentences, and where wanted each step with its time."""
     import logging

@@ -11,16 +11,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from percuss.errors import ParameterError
+from percuss.execution import Execution
 from percuss.model.oscillator import Oscillator, Wall
 from percuss.progress import Report
 from percuss.studies.study import counted
 
 if TYPE_CHECKING:
     # Needs python-flint.
-    from percuss.certified import Ball, CertifiedOrbit, CertifiedPoint, CertifiedRun
+    from percuss.certified import Ball, CertifiedChaos, CertifiedOrbit, CertifiedPoint, CertifiedRun
+    from percuss.motion.trajectory import Trajectory
+    from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
     from percuss.studies.study import Study
 
-__all__ = ["STEM", "ProofOfStudy", "check_certify", "draw_proof", "proof_of"]
+__all__ = ["STEM", "ProofOfStudy", "check_certify", "draw_proof", "proof_of", "proven"]
 
 # Of the files: certified.csv, certified.png.
 STEM = "certified"
@@ -94,6 +97,50 @@ def proof_of(study: Study, answer: Any, progress: Report) -> ProofOfStudy:
     left = len(answer.special_points) - len(points)
     rows, columns = _point_rows(points, left), _point_columns(points, digits)
     return ProofOfStudy(tuple(points), rows, columns, answer)
+
+
+def proven(
+    study: Study, digits: int, progress: Report = None, *, chaos: bool = False
+) -> CertifiedRun | CertifiedOrbit | CertifiedChaos:
+    """Prove the motion or the orbit of a study, or that motions of its system are chaotic.
+
+    Parameters
+    ----------
+    study
+        Of kind motion or orbit; for chaos of any kind.
+    digits
+        Digits of the enclosures.
+    progress
+        True shows a line on the error stream; a function is called as in `certify`.
+    chaos
+        Whether chaos is to be proven.
+
+    Returns
+    -------
+    CertifiedRun, CertifiedOrbit or CertifiedChaos
+        What has a certificate, or says what is open.
+
+    Raises
+    ------
+    ParameterError
+        If the study has a structure, no motion and no orbit, or no forcing that chaos needs.
+    MissingExtraError
+        If python-flint is not installed.
+    """
+    from percuss.certified import certify, prove_chaos
+
+    if study.structure is not None:
+        raise ParameterError("study", study.kind, "of a structure, of which there are no proofs")
+    if chaos:
+        if study.forcing is None:
+            raise ParameterError("study", study.kind, "without forcing, by which chaos is proven")
+        return prove_chaos(study.oscillator, study.forcing, progress=progress)
+    if study.kind not in ("motion", "orbit"):
+        reason = "not of kind motion or orbit, which alone have certificates, but for --chaos"
+        raise ParameterError("study", study.kind, reason)
+    answer: Trajectory | PeriodicOrbit
+    answer = study.question.answer(study, Execution(progress=progress))
+    return certify(answer, digits)
 
 
 def draw_proof(proof: ProofOfStudy, study: Study, figure: Any) -> None:

@@ -1,0 +1,284 @@
+"""What a proof says, as a JSON file that `tools/check_certificate.py` proves anew without percuss.
+
+A certificate holds the exact numbers of the system, per unit mass, and what is claimed; rationals are
+written as "p/q". docs/theory/certified.md, section 11, has the theorems.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from fractions import Fraction
+from functools import reduce
+from math import gcd, lcm
+from pathlib import Path
+from typing import Any
+
+from flint import arb
+
+from percuss.certified.ball_arithmetic import Ball
+from percuss.certified.chaos import CertifiedChaos, growth_of_loops
+from percuss.certified.march import Ending
+from percuss.certified.numbers import exact_value
+from percuss.certified.orbit_result import CertifiedOrbit
+from percuss.certified.results import CertifiedRun
+from percuss.certified.shooting import events_of
+from percuss.certified.system import BallSystem, Region, system_of
+from percuss.errors import OutputError, ParameterError
+from percuss.model.exact import Phase, angle, as_fraction
+
+__all__ = ["certificate", "write_certificate"]
+
+VERSION = 1
+# A claim is wider than the ball that percuss has by this, so that other arithmetic can prove it.
+WIDER = 8
+# Digits to which the ends of a claim are rounded outward, relative to its width.
+ROUNDING = 1000
+Json = dict[str, Any]
+
+
+def certificate(result: CertifiedRun | CertifiedOrbit | CertifiedChaos) -> Json:
+    """Return what a proof claims, and of what, as a dictionary for JSON.
+
+    Parameters
+    ----------
+    result
+        Of `certify`, for a run or an orbit, or of `prove_chaos`.
+
+    Returns
+    -------
+    dict
+        With ``certificate`` (the version of the form), ``kind``, ``law`` and the claims.
+
+    Raises
+    ------
+    ParameterError
+        If nothing is proven; if numbers are irrational or an interval, the force has a record or a wall
+        a table of restitutions; if a run holds a chatter or a contact, or an orbit has no events.
+
+    Examples
+    --------
+    >>> import percuss as pc
+    >>> from percuss.certified import certificate
+    >>> orbit = pc.find_orbit(pc.impact_oscillator("4/5"), pc.cosine("14/5"))
+    >>> claims = certificate(pc.certify(orbit))
+    >>> claims["kind"], claims["law"]["bounds"], claims["stability"]
+    ('orbit', [{'at': '0', 'restitution': '4/5'}], 'unstable')
+    """
+    kinds = {CertifiedRun: _run, CertifiedOrbit: _orbit, CertifiedChaos: _chaos}
+    for kind, written in kinds.items():
+        if isinstance(result, kind):
+            try:
+                return {"certificate": VERSION, **written(result)}  # type: ignore[operator]
+            except _NoCertificateError as error:
+                reason = f"without a certificate: {error}"
+                raise ParameterError("result", kind.__name__, reason) from None
+    reason = "not a CertifiedRun, a CertifiedOrbit or a CertifiedChaos"
+    raise ParameterError("result", type(result).__name__, reason)
+
+
+def write_certificate(
+    result: CertifiedRun | CertifiedOrbit | CertifiedChaos,
+    path: str | Path,
+    *,
+    force: bool = False,
+) -> Path:
+    """Write `certificate` to a file, which ``python tools/check_certificate.py FILE`` checks.
+
+    Parameters
+    ----------
+    result
+        Of `certify`, for a run or an orbit, or of `prove_chaos`.
+    path
+        The file, ``.json``.
+    force
+        Whether a file that is there is replaced.
+
+    Returns
+    -------
+    pathlib.Path
+        The file.
+
+    Raises
+    ------
+    OutputError
+        If the file is there, or cannot be written.
+    ParameterError
+        As `certificate` does.
+    """
+    file, claims = Path(path), certificate(result)
+    try:
+        with file.open("w" if force else "x", encoding="utf-8") as stream:
+            json.dump(claims, stream, indent=1)
+            stream.write("\n")
+    except FileExistsError:
+        raise OutputError(file, "is there already; force=True replaces it") from None
+    except OSError as error:
+        raise OutputError(file, f"cannot be written: {error.strerror}") from None
+    return file
+
+
+class _NoCertificateError(Exception):
+    """Why a result has none."""
+
+
+def _law(system: BallSystem) -> Json:
+    """Return the numbers of a system; its forces at rest are continuous by themselves."""
+    if not system.is_exact:
+        raise _NoCertificateError("it holds for an interval of a number, or a number is irrational")
+    if system.record is not None or system.tables:
+        raise _NoCertificateError("its force has a record, or a wall a table of restitutions")
+    omegas = [system.frequency(tone) for tone in system.tones]
+    return {
+        "regions": [_region(system, region) for region in system.regions],
+        "bounds": [
+            {
+                "at": str(bound.at),
+                "restitution": None
+                if bound.wall is None
+                else str(system.numbers[f"oscillator.stops.{bound.wall}.restitution"]),
+            }
+            for bound in system.bounds
+        ],
+        "tones": [
+            {
+                "omega": str(omega),
+                "amplitude": str(system.strength(tone)),
+                "phase": [str(part) for part in tone.phase],
+            }
+            for tone, omega in zip(system.tones, omegas, strict=True)
+        ],
+        "base": str(_base(omegas)) if omegas else None,
+    }
+
+
+def _region(system: BallSystem, region: Region) -> Json:
+    return {
+        "stiffness": str(system.stiffness(region)),
+        "damping": str(system.damping(region)),
+        "constant": str(system.constant(region)),
+        "lower": region.lower,
+        "upper": region.upper,
+    }
+
+
+def _base(omegas: Sequence[Fraction]) -> Fraction:
+    """Return the greatest frequency of which all others are multiples."""
+    return Fraction(
+        reduce(gcd, (omega.numerator for omega in omegas)),
+        reduce(lcm, (omega.denominator for omega in omegas)),
+    )
+
+
+def _claim(value: Ball | arb, least: Fraction = Fraction(0)) -> list[str]:
+    """Return an interval about a ball, some times wider and at least so wide, with short ends."""
+    number = value if isinstance(value, arb) else value.arb
+    middle = exact_value(number)
+    radius = max(WIDER * exact_value(number.rad()), least)
+    if radius == 0:
+        radius = Fraction(1, 2**60)
+    unit = Fraction(1)
+    while unit * ROUNDING > radius:
+        unit /= 10
+    low, high = (middle - radius) // unit * unit, -(-(middle + radius) // unit) * unit
+    return [str(low), str(high)]
+
+
+def _run(run: CertifiedRun) -> Json:
+    if run.accumulations or len(run.contacts) or len(run.grazes):
+        raise _NoCertificateError("the run has a chatter, a contact or a graze; end it before")
+    if not run.complete or run.outcome is Ending.impact_at_t_end:
+        raise _NoCertificateError(f"the run is not proven to its end: {run.outcome.value}")
+    system = run.system
+    law = _law(system)
+    at: dict[int, int] = {}
+    for i, bound in enumerate(system.bounds):
+        at |= dict.fromkeys(bound.edges if bound.wall is None else (bound.wall,), i)
+    events = [
+        (t.arb, at[int(stop)], before.arb, after.arb)
+        for t, stop, before, after in zip(
+            run.impacts.t, run.impacts.stop, run.impacts.v_before, run.impacts.v_after, strict=True
+        )
+    ]
+    crossings = zip(run.crossings.t, run.crossings.stop, run.crossings.v, strict=True)
+    events += [(t.arb, at[int(stop)], v.arb, v.arb) for t, stop, v in crossings]
+    events.sort(key=lambda event: exact_value(event[0]))
+    if not events:
+        raise _NoCertificateError("the run meets no stop")
+    # Of two edges at one place a motion crosses both at once.
+    rows = [event for i, event in enumerate(events) if i == 0 or event[:2] != events[i - 1][:2]]
+    start = run.start
+    return {
+        "kind": "run",
+        "law": law,
+        "start": {
+            "x": str(as_fraction(start.x0)),
+            "v": str(as_fraction(start.v0)),
+            "t": _phase(start.t0),
+        },
+        "events": [
+            {"bound": bound, "t": _claim(t), "v_before": _claim(v), "v_after": _claim(w)}
+            for t, bound, v, w in rows
+        ],
+    }
+
+
+def _phase(value: Phase) -> list[str]:
+    return [str(part) for part in angle(value)]
+
+
+def _orbit(orbit: CertifiedOrbit) -> Json:
+    if not orbit.exists or orbit.admissible is not True or not orbit.isolated:
+        raise _NoCertificateError(
+            f"the orbit is not proven: {orbit.reason or 'it is one of a family'}"
+        )
+    if not orbit.events:
+        raise _NoCertificateError("the orbit meets no stop")
+    width = Fraction(1, 10**orbit.wanted_digits)
+    return {
+        "kind": "orbit",
+        "law": _law(system_of(orbit.oscillator, orbit.forcing)),
+        "periods": orbit.n_periods,
+        "events": [
+            {
+                "bound": event.bound,
+                "region": event.after,
+                "t": _claim(t, width),
+                "v": _claim(v, width),
+            }
+            for event, (t, v) in orbit.events
+        ],
+        "stability": orbit.stability
+        if orbit.stability in ("asymptotic", "unstable")
+        else "undecided",
+    }
+
+
+def _chaos(chaos: CertifiedChaos) -> Json:
+    if not chaos:
+        raise _NoCertificateError(chaos.reason)
+    system = system_of(chaos.orbit.oscillator, chaos.orbit.forcing)
+    event = next(event for event in events_of(system, chaos.orbit) if event.stop == chaos.stop)
+    return {
+        "kind": "chaos",
+        "law": _law(system),
+        "bound": event.bound,
+        "region": event.after,
+        "sets": [
+            {
+                name: [str(Fraction(x)) for x in getattr(hset, name)]
+                for name in ("center", "unstable", "stable")
+            }
+            for hset in chaos.sets
+        ],
+        "transitions": [
+            {"from": i, "to": j, "turns": covering.turns, "at": str(at), "half": str(half)}
+            for (i, j), covering, (at, half) in zip(
+                chaos.transitions,
+                chaos.coverings,
+                [tuple(map(Fraction, strip)) for strip in chaos.strips],
+                strict=True,
+            )
+        ],
+        "growth": str(growth_of_loops([len(loop) for loop in chaos.loops])[0]),
+    }

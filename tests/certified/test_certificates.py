@@ -1,0 +1,330 @@
+"""What percuss proves, another program proves again; what is changed in a certificate, it refuses."""
+
+from __future__ import annotations
+
+import copy
+import importlib.util
+import json
+import subprocess
+import sys
+from collections.abc import Iterator
+from fractions import Fraction
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import flint
+import numpy as np
+import pytest
+
+import percuss as pc
+from percuss.certified import certificate, prove_chaos, write_certificate
+from percuss.errors import OutputError, ParameterError
+
+CHECKER = Path(__file__).parents[2] / "tools" / "check_certificate.py"
+
+
+def loaded() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("check_certificate", CHECKER)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+check: Any = loaded()
+
+WALL = pc.impact_oscillator("4/5")
+TWO_WALLS = pc.Oscillator(
+    1,
+    damping="1/50",
+    stops=(
+        pc.Wall(at="-1/2", side="below", restitution="3/5"),
+        pc.Wall(at="1/2", side="above", restitution="7/10"),
+    ),
+)
+SOFT = pc.Oscillator(
+    1,
+    damping="1/20",
+    stops=(pc.SoftStop(at="1/2", side="above", stiffness=20, damping="1/10"),),
+)
+GAP = pc.Oscillator(
+    1, "1/50", (pc.Wall("3/10", "above", "7/10"), pc.Wall("-3/10", "below", "7/10"))
+)
+BALL = pc.Oscillator(0, stops=(pc.Wall(at=0, side="below", restitution="4/5"),))
+TWO_TONES = pc.cosine(1, amplitude="1/2", phase="pi/3") + pc.cosine("3/2", amplitude="1/5")
+
+
+def run_of(osc: pc.Oscillator, force: pc.Forcing | None, **start: Any) -> Any:
+    return pc.certify(pc.simulate(osc, force, **start))
+
+
+@pytest.fixture(scope="module")
+def run() -> dict[str, Any]:
+    return certificate(run_of(SOFT, pc.cosine("11/10"), v0="1/2", t_end=12))
+
+
+@pytest.fixture(scope="module")
+def orbit() -> dict[str, Any]:
+    return certificate(pc.certify(pc.find_orbit(WALL, pc.cosine("14/5"))))
+
+
+@pytest.fixture(scope="module")
+def chaos() -> dict[str, Any]:
+    return certificate(prove_chaos(WALL, pc.cosine("14/5"), most_orbits=1))
+
+
+@pytest.mark.parametrize(
+    ("osc", "force", "start"),
+    [
+        (WALL, pc.cosine("14/5"), {"v0": "1/2", "max_impacts": 12}),
+        (TWO_WALLS, TWO_TONES, {"x0": "1/10", "t0": "pi/7", "max_impacts": 9}),
+        (TWO_WALLS, pc.cosine(1), {"x0": "1/2", "v0": "-1/5", "max_impacts": 6}),
+        (SOFT, pc.cosine("11/10", constant="1/10"), {"v0": "1/2", "t_end": 20}),
+        (BALL, pc.cosine(3, amplitude=2, constant=-10), {"x0": 1, "max_impacts": 5}),
+        (BALL, pc.Forcing(constant=-10), {"x0": 1, "max_impacts": 8}),
+        (pc.impact_oscillator("9/10", wall=1, side="above"), pc.cosine(1), {"max_impacts": 6}),
+        (
+            pc.Oscillator(-1, damping="1/10", stops=TWO_WALLS.stops),
+            pc.cosine(2),
+            {"v0": "1/3", "max_impacts": 8},
+        ),
+        (
+            pc.Oscillator(0, damping="1/3", stops=TWO_WALLS.stops),
+            pc.cosine(2, constant="1/4"),
+            {"v0": 1, "max_impacts": 6},
+        ),
+        (
+            pc.Oscillator(4, damping=2, stops=(pc.Wall(at=0, side="below", restitution="1/2"),)),
+            pc.cosine(2, amplitude=3),
+            {"v0": 1, "max_impacts": 5},
+        ),
+    ],
+    ids=[
+        "chaos",
+        "two walls, two tones",
+        "start on a wall",
+        "soft stop",
+        "ball on a table",
+        "free fall",
+        "resonance",
+        "unstable spring",
+        "no spring",
+        "critical damping",
+    ],
+)
+def test_runs_in_every_regime_are_proven_again(
+    osc: pc.Oscillator, force: pc.Forcing, start: dict[str, Any]
+) -> None:
+    proven = run_of(osc, force, **start)
+
+    words = check.theorem(json.dumps(certificate(proven)))
+
+    n = len(proven.impacts) + len(proven.crossings)
+    assert n > 4
+    assert f"at {n} instants and no others" in words
+
+
+@pytest.mark.parametrize("n", [40, pytest.param(200, marks=pytest.mark.nightly)])
+def test_a_long_chaotic_run_is_proven_again(n: int) -> None:
+    proven = run_of(WALL, pc.cosine("14/5"), v0="1/2", max_impacts=n)
+
+    assert f"at {n} instants" in check.theorem(json.dumps(certificate(proven)))
+
+
+@pytest.mark.parametrize(
+    ("osc", "force", "kind", "said"),
+    [
+        (WALL, pc.cosine("14/5"), (1, 1), "It is unstable"),
+        (SOFT, pc.cosine("11/10"), (1, 1), "Neighbouring motions approach it"),
+        (GAP, pc.cosine("3/2"), (2, 1), "2 events in 1 periods"),
+    ],
+    ids=["wall", "soft stop", "two walls"],
+)
+def test_orbits_are_proven_again(
+    osc: pc.Oscillator, force: pc.Forcing, kind: tuple[int, int], said: str
+) -> None:
+    words = check.theorem(json.dumps(certificate(pc.certify(pc.find_orbit(osc, force, *kind)))))
+
+    assert "one periodic orbit, and one only" in words
+    assert said in words
+
+
+def test_chaos_is_proven_again(chaos: dict[str, Any]) -> None:
+    words = check.theorem(json.dumps(chaos))
+
+    assert "chaotic" in words
+    assert "at least 0.180" in words
+
+
+def leaves(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    items = value.items() if isinstance(value, dict) else enumerate(value)
+    for key, part in items:
+        if isinstance(part, dict | list):
+            yield from leaves(part, (*path, key))
+        else:
+            yield *path, key
+
+
+def changed(claims: dict[str, Any], path: tuple[Any, ...]) -> str:
+    """Return a certificate with another value in a place, so far off that no claim allows it."""
+    other = copy.deepcopy(claims)
+    parent: Any = other
+    for key in path[:-1]:
+        parent = parent[key]
+    value = parent[path[-1]]
+    if isinstance(value, int):
+        parent[path[-1]] = value + 1
+    elif value is None:
+        parent[path[-1]] = 0
+    elif value in ("asymptotic", "unstable"):
+        parent[path[-1]] = "unstable" if value == "asymptotic" else "asymptotic"
+    elif isinstance(value, str) and value[-1].isdigit():
+        # The lower end of an interval goes up, the upper end down.
+        parent[path[-1]] = str(Fraction(value) + (-1 if path[-1] == 1 else 1) * Fraction(3, 7))
+    else:
+        parent[path[-1]] = f"{value}?"
+    return json.dumps(other)
+
+
+def test_a_run_that_is_changed_anywhere_is_refused(run: dict[str, Any]) -> None:
+    check.theorem(json.dumps(run))
+    places = list(leaves(run))
+
+    assert len(places) > 50
+    for path in places:
+        with pytest.raises(check.NotProvenError):
+            check.theorem(changed(run, path))
+
+
+def test_an_orbit_that_is_changed_anywhere_is_refused(orbit: dict[str, Any]) -> None:
+    check.theorem(json.dumps(orbit))
+
+    for path in leaves(orbit):
+        with pytest.raises(check.NotProvenError):
+            check.theorem(changed(orbit, path))
+
+
+@pytest.mark.parametrize("every", [60, pytest.param(1, marks=pytest.mark.nightly)])
+def test_chaos_that_is_changed_anywhere_is_refused(chaos: dict[str, Any], every: int) -> None:
+    places = list(leaves(chaos))
+
+    for path in [path for path in places if path[0] != "sets"][::every] + places[-2::-every]:
+        with pytest.raises(check.NotProvenError):
+            check.theorem(changed(chaos, path))
+
+
+def test_what_is_cut_off_or_of_another_version_is_refused(run: dict[str, Any]) -> None:
+    text = json.dumps(run)
+
+    for part in (text[:-1], text[: len(text) // 2], "", "[]", "null", '{"certificate": 1}'):
+        with pytest.raises(check.NotProvenError, match="cut off or changed"):
+            check.theorem(part)
+    with pytest.raises(check.NotProvenError, match="version 2; this program checks version 1"):
+        check.theorem(json.dumps(run | {"certificate": 2}))
+    with pytest.raises(check.NotProvenError, match="'list'; this program checks run, orbit, chaos"):
+        check.theorem(json.dumps(run | {"kind": "list"}))
+
+
+def test_an_event_left_out_is_missed(run: dict[str, Any]) -> None:
+    for k in range(len(run["events"]) - 1):
+        events = run["events"][:k] + run["events"][k + 1 :]
+        with pytest.raises(check.NotProvenError):
+            check.theorem(json.dumps(run | {"events": events}))
+    assert "no others" in check.theorem(json.dumps(run | {"events": run["events"][:-1]}))
+
+
+@pytest.mark.parametrize("bits", [128, 512])
+def test_series_hold_what_forty_digits_and_more_say(bits: int, monkeypatch: Any) -> None:
+    monkeypatch.setattr(check, "BITS", bits)
+    random = np.random.default_rng(0)
+    with flint.ctx.workprec(2 * bits):
+        for value in (*random.uniform(-60, 60, 60).tolist(), 0.0, -1e-30, 1e-30, 1.0):
+            z = flint.arb(value)
+            root = abs(z).sqrt()
+            c = root.cos() if value < 0 else root.cosh()
+            s = (root.sin() if value < 0 else root.sinh()) / root if value else flint.arb(1)
+            for ours, true in zip(
+                check.cosine_series(check.of(Fraction(value))), (c, s), strict=True
+            ):
+                scaled = true * flint.arb(2) ** bits
+                assert ours.low <= scaled <= ours.high
+                assert ours.width < 2**40
+            y = value / 8
+            scaled = flint.arb(y).exp() * flint.arb(2) ** bits
+            ours = check.exponential(check.of(Fraction(y)))
+            assert ours.low <= scaled <= ours.high
+        scaled = flint.arb.pi() * flint.arb(2) ** bits
+        assert check.pi().low <= scaled <= check.pi().high
+        assert check.pi().width < 2**12
+
+
+def test_series_of_intervals_hold_those_of_their_points() -> None:
+    random = np.random.default_rng(1)
+    for _ in range(200):
+        z, width = random.uniform(-30, 5), random.uniform(0, 0.9)
+        whole = check.cosine_series(check.of(Fraction(z), Fraction(z + width)))
+        point = check.cosine_series(check.of(Fraction(z + width * random.random())))
+        for a, b in zip(whole, point, strict=True):
+            assert a.low <= b.low <= b.high <= a.high
+
+
+def test_the_program_runs_by_itself_without_percuss(tmp_path: Path, orbit: dict[str, Any]) -> None:
+    (tmp_path / "a.json").write_text(json.dumps(orbit))
+    (tmp_path / "b.json").write_text(json.dumps(orbit | {"periods": 2}))
+
+    def ran(*arguments: str) -> subprocess.CompletedProcess[str]:
+        command = [sys.executable, "-I", "-S", str(CHECKER), *arguments]
+        return subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
+
+    proven, wrong, missing, none = ran("a.json"), ran("b.json"), ran("c.json"), ran()
+
+    assert (proven.returncode, wrong.returncode, missing.returncode, none.returncode) == (
+        0,
+        1,
+        1,
+        2,
+    )
+    assert proven.stdout.startswith("PROVEN. There is one periodic orbit")
+    assert "x'' + 0 x' + 1 x = 0 + 1 cos(14/5 t + 0)" in proven.stdout
+    assert wrong.stderr.startswith("NOT PROVEN: ")
+    assert "Traceback" not in wrong.stderr + missing.stderr
+
+
+def test_a_certificate_is_written_and_no_file_is_lost(tmp_path: Path) -> None:
+    proven = run_of(WALL, None, v0=1, max_impacts=3)
+    file = write_certificate(proven, tmp_path / "a.json")
+
+    assert json.loads(file.read_text()) == certificate(proven)
+    with pytest.raises(OutputError, match=r"a\.json: is there already; force=True replaces it"):
+        write_certificate(proven, file)
+    write_certificate(proven, file, force=True)
+    with pytest.raises(OutputError, match="cannot be written"):
+        write_certificate(proven, tmp_path / "none" / "a.json")
+
+
+@pytest.mark.parametrize(
+    ("result", "reason"),
+    [
+        (lambda: 3, "not a CertifiedRun, a CertifiedOrbit or a CertifiedChaos"),
+        (lambda: run_of(WALL, None, v0=1, t_end=1), "the run meets no stop"),
+        (
+            lambda: run_of(pc.impact_oscillator(0), pc.cosine(3), v0=1, t_end=9),
+            "chatter, a contact or a graze",
+        ),
+        (
+            lambda: run_of(
+                pc.impact_oscillator(pc.expression("sqrt(1/2)")), None, v0=1, max_impacts=2
+            ),
+            "a number is irrational",
+        ),
+        (
+            lambda: run_of(WALL, pc.square_wave("1.3"), v0=1, max_impacts=2),
+            "its force has a record",
+        ),
+    ],
+)
+def test_what_has_no_certificate_says_why(result: Any, reason: str) -> None:
+    with pytest.raises(ParameterError, match=reason):
+        certificate(result())

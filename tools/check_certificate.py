@@ -1,0 +1,977 @@
+"""Check a certificate of percuss: a run, a periodic orbit or chaos of an oscillator with stops.
+
+    python check_certificate.py certificate.json
+
+The file says what is claimed; this program proves it anew or refuses it. It uses Python's integers and
+fractions alone: no percuss, no library, no floating point. It prints the theorem and ends with status
+0, or says in a sentence what is not proven and ends with status 1.
+
+Between two stops the displacement obeys x'' + 2 a x' + K x = c + sum of A cos(w t + p), with rational
+K, a, c, A, w: of unit mass. An interval is a pair of integers, numbers of units of 2^-bits; each
+operation rounds outward. What is proven, and why it suffices, is section 11 of docs/theory/certified.md.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from fractions import Fraction
+from itertools import pairwise
+from math import ceil, floor, isqrt
+from pathlib import Path
+from typing import Any, NamedTuple
+
+VERSION = 1
+# Bits of all intervals, which `bits` changes; bits that suffice to tell which event comes next.
+BITS = COARSE = 128
+# Bits with which a run is tried.
+RUN_BITS = (256, 512, 1024, 2048, 4096, 8192)
+# A step in which nothing is met is not made shorter than this: a graze, or an interval too wide.
+SHORTEST = Fraction(1, 2**40)
+# The longest step, the longest flight, and parts into which a set of a chaos proof is divided.
+LONGEST, FLIGHT, PARTS = Fraction(1, 8), 1000, 3000
+# Parts are made smaller until a derivative is known on each to within this part of its largest entry:
+# the first of these that suffices.
+NARROW = tuple(Fraction(1, n) for n in (12, 100, 400, 1600))
+
+
+class NotProvenError(Exception):
+    """What is claimed is not proven."""
+
+
+class ContradictedError(NotProvenError):
+    """What is claimed is wrong, which more bits would not change."""
+
+
+@contextmanager
+def bits(n: int) -> Iterator[None]:
+    """Work with intervals of so many bits; those of other bits have no meaning meanwhile."""
+    global BITS  # noqa: PLW0603
+    before, BITS = BITS, n
+    try:
+        yield
+    finally:
+        BITS = before
+
+
+class Interval(NamedTuple):
+    """All real numbers from low to high, in units of 2^-BITS."""
+
+    low: int
+    high: int
+
+    def __add__(self, other: Any) -> Interval:
+        return Interval(self.low + other.low, self.high + other.high)
+
+    def __neg__(self) -> Interval:
+        return Interval(-self.high, -self.low)
+
+    def __sub__(self, other: Interval) -> Interval:
+        return Interval(self.low - other.high, self.high - other.low)
+
+    def __mul__(self, other: Any) -> Interval:
+        a, b, c, d = (p * q for p in self for q in other)
+        return Interval(min(a, b, c, d) >> BITS, -(-max(a, b, c, d) >> BITS))
+
+    def __truediv__(self, other: Interval) -> Interval:
+        if other.low <= 0 <= other.high:
+            raise NotProvenError("a divisor may be zero")
+        low = min((p << BITS) // q for p in self for q in other)
+        return Interval(low, max(-((-p << BITS) // q) for p in self for q in other))
+
+    def __contains__(self, value: object) -> bool:
+        assert isinstance(value, int)
+        return self.low <= value <= self.high
+
+    @property
+    def size(self) -> int:
+        """The largest absolute value."""
+        return max(-self.low, self.high)
+
+    @property
+    def least(self) -> int:
+        """The smallest absolute value."""
+        return max(self.low, -self.high, 0)
+
+    @property
+    def width(self) -> int:
+        return self.high - self.low
+
+    def middle(self) -> Interval:
+        return Interval((self.low + self.high) // 2, (self.low + self.high) // 2)
+
+    def fractions(self) -> tuple[Fraction, Fraction]:
+        return Fraction(self.low, 1 << BITS), Fraction(self.high, 1 << BITS)
+
+    def is_inside(self, other: Interval) -> bool:
+        return other.low < self.low and self.high < other.high
+
+
+def of(low: Fraction, high: Fraction | None = None) -> Interval:
+    """Return the interval of a rational number, or of all between two."""
+    return Interval(floor(low * (1 << BITS)), ceil((low if high is None else high) * (1 << BITS)))
+
+
+def cosine_series(z: Interval) -> tuple[Interval, Interval]:
+    """Return C(z) = sum of z^k/(2k)! and S(z) = sum of z^k/(2k+1)!.
+
+    C(-y^2) = cos y, S(-y^2) = sin(y)/y, and cosh and sinh for positive z. At the middle m of z the
+    sums are cut off where a term is below one unit and less than half of the one before: the rest is
+    less than two units. C' = S/2 and |S'| <= max(1, S)/6 carry them to all of z.
+    """
+    m, radius = (z.low + z.high) // 2, (z.width + 2) // 2
+    sums = [1 << BITS, 1 << BITS]
+    term, k, n = 1 << BITS, 0, 0
+    while True:
+        k += 1
+        even = term * m // ((1 << BITS) * (2 * k - 1) * (2 * k))
+        sums[0] += even
+        sums[1] += even // (2 * k + 1)
+        n += 2
+        if abs(even) <= 1 and abs(m) < (1 << BITS) * k * k:
+            break
+        term = even
+    # Each term is rounded by less than 2 units, and passes that on, smaller, to those behind it.
+    growth = _growth(m)
+    error = (2 * n + 4) * growth
+    slope = max(1 << BITS, abs(sums[1]) + error)
+    if z.high > 0:
+        if radius >= 1 << BITS:
+            raise NotProvenError("an interval is too wide for a series")
+        # S grows by e^(r/6) at most on the way.
+        slope += (slope * radius >> BITS) + 1
+    c, s = error + (slope * radius >> (BITS + 1)) + 1, error + (slope * radius >> BITS) // 6 + 2
+    return Interval(sums[0] - c, sums[0] + c), Interval(sums[1] - s, sums[1] + s)
+
+
+def _growth(m: int) -> int:
+    """Return a bound of the factor by which the rounding of a term grows in later ones."""
+    return int(3 ** (isqrt(abs(m) >> BITS) + 1))
+
+
+def exponential(y: Interval) -> Interval:
+    """Return e^y = C(y^2) + y S(y^2) at both ends, which it grows between."""
+
+    def at(value: int) -> Interval:
+        point = Interval(abs(value), abs(value))
+        c, s = cosine_series(point * point)
+        power = c + point * s
+        return power if value >= 0 else of(Fraction(1)) / power
+
+    return Interval(at(y.low).low, at(y.high).high)
+
+
+def pi() -> Interval:
+    """Return pi = 16 arctan(1/5) - 4 arctan(1/239), whose series alternate."""
+    return _times(_arctan(5), 16) - _times(_arctan(239), 4)
+
+
+def _arctan(q: int) -> Interval:
+    total, n, sign = 0, 0, 1
+    while True:
+        term = (1 << (BITS + 8)) // (q ** (2 * n + 1) * (2 * n + 1))
+        total += sign * term
+        n, sign = n + 1, -sign
+        if term == 0:
+            return Interval((total - n - 1) >> 8, -(-(total + n + 1) >> 8))
+
+
+def _times(value: Interval, n: int) -> Interval:
+    return Interval(value.low * n, value.high * n) if n >= 0 else -_times(value, -n)
+
+
+class Tone(NamedTuple):
+    omega: Fraction
+    amplitude: Fraction
+    # The phase is times * pi + plus.
+    times: Fraction
+    plus: Fraction
+
+
+class Region(NamedTuple):
+    stiffness: Fraction
+    damping: Fraction
+    constant: Fraction
+    lower: int | None
+    upper: int | None
+
+
+class Bound(NamedTuple):
+    at: Fraction
+    # None: the edge of soft stops, which motions cross.
+    restitution: Fraction | None
+
+
+class Law(NamedTuple):
+    """What moves: regions from below to above, the places between them, and the force."""
+
+    regions: tuple[Region, ...]
+    bounds: tuple[Bound, ...]
+    tones: tuple[Tone, ...]
+    # The period of the force is 2 pi over this.
+    base: Fraction | None
+
+    def period(self) -> Interval:
+        if self.base is None:
+            raise NotProvenError("the force has no period")
+        return _times(pi(), 2) / of(self.base)
+
+    def cycles(self, tone: Tone, t: Interval) -> tuple[Interval, Interval]:
+        """Return cos and sin of a tone's argument, by whole turns near zero."""
+        half_turn = pi()
+        y = of(tone.omega) * t + of(tone.times) * half_turn + of(tone.plus)
+        turn = _times(half_turn, 2)
+        y = y - _times(turn, round(Fraction(y.low + y.high, turn.low + turn.high)))
+        c, s = cosine_series(-(y * y))
+        one = 1 << BITS
+        sine = y * s
+        return (
+            Interval(max(c.low, -one), min(c.high, one)),
+            Interval(max(sine.low, -one), min(sine.high, one)),
+        )
+
+
+class State(NamedTuple):
+    """Instants, places and velocities of motions that begin a flight."""
+
+    t: Interval
+    x: Interval
+    v: Interval
+
+
+Matrix = tuple[tuple[Interval, Interval], tuple[Interval, Interval]]
+
+
+def product(a: Matrix, b: Matrix) -> Matrix:
+    (p, q), (r, s) = a
+    (e, f), (g, h) = b
+    return (p * e + q * g, p * f + q * h), (r * e + s * g, r * f + s * h)
+
+
+class Flight:
+    """The motion in one region from states; tau is the time since the start."""
+
+    def __init__(self, law: Law, number: int, start: State) -> None:
+        self.law, self.start, self.number = law, start, number
+        self.region = region = law.regions[number]
+        self.k, self.a, self.c = of(region.stiffness), of(region.damping), of(region.constant)
+        zero = of(Fraction(0))
+        p, q = self._particular(zero, start.t)
+        self.free = start.x - p, start.v - q
+
+    def _particular(self, tau: Interval, t: Interval) -> tuple[Interval, Interval]:
+        """Return a motion under the force, and its velocity."""
+        k, a, c = self.region.stiffness, self.region.damping, self.region.constant
+        zero = of(Fraction(0))
+        if k != 0:
+            x, v = of(c / k), zero
+        elif a != 0:
+            x, v = of(c / (2 * a)) * tau, of(c / (2 * a))
+        else:
+            x, v = of(c / 2) * tau * tau, of(c) * tau
+        for tone in self.law.tones:
+            cos, sin = self.law.cycles(tone, t)
+            w = of(tone.omega)
+            first, second = k - tone.omega**2, 2 * a * tone.omega
+            size = first**2 + second**2
+            if size:
+                p, q = of(tone.amplitude * first / size), of(tone.amplitude * second / size)
+                x, v = x + p * cos + q * sin, v + w * (q * cos - p * sin)
+            else:
+                p = of(tone.amplitude / (2 * tone.omega))
+                x, v = x + p * tau * sin, v + p * (sin + w * tau * cos)
+        return x, v
+
+    def response(self, tau: Interval) -> tuple[Interval, Interval, Interval, Interval]:
+        """Return x and v of free motion from (1, 0) and from (0, 1)."""
+        d = of(self.region.stiffness - self.region.damping**2)
+        c, s = cosine_series(-(d * tau * tau))
+        s = tau * s
+        if self.region.damping:
+            decay = exponential(-(self.a * tau))
+            c, s = decay * c, decay * s
+        drag = self.a * s
+        return c + drag, -(self.k * s), s, c - drag
+
+    def at(self, tau: Interval) -> tuple[Interval, Interval]:
+        """Return x and v."""
+        x_x, v_x, x_v, v_v = self.response(tau)
+        x, v = self._particular(tau, self.start.t + tau)
+        p, q = self.free
+        return x + p * x_x + q * x_v, v + p * v_x + q * v_v
+
+    def acceleration(self, tau: Interval, x: Interval, v: Interval) -> Interval:
+        force = self.c
+        for tone in self.law.tones:
+            force = force + of(tone.amplitude) * self.law.cycles(tone, self.start.t + tau)[0]
+        return force - self.k * x - _times(self.a * v, 2)
+
+    def on_step(self, begin: Fraction, h: Fraction) -> tuple[Interval, Interval, Interval]:
+        """Return x and v on a step, and its mean velocity since its start: (x(s) - x(begin))/s.
+
+        By Taylor's theorem, with the acceleration enclosed on all of the step.
+        """
+        whole, since = of(begin, begin + h), of(Fraction(0), h)
+        a = self.acceleration(whole, *self.at(whole))
+        x, v = self.at(of(begin)) if begin else (self.start.x, self.start.v)
+        mean = v + of(Fraction(1, 2)) * a * since
+        return x + since * mean, v + a * since, mean
+
+    def ends(self) -> list[tuple[int, int]]:
+        """Return the bounds of the region, each with the sign of its side."""
+        ends = ((self.region.lower, -1), (self.region.upper, 1))
+        return [(bound, sign) for bound, sign in ends if bound is not None]
+
+    def landing(self, departed: int | None) -> tuple[int, int, Fraction, Fraction]:
+        """Return the bound that all motions meet first, its side, and between which tau.
+
+        On each step before, x keeps off both bounds; on the last one it passes the bound and v keeps
+        its sign, so that each motion passes it once. ``departed`` is the bound of the start.
+        """
+        begin, h = Fraction(0), LONGEST
+        while begin < FLIGHT:
+            try:
+                if self._is_free(begin, h, departed):
+                    begin, h = begin + h, min(2 * h, LONGEST)
+                    continue
+                arrival = self._arrival(begin, h) if begin else None
+            except NotProvenError:
+                arrival = None
+            if arrival is not None:
+                return (*arrival, begin, begin + h)
+            h /= 2
+            if h < SHORTEST:
+                raise NotProvenError(
+                    f"which event comes next is open {_told(begin)} after an event"
+                )
+        raise NotProvenError(f"no event within {FLIGHT}")
+
+    def _is_free(self, begin: Fraction, h: Fraction, departed: int | None) -> bool:
+        x, _, mean = self.on_step(begin, h)
+        for bound, sign in self.ends():
+            inside = mean if begin == 0 and bound == departed else x - of(self.law.bounds[bound].at)
+            if not (inside.high < 0 if sign > 0 else inside.low > 0):
+                return False
+        return True
+
+    def _arrival(self, begin: Fraction, h: Fraction) -> tuple[int, int] | None:
+        x, v, _ = self.on_step(begin, h)
+        after, _ = self.at(of(begin + h))
+        met = None
+        for bound, sign in self.ends():
+            at = of(self.law.bounds[bound].at)
+            gone, fast = (after - at, v) if sign > 0 else (at - after, -v)
+            off = x - at if sign > 0 else at - x
+            if gone.low > 0 and fast.low > 0:
+                met = bound, sign
+            elif off.high >= 0:
+                return None
+        return met
+
+
+class Event(NamedTuple):
+    """Where motions meet a bound: the state after, and its derivative by (t, v) at the start."""
+
+    bound: int
+    region: int
+    tau: Interval
+    t: Interval
+    v_before: Interval
+    v: Interval
+    derivative: Matrix
+
+
+def met(law: Law, number: int, start: State, departed: int | None) -> Event:
+    """Return the next event of states, proven to be the first one, with interval Newton steps."""
+    bound, sign, low, high = _landing(law, number, start, departed)
+    flight = Flight(law, number, start)
+    at = of(law.bounds[bound].at)
+    tau = of(low, high)
+    while True:
+        point = tau.middle()
+        x, _ = flight.at(point)
+        _, v = flight.at(tau)
+        if 0 in v:
+            # The step has shown that it is not; on all of it Taylor's form is narrower.
+            _, v, _ = flight.on_step(low, high - low)
+        newton = point - (x - at) / v
+        new = Interval(max(tau.low, newton.low), min(tau.high, newton.high))
+        if new.low > new.high:
+            raise NotProvenError("an event has no instant: the arithmetic contradicts itself")
+        if 4 * new.width > 3 * tau.width:
+            tau = new
+            break
+        tau = new
+    x, v = flight.at(tau)
+    a = flight.acceleration(tau, at, v)
+    begin = flight.acceleration(of(Fraction(0)), start.x, start.v)
+    x_x, v_x, x_v, v_v = flight.response(tau)
+    x_t, v_t = -(start.v * x_x + begin * x_v), -(start.v * v_x + begin * v_v)
+    t_t, t_v = -(x_t / v), -(x_v / v)
+    kept, region = of(Fraction(1)), number + sign
+    restitution = law.bounds[bound].restitution
+    if restitution is not None:
+        kept, region = of(-restitution), number
+    derivative = (t_t, t_v), (kept * (v_t + a * t_t), kept * (v_v + a * t_v))
+    return Event(bound, region, tau, start.t + tau, v, kept * v, derivative)
+
+
+def _landing(
+    law: Law, number: int, start: State, departed: int | None
+) -> tuple[int, int, Fraction, Fraction]:
+    """Return `Flight.landing`, found with few bits."""
+    shift = max(0, BITS - COARSE)
+    few = State(*(Interval(value.low >> shift, -(-value.high >> shift)) for value in start))
+    with bits(BITS - shift):
+        return Flight(law, number, few).landing(departed)
+
+
+def after(law: Law, event: Event) -> State:
+    return State(event.t, of(law.bounds[event.bound].at), event.v)
+
+
+# What is claimed.
+
+
+def law_of(text: Any) -> Law:
+    """Return the law of a certificate, whose parts fit each other."""
+    regions = tuple(
+        Region(
+            Fraction(it["stiffness"]),
+            Fraction(it["damping"]),
+            Fraction(it["constant"]),
+            _whole(it["lower"]),
+            _whole(it["upper"]),
+        )
+        for it in text["regions"]
+    )
+    bounds = tuple(Bound(Fraction(it["at"]), _fraction(it["restitution"])) for it in text["bounds"])
+    tones = tuple(
+        Tone(Fraction(it["omega"]), Fraction(it["amplitude"]), *map(Fraction, it["phase"]))
+        for it in text["tones"]
+    )
+    law = Law(regions, bounds, tones, _fraction(text["base"]))
+    inner = [region.upper for region in regions[:-1]]
+    if not regions or inner != [region.lower for region in regions[1:]] or None in inner:
+        raise NotProvenError("the regions do not lie side by side")
+    ends = regions[0].lower, regions[-1].upper
+    used = [bound for bound in (ends[0], *inner, ends[1]) if bound is not None]
+    if used != list(range(len(bounds))):
+        raise NotProvenError("the bounds are not those of the regions")
+    if any(bounds[i].at >= bounds[j].at for i, j in pairwise(used)):
+        raise NotProvenError("the bounds are not in order")
+    for bound in used:
+        r = bounds[bound].restitution
+        if (r is None) != (bound in inner) or (r is not None and not 0 <= r <= 1):
+            raise NotProvenError(f"bound {bound} has a restitution of {r}")
+    if any(tone.omega <= 0 for tone in tones):
+        raise NotProvenError("a frequency is not above 0")
+    if law.base is not None and any((t.omega / law.base).denominator != 1 for t in tones):
+        raise NotProvenError("the force does not repeat after its period")
+    for lower, upper in pairwise(regions):
+        at = bounds[_sure(lower.upper)].at
+        # A soft stop is a spring from its edge on: with it the force at rest there is the same.
+        if lower.constant - lower.stiffness * at != upper.constant - upper.stiffness * at:
+            raise NotProvenError("the force jumps at the edge of a stop")
+    return law
+
+
+def _sure(value: int | None) -> int:
+    assert value is not None
+    return value
+
+
+def _whole(value: Any) -> int | None:
+    if value is not None and (not isinstance(value, int) or isinstance(value, bool)):
+        raise NotProvenError(f"{value!r} is no whole number")
+    return value
+
+
+def _fraction(value: Any) -> Fraction | None:
+    return None if value is None else Fraction(value)
+
+
+def _claimed(pair: Sequence[str]) -> Interval:
+    low, high = map(Fraction, pair)
+    if not low < high:
+        raise NotProvenError(f"{pair[0]} is not below {pair[1]}")
+    return of(low, high)
+
+
+def _narrower(ours: Interval, pair: Sequence[str]) -> bool:
+    low, high = ours.fractions()
+    return Fraction(pair[0]) <= low and high <= Fraction(pair[1])
+
+
+def proven_run(law: Law, text: Any) -> str:
+    """Prove that a motion has these events and no others up to the last, each inside its intervals."""
+    events, begin = text["events"], text["start"]
+    if not events:
+        raise NotProvenError("no event is claimed")
+    for n in RUN_BITS:
+        try:
+            with bits(n):
+                _check_events(law, begin, events)
+        except ContradictedError:
+            raise
+        except NotProvenError:
+            if n == RUN_BITS[-1]:
+                raise
+            continue
+        break
+    first, last = events[0]["t"], events[-1]["t"]
+    return (
+        f"The motion from x = {begin['x']}, v = {begin['v']} at t = {_phase(begin['t'])} meets the "
+        f"stops at {len(events)} instants and no others up to the last of them, the first between "
+        f"{_near(first)}, the last between {_near(last)}; each instant and the velocities before "
+        f"and after lie in the intervals of the certificate."
+    )
+
+
+def _check_events(law: Law, begin: Any, events: Sequence[Any]) -> None:
+    state, number, departed = _start(law, begin)
+    for k, claim in enumerate(events, start=1):
+        event = met(law, number, state, departed)
+        if event.bound != claim["bound"]:
+            raise ContradictedError(f"event {k} is at bound {event.bound}")
+        for name, ours in (("t", event.t), ("v_before", event.v_before), ("v_after", event.v)):
+            if _narrower(ours, claim[name]):
+                continue
+            low, high = ours.fractions()
+            if high < Fraction(claim[name][0]) or low > Fraction(claim[name][1]):
+                raise ContradictedError(f"{name} of event {k} is {_told(low)}")
+            raise NotProvenError(f"{name} of event {k} is not known to the digits claimed")
+        state, number, departed = after(law, event), event.region, event.bound
+
+
+def _start(law: Law, begin: Any) -> tuple[State, int, int | None]:
+    x, v = Fraction(begin["x"]), Fraction(begin["v"])
+    times, plus = map(Fraction, begin["t"])
+    t = of(times) * pi() + of(plus)
+    on = next((i for i, bound in enumerate(law.bounds) if bound.at == x), None)
+    for number, region in enumerate(law.regions):
+        low = None if region.lower is None else law.bounds[region.lower].at
+        high = None if region.upper is None else law.bounds[region.upper].at
+        above = low is None or x > low or (x == low and v > 0)
+        below = high is None or x < high or (x == high and v < 0)
+        if above and below:
+            return State(t, of(x), of(v)), number, on
+    raise NotProvenError("the start is beyond a wall, or at rest on a stop")
+
+
+def proven_orbit(law: Law, text: Any) -> str:
+    """Prove by Krawczyk's operator that one periodic orbit, and one only, lies in the boxes."""
+    claims, periods = text["events"], _sure(_whole(text["periods"]))
+    n = len(claims)
+    if n == 0 or periods < 1:
+        raise NotProvenError("an orbit has one event at least, and one period")
+    boxes = [(_claimed(claim["t"]), _claimed(claim["v"])) for claim in claims]
+    middles = [(t.middle(), v.middle()) for t, v in boxes]
+    shift = _times(law.period(), periods)
+    derivatives, errors = [], []
+    for k, claim in enumerate(claims):
+        following = claims[(k + 1) % n]
+        bound = _sure(_whole(claim["bound"]))
+        image = _mapped(law, claim, bound, boxes[k], following)
+        derivatives.append(image.derivative)
+        middle = _mapped(law, claim, bound, middles[k], following)
+        t, v = middles[(k + 1) % n]
+        errors += [middle.t - t - (shift if k == n - 1 else of(Fraction(0))), middle.v - v]
+    inverse = _inverse([[_center(e) for e in row] for row in _jacobian(derivatives)])
+    jacobian = _jacobian(derivatives)
+    widths = [
+        Interval(-((box.width + 1) // 2) - 1, (box.width + 1) // 2 + 1)
+        for pair in boxes
+        for box in pair
+    ]
+    for i, row in enumerate(inverse):
+        c = [of(entry) for entry in row]
+        moved = of(Fraction(0))
+        for j in range(2 * n):
+            # The entry of 1 - C J.
+            entry = of(Fraction(int(i == j)))
+            for k in range(2 * n):
+                entry = entry - c[k] * jacobian[k][j]
+            moved = moved + entry * widths[j] - c[j] * errors[j]
+        half = Interval(widths[i].low + 2, widths[i].high - 2)
+        if not moved.is_inside(half):
+            raise NotProvenError("the boxes are not proven to hold an orbit")
+    monodromy = derivatives[0]
+    for derivative in derivatives[1:]:
+        monodromy = product(derivative, monodromy)
+    stability = _stability(monodromy)
+    if text["stability"] not in (stability, "undecided"):
+        raise NotProvenError(f"the orbit is {stability}, not {text['stability']}")
+    said = {
+        "asymptotic": "Neighbouring motions approach it.",
+        "unstable": "It is unstable.",
+    }.get(text["stability"], "Nothing is claimed of its stability.")
+    return (
+        f"There is one periodic orbit, and one only, whose {n} events in {periods} periods of the force "
+        f"lie in the boxes of the certificate, the first at t between {_near(claims[0]['t'])}; it meets "
+        f"the stops at these events and no others. {said}"
+    )
+
+
+def _mapped(
+    law: Law, claim: Any, bound: int, box: tuple[Interval, Interval], following: Any
+) -> Event:
+    t, v = box
+    number = _sure(_whole(claim["region"]))
+    _check_departure(law, number, bound, v)
+    event = met(law, number, State(t, of(law.bounds[bound].at), v), bound)
+    if event.bound != following["bound"] or event.region != following["region"]:
+        raise NotProvenError("the events of the orbit are not those claimed")
+    return event
+
+
+def _check_departure(law: Law, number: int, bound: int, v: Interval) -> None:
+    region = law.regions[number]
+    inwards = (bound == region.lower and v.low > 0) or (bound == region.upper and v.high < 0)
+    if not inwards:
+        raise NotProvenError("an event does not lead into its region")
+
+
+def _jacobian(derivatives: Sequence[Matrix]) -> list[list[Interval]]:
+    """Return the derivative of (image of k) - (event k + 1) by all events."""
+    n = len(derivatives)
+    zero, one = of(Fraction(0)), of(Fraction(1))
+    rows = [[zero] * (2 * n) for _ in range(2 * n)]
+    for k, derivative in enumerate(derivatives):
+        for i in range(2):
+            for j in range(2):
+                rows[2 * k + i][2 * k + j] = derivative[i][j]
+            place = 2 * ((k + 1) % n) + i
+            rows[2 * k + i][place] = rows[2 * k + i][place] - one
+    return rows
+
+
+def _center(value: Interval) -> Fraction:
+    return Fraction((value.low + value.high) // 2, 1 << BITS)
+
+
+def _inverse(rows: list[list[Fraction]]) -> list[list[Fraction]]:
+    """Return about the inverse of a matrix; what it is used for is checked."""
+    n, unit = len(rows), 1 << 100
+    wide = [[*row, *(Fraction(int(i == j)) for j in range(n))] for i, row in enumerate(rows)]
+    for k in range(n):
+        pivot = max(range(k, n), key=lambda i: abs(wide[i][k]))
+        if wide[pivot][k] == 0:
+            raise NotProvenError("the equations of the orbit are singular")
+        wide[k], wide[pivot] = wide[pivot], wide[k]
+        wide[k] = [Fraction(round(e / wide[k][k] * unit), unit) for e in wide[k]]
+        for i in range(n):
+            if i != k and wide[i][k]:
+                factor = wide[i][k]
+                pairs = zip(wide[i], wide[k], strict=True)
+                wide[i] = [Fraction(round((a - factor * b) * unit), unit) for a, b in pairs]
+    return [row[n:] for row in wide]
+
+
+def _stability(m: Matrix) -> str:
+    """Return what trace and determinant say of the multipliers."""
+    (a, b), (c, d) = m
+    trace, determinant, one = a + d, a * d - b * c, of(Fraction(1))
+    if trace.size < (one + determinant).low and determinant.size < one.low:
+        return "asymptotic"
+    if trace.least > (one + determinant).high or determinant.least > one.high:
+        return "unstable"
+    return "undecided"
+
+
+class Set(NamedTuple):
+    """A parallelogram of (t, v): center +- unstable +- stable."""
+
+    center: tuple[Fraction, Fraction]
+    unstable: tuple[Fraction, Fraction]
+    stable: tuple[Fraction, Fraction]
+
+    def box(
+        self, u: tuple[Fraction, Fraction], s: tuple[Fraction, Fraction]
+    ) -> tuple[Interval, Interval]:
+        """Return the (t, v) of all points whose coordinates lie between two each."""
+        t, v = (
+            of(self.center[i]) + of(*u) * of(self.unstable[i]) + of(*s) * of(self.stable[i])
+            for i in range(2)
+        )
+        return t, v
+
+    def coordinates(self) -> Matrix:
+        (a, c), (b, d) = self.unstable, self.stable
+        size = a * d - b * c
+        if size == 0:
+            raise NotProvenError("the sides of a set are parallel")
+        return (of(d / size), of(-b / size)), (of(-c / size), of(a / size))
+
+    def axes(self) -> Matrix:
+        (a, c), (b, d) = self.unstable, self.stable
+        return (of(a), of(b)), (of(c), of(d))
+
+    def reach(self, i: int) -> Fraction:
+        return abs(self.unstable[i]) + abs(self.stable[i])
+
+
+def proven_chaos(law: Law, text: Any) -> str:
+    """Prove covering relations, that the sets are disjoint, and the growth of the number of walks."""
+    sets = [Set(*(tuple(map(Fraction, it[name])) for name in Set._fields)) for it in text["sets"]]  # type: ignore[arg-type]
+    bound, number = _sure(_whole(text["bound"])), _sure(_whole(text["region"]))
+    transitions = [
+        (_sure(_whole(it["from"])), _sure(_whole(it["to"])), _sure(_whole(it["turns"])),
+         (Fraction(it["at"]), Fraction(it["half"])))
+        for it in text["transitions"]
+    ]  # fmt: skip
+    period = law.period()
+    for i, first in enumerate(sets):
+        if 2 * first.reach(0) * (1 << BITS) >= period.low:
+            raise NotProvenError(f"set {i} is longer than a period")
+        for j in range(i):
+            if not _are_apart(period, sets[j], first):
+                raise NotProvenError(f"sets {j} and {i} are not proven to be apart")
+    for i, j, turns, strip in transitions:
+        if min(i, j) < 0 or max(i, j) >= len(sets):
+            raise NotProvenError(f"there is no transition from set {i} to set {j}")
+        _check_covering(law, bound, number, sets[i], sets[j], turns, strip, f"set {i} to set {j}")
+    growth = Fraction(text["growth"])
+    if growth <= 1:
+        raise NotProvenError(f"a growth of {growth} is no chaos")
+    _check_growth(len(sets), [(i, j) for i, j, *_ in transitions], growth)
+    entropy = _logarithm(growth)
+    return (
+        f"The impact map of bound {bound} is chaotic: for every endless walk along the "
+        f"{len(transitions)} transitions between {len(sets)} disjoint sets there is a motion that visits "
+        f"the sets in its order, and for every closed walk one that is periodic. The topological entropy "
+        f"of the map on these motions is at least {_told(entropy)} an impact."
+    )
+
+
+def _are_apart(period: Interval, one: Set, other: Set) -> bool:
+    reach = one.reach(0) + other.reach(0)
+    distance = other.center[0] - one.center[0]
+    most = ceil((abs(distance) + reach) * (1 << BITS) / period.low) + 1
+    return all(_are_apart_by(one, other, _times(period, n)) for n in range(-most, most + 1))
+
+
+def _are_apart_by(one: Set, other: Set, shift: Interval) -> bool:
+    unit = 1 << BITS
+    for a, b, sign in ((one, other, 1), (other, one, -1)):
+        t = of(b.center[0] - a.center[0]) + _times(shift, sign)
+        v = of(b.center[1] - a.center[1])
+        to_a = a.coordinates()
+        axes = product(to_a, b.axes())
+        for k in range(2):
+            middle = to_a[k][0] * t + to_a[k][1] * v
+            if middle.least > unit + axes[k][0].size + axes[k][1].size:
+                return True
+    return False
+
+
+def _check_covering(
+    law: Law, bound: int, number: int, first: Set, second: Set, turns: int,
+    strip: tuple[Fraction, Fraction], name: str,
+) -> None:  # fmt: skip
+    """Prove that the image of a strip of one set lies across another."""
+    at, half = strip
+    if not (half > 0 and abs(at) + half <= 1):
+        raise NotProvenError(f"from {name}: the strip is not in its set")
+    shift = _times(law.period(), turns)
+    to_second = second.coordinates()
+    image, _ = _image(law, bound, number, first.box((at, at), (Fraction(0), Fraction(0))))
+    t, v = image.t - shift - of(second.center[0]), image.v - of(second.center[1])
+    u, s = (row[0] * t + row[1] * v for row in to_second)
+    axes = product(first.axes(), ((of(half), of(Fraction(0))), (of(Fraction(0)), of(Fraction(1)))))
+    unit = 1 << BITS
+    for narrow in NARROW:
+        parts = [
+            product(to_second, product(derivative, axes))
+            for derivative in _derivatives(law, bound, number, first, strip, narrow)
+        ]
+        (u_by_u, u_by_s), (s_by_u, s_by_s) = (
+            tuple(_hull([part[i][j] for part in parts]) for j in range(2)) for i in range(2)
+        )
+        # The unstable sides are carried to u +- u_by_u, and some way beside.
+        beyond = u_by_u.least - u.size - u_by_s.size
+        within = s.size + s_by_u.size + s_by_s.size
+        if beyond > unit and within < unit:
+            return
+        if s.least >= unit or u_by_u.size <= unit + u.least:
+            # No parts are small enough.
+            break
+    raise NotProvenError(
+        f"from {name}: the image reaches {_told(Fraction(beyond, unit))} along and "
+        f"{_told(Fraction(within, unit))} across, which should be above and below 1"
+    )
+
+
+def _hull(values: Sequence[Interval]) -> Interval:
+    return Interval(min(value.low for value in values), max(value.high for value in values))
+
+
+def _image(
+    law: Law, bound: int, number: int, box: tuple[Interval, Interval]
+) -> tuple[Event, Matrix]:
+    """Return the next event of the same kind, and the derivative of the map."""
+    t, v = box
+    _check_departure(law, number, bound, v)
+    state, region, departed = State(t, of(law.bounds[bound].at), v), number, bound
+    total: Matrix | None = None
+    for _ in range(64):
+        event = met(law, region, state, departed)
+        total = event.derivative if total is None else product(event.derivative, total)
+        if event.bound == bound and event.region == number:
+            return event, total
+        state, region, departed = after(law, event), event.region, event.bound
+    raise NotProvenError("64 events at other stops before the next one of the map")
+
+
+def _derivatives(
+    law: Law,
+    bound: int,
+    number: int,
+    first: Set,
+    strip: tuple[Fraction, Fraction],
+    narrow: Fraction,
+) -> Iterator[Matrix]:
+    """Yield derivatives of the map that hold on parts of a strip, which together are all of it."""
+    at, half = strip
+    parts = [((at - half, at + half), (Fraction(-1), Fraction(1)))]
+    n = 0
+    while parts:
+        u, s = parts.pop()
+        n += 1
+        try:
+            _, derivative = _image(law, bound, number, first.box(u, s))
+            entries = [entry for row in derivative for entry in row]
+            wide = max(e.width for e in entries) > narrow * max(e.size for e in entries)
+            if not wide or n + len(parts) > PARTS:
+                yield derivative
+                continue
+        except NotProvenError:
+            if n + len(parts) > PARTS:
+                raise
+        lengths = [
+            (ends[1] - ends[0]) * max(abs(e) for e in axis)
+            for ends, axis in ((u, first.unstable), (s, first.stable))
+        ]
+        if lengths[0] >= lengths[1]:
+            middle = (u[0] + u[1]) / 2
+            parts += [((u[0], middle), s), ((middle, u[1]), s)]
+        else:
+            middle = (s[0] + s[1]) / 2
+            parts += [(u, (s[0], middle)), (u, (middle, s[1]))]
+
+
+def _check_growth(n: int, transitions: Sequence[tuple[int, int]], growth: Fraction) -> None:
+    """Prove that the walks of k steps grow as growth^k at least.
+
+    A vector y >= 0, not 0, with A y >= growth y for the matrix A of the graph gives that (Collatz and
+    Wielandt); one is made by many steps from (1, ..., 1) with rounding, which the check forgives.
+    """
+    following: list[list[int]] = [[] for _ in range(n)]
+    for i, j in set(transitions):
+        following[i].append(j)
+    y = [1 << 200] * n
+    for _ in range(4000):
+        moved = [sum(y[j] for j in row) + y[i] for i, row in enumerate(following)]
+        top = max(moved)
+        y = [(value << 200) // top for value in moved]
+    if any(sum(y[j] for j in row) < growth * y[i] for i, row in enumerate(following)):
+        raise NotProvenError(f"the walks are not proven to grow by {_told(growth)} a step")
+
+
+def _logarithm(value: Fraction) -> Fraction:
+    """Return a number, of six decimals, not above the natural logarithm."""
+    low, high = 0, 10**6 * ceil(value)
+    while high - low > 1:
+        middle = (low + high) // 2
+        fits = exponential(of(Fraction(middle, 10**6))).high <= of(value).low
+        low, high = (middle, high) if fits else (low, middle)
+    return Fraction(low, 10**6)
+
+
+def _told(value: Fraction) -> str:
+    """Return a number with some digits, rounded down."""
+    sign, whole = ("-", -value) if value < 0 else ("", value)
+    digits = floor(whole * 10**9)
+    return f"{sign}{digits // 10**9}.{digits % 10**9:09d}".rstrip("0").rstrip(".")
+
+
+def _near(pair: Sequence[str]) -> str:
+    return f"{_told(Fraction(pair[0]))}... and {_told(Fraction(pair[1]))}..."
+
+
+def _phase(pair: Sequence[str]) -> str:
+    times, plus = map(Fraction, pair)
+    return f"{times} pi + {plus}" if times else str(plus)
+
+
+def equation(law: Law) -> str:
+    """Return what moves, in words."""
+    force = " + ".join(
+        f"{tone.amplitude} cos({tone.omega} t + {_phase((str(tone.times), str(tone.plus)))})"
+        for tone in law.tones
+    )
+    lines = []
+    for region in law.regions:
+        low = "-oo" if region.lower is None else law.bounds[region.lower].at
+        high = "oo" if region.upper is None else law.bounds[region.upper].at
+        lines.append(
+            f"  for {low} < x < {high}: x'' + {2 * region.damping} x' + {region.stiffness} x = "
+            f"{region.constant}{f' + {force}' if force else ''}"
+        )
+    for i, bound in enumerate(law.bounds):
+        if bound.restitution is not None:
+            lines.append(f"  at x = {bound.at} (bound {i}): x' becomes -{bound.restitution} x'")
+    return "\n".join(lines)
+
+
+KINDS: dict[str, Callable[[Law, Any], str]] = {
+    "run": proven_run,
+    "orbit": proven_orbit,
+    "chaos": proven_chaos,
+}
+
+
+def theorem(text: str) -> str:
+    """Return the theorem of a certificate, proven; NotProvenError says why it is not."""
+    try:
+        certificate = json.loads(text)
+        version = certificate["certificate"]
+        if version != VERSION:
+            raise NotProvenError(
+                f"a certificate of version {version!r}; this program checks version {VERSION}"
+            )
+        kind = certificate["kind"]
+        if kind not in KINDS:
+            raise NotProvenError(
+                f"a certificate of {kind!r}; this program checks {', '.join(KINDS)}"
+            )
+        law = law_of(certificate["law"])
+        words = KINDS[kind](law, certificate)
+    except (
+        ValueError,
+        TypeError,
+        KeyError,
+        IndexError,
+        AttributeError,
+        ZeroDivisionError,
+    ) as error:
+        raise NotProvenError(f"no certificate, or one cut off or changed: {error!r}") from None
+    return f"{words}\nWhat moves:\n{equation(law)}"
+
+
+def main(arguments: Sequence[str]) -> int:
+    if len(arguments) != 1:
+        print("python check_certificate.py certificate.json", file=sys.stderr)
+        return 2
+    try:
+        print(f"PROVEN. {theorem(Path(arguments[0]).read_text(encoding='utf-8'))}")
+    except (OSError, UnicodeDecodeError, NotProvenError) as error:
+        print(f"NOT PROVEN: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
