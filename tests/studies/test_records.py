@@ -119,3 +119,26 @@ def test_a_record_may_have_a_frequency_that_a_study_ranges_over() -> None:
         'repeat = true\nomega = 2\n[over]\n"forcing.record.omega" = {from = 2, to = 3, count = 5}\n'
     )
     assert parse_study(text).kind == "diagram"
+
+
+def test_units_in_the_names_of_columns_have_to_fit_the_model(tmp_path: Path) -> None:
+    units = 'units = {length = "m", time = "s", mass = "kg"}\n'
+    head = HEAD.replace("stiffness = 1\n", f"stiffness = 1\nmass = 2\n{units}")
+    path = tmp_path / "s.toml"
+
+    def read(time: str, force: str, more: str = "") -> object:
+        (tmp_path / "waves.csv").write_text(f"{time},{force}\n0,1\n1,2\n", encoding="utf-8")
+        body = f'file = "waves.csv"\ntime = "{time}"\nforce = "{force}"\n{more}'
+        path.write_text(head + RECORD + body, encoding="utf-8")
+        return load_study(path).forcing
+
+    with pytest.raises(StudyError) as wrong:
+        read("t (kg)", "f [m]")
+    assert 'forcing.record.time = "t (kg)": kg is no unit of time' in str(wrong.value)
+    assert 'forcing.record.force = "f [m]": m is no unit of force' in str(wrong.value)
+    with pytest.raises(StudyError) as other:
+        read("t (ms)", "f (kN)")
+    assert ": ms is 0.001 of the unit of the model" in str(other.value)
+    assert "convert the column, or give amplitude = 1000" in str(other.value)
+    assert read("t (s)", "f (kN)", "amplitude = 1000\n") is not None
+    assert read("t (s)", "f (m/s2)") is not None

@@ -586,10 +586,15 @@ def _axis(osc: Any, force: Any, start: Any, name: str, values: tuple[Phase, ...]
     if "." in name:
         return Axis(name, values)
     moved = moved_fields(osc, force, start, name).fields
+    owners = tuple({field.split(".")[0] for field in moved})
+    return Axis(name, values, owners, _units_of_named(moved, osc, force))
+
+
+def _units_of_named(moved: Mapping[str, Expression], osc: Any, force: Any) -> str:
+    """Return the dimensions of the field that is a named parameter alone; "" for none."""
     alone = (field for field, value in moved.items() if value.is_parameter)
     field = next(alone, None)
-    owners = tuple({field.split(".")[0] for field in moved})
-    return Axis(name, values, owners, "" if field is None else units_of(field, osc, force))
+    return "" if field is None else units_of(field, osc, force)
 
 
 def values_of(path: str, values: object, points: int = POINTS) -> tuple[Phase, ...]:
@@ -647,7 +652,16 @@ def units_of(path: str, osc: object = None, force: Forcing | Loads | None = None
     ('length', 'length/time^2')
     >>> units_of("oscillator.stiffness", Oscillator.from_mass(2, 50))
     'mass/time^2'
+
+    A named parameter has those of the number that it alone is:
+
+    >>> import percuss as pc
+    >>> w = pc.parameter("w", 2)
+    >>> units_of("w", Oscillator(), pc.cosine(w, amplitude=w**2))
+    '1/time'
     """
+    if "." not in path and isinstance(osc, Oscillator | Structure):
+        return _units_of_named(moved_fields(osc, force, None, path).fields, osc, force)
     words = [word for word in path.split(".") if not word.isdigit()]
     name = words[-1]
     own: Forcing | None

@@ -17,7 +17,7 @@ from percuss.arrays import Floats
 from percuss.model.faults import UNITS
 from percuss.model.units import Units
 
-__all__ = ["columns_of_file", "columns_of_text", "known_names", "quantity_named"]
+__all__ = ["columns_of_file", "columns_of_text", "known_names", "misfit_of_unit", "quantity_named"]
 
 # Other names of columns.
 ALIASES = {
@@ -375,6 +375,41 @@ def _factor(column: FileColumn, units: Units | None) -> tuple[float, str]:
     # Powers of ten as they are read, not as rounded quotients.
     nearest = float(f"{factor:.0e}")
     return (nearest if math.isclose(factor, nearest) else factor), ""
+
+
+def misfit_of_unit(title: str, quantity: str, units: Units | None) -> str:
+    """Return why a column that is taken as it is does not fit a model, "" where it does.
+
+    Parameters
+    ----------
+    title
+        Its name, with a unit in brackets or none.
+    quantity
+        "t" or "stop_force": a force, or one per unit mass.
+    units
+        Those of the model.
+
+    Examples
+    --------
+    >>> from percuss.model.units import Units
+    >>> misfit_of_unit("time (kg)", "t", None)
+    'kg is no unit of time'
+    >>> misfit_of_unit("time (ms)", "t", Units("m", "s", "kg"))
+    'ms is 0.001 of the unit of the model, and no sample is converted; convert the column'
+    """
+    bracketed = _IN_BRACKETS.fullmatch(title)
+    unit = bracketed[2] if bracketed else ""
+    parsed = _unit(unit, quantity)
+    if unit in NO_UNIT or parsed is None:
+        return ""
+    if parsed[1] not in POWERS[quantity]:
+        return f"{unit} is no unit of {_thing(quantity)}"
+    factor, _ = _factor(FileColumn(0, title, quantity, unit), units)
+    if units is None or factor == 1.0:
+        return ""
+    also = f", or give amplitude = {factor:g}" if quantity == "stop_force" else ""
+    theirs = f"{unit} is {factor:g} of the unit of the model, and no sample is converted"
+    return f"{theirs}; convert the column{also}"
 
 
 def _thing(quantity: str) -> str:

@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
+from functools import lru_cache
 from numbers import Rational
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, cast
 
@@ -474,8 +475,16 @@ def as_float(value: Phase) -> float:
         return value
     if type(value) is int and value.bit_length() <= sys.float_info.mant_dig:
         return float(value)
+    return _nearest(value) if type(value) is PiTimes else _rounded(value)
+
+
+def _rounded(value: Phase) -> float:
     times, plus = angle(value)
     return float(times * PI + plus) if times else float(plus)
+
+
+# The ends of runs and the phases of knots are asked for again and again.
+_nearest = lru_cache(256)(_rounded)
 
 
 def angle(value: Phase) -> tuple[Fraction, Fraction]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, cast
 
 from percuss.errors import ParameterError
@@ -235,7 +236,8 @@ def periods_faults(
         return problems
     if force is None or force.is_constant:
         return [Fault(name, periods, "without harmonics there is no period; give t_end")]
-    if force.period is None:
+    # Known exactly it need not be rounded.
+    if force.exact_period is None and force.period is None:
         reason = "the forcing has no period; give forcing.period, or t_end instead"
         if not isinstance(force, Forcing):
             reason = "the loads have no common period; give loads.period, or t_end instead"
@@ -266,7 +268,15 @@ def end_after_periods(force: Forcing | Loads, t0: Phase, periods: Exact) -> PiTi
     >>> end_after_periods(sine(3), 0.0, 10)
     pi_times(20, 3)
     """
-    times, plus = angle(cast("PiTimes", force.exact_period))
+    period = cast("PiTimes", force.exact_period)
+    if type(t0) is float and type(periods) is int:
+        return _end_after(period, t0, periods)
+    return _end_after.__wrapped__(period, t0, periods)
+
+
+@lru_cache(256)
+def _end_after(period: PiTimes, t0: Phase, periods: Exact) -> PiTimes:
+    times, plus = angle(period)
     n = as_fraction(periods)
     return PiTimes(n * times, n * plus) + t0
 

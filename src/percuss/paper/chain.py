@@ -178,8 +178,8 @@ def _rate(formula: Formula) -> Deduction:
         return no_mean("(34) from (33)")
     (speed,) = stated.free_symbols - {PHASE}
     rate = (speed * stated).subs(PHASE, T_K)
-    found = sympy.sin(2 * T_K) / 4
-    return compared("(34) from (33)", growth_steps(), rate, found, _box(rate))
+    mean = sympy.sin(2 * T_K) / 4
+    return compared("(34) from (33)", growth_steps(), rate, mean, _box(rate))
 
 
 def _root(formula: Formula) -> Deduction:

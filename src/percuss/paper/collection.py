@@ -71,13 +71,17 @@ def items() -> tuple[Item, ...]:
     >>> [item.name for item in items()][:2]
     ['fig1', 'fig2']
     """
-    found = []
+    items_of_sections = []
     for section in SECTIONS:
         for module in section.modules:
-            found += [Item("figure", name, module, section.name) for name in _figures(module)]
+            items_of_sections += [
+                Item("figure", name, module, section.name) for name in _figures(module)
+            ]
         for module in section.modules:
-            found += [Item("statement", id, module, section.name) for id in _statements(module)]
-    return tuple(found)
+            items_of_sections += [
+                Item("statement", id, module, section.name) for id in _statements(module)
+            ]
+    return tuple(items_of_sections)
 
 
 def figure_named(item: Item) -> Figure:

@@ -123,7 +123,7 @@ def _data(result: PaperResult) -> dict[str, object]:
         "date": datetime.now(UTC).strftime("%d %B %Y").lstrip("0"),
         "abstract": _runs(
             _abstract(
-                {kind: len(found) for kind, found in of_kind.items()},
+                {kind: len(of_one_kind) for kind, of_one_kind in of_kind.items()},
                 len(errors_of_their_own(article)),
             )
         ),
@@ -281,18 +281,18 @@ def _runs(text: str) -> list[ProseRun]:
     [('i', 'V'), ('sub', 'k'), ('', ' of x″')]
     """
     parts = re.split(r"<(i|sub|sup|code)>(.*?)</\1>", prose(text))
-    found: list[ProseRun] = []
+    runs: list[ProseRun] = []
     for i in range(0, len(parts), 3):
         if parts[i]:
-            found.append(("", unescape(parts[i])))
+            runs.append(("", unescape(parts[i])))
         if i + 2 < len(parts):
-            found.append((parts[i + 1], unescape(parts[i + 2])))
-    return found
+            runs.append((parts[i + 1], unescape(parts[i + 2])))
+    return runs
 
 
 def _pictures(formula: str) -> list[dict[str, object]]:
     """Return a formula as SVG files, one for each line, with the width in units of the text."""
-    found: list[dict[str, object]] = []
+    pictures: list[dict[str, object]] = []
     for svg in re.findall(r"<svg.*?</svg>", formula_svg(formula)):
         width, height = (
             float(size) for size in re.findall(r"(?:width|height):([0-9.]+)em", svg)[:2]
@@ -301,8 +301,8 @@ def _pictures(formula: str) -> list[dict[str, object]]:
         plain = re.sub(r' style="[^"]*"| class="[^"]*"| role="[^"]*"| aria-label="[^"]*"', "", svg)
         # The outlines stand in the file itself: there is no page around it.
         alone = plain.replace(">", f">{outlines(svg)}", 1)
-        found.append({"svg": alone.replace("<svg ", head, 1), "width": width})
-    return found
+        pictures.append({"svg": alone.replace("<svg ", head, 1), "width": width})
+    return pictures
 
 
 def _picture(drawn: Drawn) -> bytes:

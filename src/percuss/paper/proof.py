@@ -79,8 +79,8 @@ def leading_terms(
     >>> leading_terms("sine", sympy.sin(e), e, 5, e - e**3 / 6).holds
     True
     """
-    found = sympy.series(expression, small, 0, order).removeO()
-    return Step(text, _equation(expression, expected), _is_zero(found - expected), "algebra")
+    leading = sympy.series(expression, small, 0, order).removeO()
+    return Step(text, _equation(expression, expected), _is_zero(leading - expected), "algebra")
 
 
 def sign(

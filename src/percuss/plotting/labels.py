@@ -150,7 +150,7 @@ def parameter_label(orbit: PeriodicOrbit | StructureOrbit, path: str, units: Uni
         return _label_of_structure(orbit, path, units)
     oscillator, forcing = orbit.system
     if "." not in path:
-        return path
+        return with_unit(path, dimensions_of(path, oscillator, forcing), units)
     is_massive = path == "oscillator.damping" and isinstance(oscillator, Oscillator)
     is_massive = is_massive and oscillator.mass is not None
     n_harmonics = 0 if forcing is None else len(forcing.harmonics)
@@ -163,7 +163,7 @@ def _label_of_structure(orbit: StructureOrbit, path: str, units: Units) -> str:
     """Return the label of an axis over the parameter of a branch of a structure."""
     structure, loads = orbit.structure, orbit.loads
     if "." not in path:
-        return path
+        return with_unit(path, dimensions_of(path, structure, loads), units)
     forcings = loads.forcings
     load = LOAD.fullmatch(path)
     n_harmonics = len(forcings[int(load[1])].harmonics) if load else 0

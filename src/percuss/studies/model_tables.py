@@ -270,7 +270,9 @@ def read_oscillator(
     oscillator = _oscillator(raw_table(document, "oscillator"), faults)
     forcing = None
     if "forcing" in document:
-        forcing = forcing_of(raw_table(document, "forcing"), ("forcing",), folder, faults)
+        forcing = forcing_of(
+            raw_table(document, "forcing"), ("forcing",), folder, faults, units=oscillator.units
+        )
     if forcing is not None and not (faults.is_wrong("oscillator") or faults.is_wrong("forcing")):
         _check_quotient(oscillator, forcing, faults)
     return oscillator, forcing
@@ -362,14 +364,19 @@ def stop_of(row: Any) -> Wall | SoftStop:
 
 
 def forcing_of(
-    table: RawTable, path: Path, folder: FilePath | None, faults: StudyFaults
+    table: RawTable,
+    path: Path,
+    folder: FilePath | None,
+    faults: StudyFaults,
+    *,
+    units: Units | None = None,
 ) -> Forcing:
     """Return a force as a draft from its table, whose path is given, and add its faults."""
     constant, period = table.get("constant", 0.0), table.get("period")
     given = [name for name in _FOURIER if name in table]
     record = None
     if isinstance(table.get("record"), Mapping):
-        record = record_of(table["record"], folder, faults, (*path, "record"))
+        record = record_of(table["record"], folder, faults, (*path, "record"), units=units)
     if not given:
         harmonics = tuple(_harmonic(row) for row in list_of(table, "harmonics"))
         harmonics += _sea(table, path, faults)

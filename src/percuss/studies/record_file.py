@@ -11,6 +11,7 @@ from typing import Any, TypeAlias
 
 from percuss.model.faults import draft
 from percuss.model.force_record import ForceRecord
+from percuss.model.units import Units
 from percuss.studies.tables import Path, RawTable, StudyFaults, exact_phase, shown
 
 __all__ = ["columns_of", "record_of"]
@@ -24,7 +25,12 @@ NO_PLACE = "a study that is no file has no files beside it; give t and f"
 
 
 def record_of(
-    table: RawTable, folder: FilePath | None, faults: StudyFaults, path: Path = PATH
+    table: RawTable,
+    folder: FilePath | None,
+    faults: StudyFaults,
+    path: Path = PATH,
+    *,
+    units: Units | None = None,
 ) -> ForceRecord | None:
     """Return the record of a table, not checked by the model; None where it has no samples.
 
@@ -38,8 +44,12 @@ def record_of(
         The faults found so far.
     path
         Where the table stands.
+    units
+        Those of the model, which units in the heads of columns have to fit.
     """
     samples = _samples(table, folder, faults, path)
+    if samples is not None and "file" in table:
+        _check_units(table, faults, path, units)
     if samples is None:
         return None
     defaults = {"kind": "linear", "repeat": False, "outside": "end", "amplitude": 1, "omega": None}
@@ -80,6 +90,22 @@ def _columns(file: FilePath, table: RawTable, faults: StudyFaults, path: Path) -
     except ValueError as error:
         faults.add((*path, "file"), str(error), shown(str(table["file"])))
     return None
+
+
+def _check_units(table: RawTable, faults: StudyFaults, path: Path, units: Units | None) -> None:
+    """Add the faults of units in the names of columns: no number of a record is converted."""
+    for key, quantity, factor in (("time", "t", "omega"), ("force", "stop_force", "amplitude")):
+        title = str(table.get(key, ""))
+        # Of phases, and of a force with a factor of its own, the size is the caller's.
+        given = None if factor in table else units
+        if not title.endswith((")", "]")):
+            continue
+        # Few files need it.
+        from percuss.fitting.data_file import misfit_of_unit
+
+        misfit = misfit_of_unit(title, quantity, given)
+        if misfit:
+            faults.add((*path, key), misfit, shown(title))
 
 
 def columns_of(text: str, time: str = "t", force: str = "f") -> Samples:

@@ -402,7 +402,7 @@ def _loads(
     faults: StudyFaults,
 ) -> Loads:
     """Return the loads, and add their faults."""
-    items = []
+    items, units = [], getattr(structure, "units", None)
     for i, row in enumerate(rows):
         path: Path = ("loads", i)
         own = row if isinstance(row, Mapping) else {}
@@ -410,7 +410,7 @@ def _loads(
         on = plain_on(own.get("on"))
         if on is None and has_size(structure) and structure.n == 1:
             on = 0
-        items.append((on, forcing_of(own, path, folder, faults)))
+        items.append((on, forcing_of(own, path, folder, faults, units=units)))
         if has_size(structure) and not any(map(faults.is_wrong, (*_MADE_OF, f"loads.{i}.on"))):
             faults.add_from_model(on_faults(structure, on, f"loads.{i}.on"))
     period = exact_phase(table.get("loads_period"))

@@ -93,14 +93,14 @@ def _follow(m: int, v0: float, t_end: float) -> Neighbours:
 @cache
 def neighbours_above(parts: tuple[float, ...] = PARTS) -> tuple[Neighbours, ...]:
     """Return the motions for m = 2 to 7 from some multiples of V*, each with a neighbour."""
-    found = []
+    neighbours = []
     for m in NUMBERS:
         for part in parts:
             pair = _follow(m, part * subset_critical_velocity(m), FIRST)
             if pair.distance < PARTED:
                 pair = _follow(m, pair.v0, LAST)
-            found.append(pair)
-    return tuple(found)
+            neighbours.append(pair)
+    return tuple(neighbours)
 
 
 def fastest_parting(pairs: tuple[Neighbours, ...]) -> Trajectory:

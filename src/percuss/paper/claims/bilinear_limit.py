@@ -88,17 +88,17 @@ def first_delays(run: Trajectory, contact: float = math.pi) -> Floats:
     speeds = np.concatenate(([run.v0], run.impacts.v_after))
     amplitude = run.forcing.components()[0].cos if run.forcing is not None else 0.0
     late, faster = 0.0, 0.0
-    found = []
+    delays = []
     for k in range(len(times) - 1):
         flight = times[k + 1] - times[k]
         force, force_after = amplitude * numerics.cos(OMEGA * times[k : k + 2])
         x, v = -speeds[k] * late, faster - force * late
         x, v = _rotated(x, v, flight)
         late = x / speeds[k + 1]
-        found.append(late)
+        delays.append(late)
         faster = -(v + force_after * late)
         late += contact
-    return np.array(found)
+    return np.array(delays)
 
 
 def _rotated(x: float, v: float, t: float) -> tuple[float, float]:

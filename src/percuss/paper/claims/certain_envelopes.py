@@ -48,13 +48,13 @@ def proven_peaks(run: Trajectory) -> BallColumn | None:
     # What the radii leave open at the ends of a flight.
     open_part = 4.0 * float(events.radius().max() + np.spacing(ends).max())
     above = proven(0.5 * (ends[:-1] + ends[1:]))[0].arbs
-    found: BallColumn = [], []
+    peaks: BallColumn = [], []
     for low, high, x in zip(ends[:-1], ends[1:], above, strict=True):
         if x > 0:
             instant, height = _highest(proven, float(low), float(high), open_part)
-            found[0].append(instant)
-            found[1].append(height)
-    return found
+            peaks[0].append(instant)
+            peaks[1].append(height)
+    return peaks
 
 
 def _highest(proven: CertifiedRun, low: float, high: float, open_part: float) -> tuple[arb, arb]:

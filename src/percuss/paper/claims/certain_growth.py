@@ -60,13 +60,13 @@ def growth_bounds(low: Fraction, high: Fraction, velocity: Fraction) -> GrowthBo
     n_phases, n_eps = PARTS
     with precision(BITS):
         step, part = (high - low) / n_phases, 1 / (velocity * n_eps)
-        found = [
+        bounds = [
             _two_impacts(_between(low + i * step, step), _between(j * part, part))
             for i in range(n_phases)
             for j in range(n_eps)
         ]
-        gain = min((slope.lower() for slope, _ in found), key=float)
-        drift = max((third.abs_upper() for _, third in found), key=float)
+        gain = min((slope.lower() for slope, _ in bounds), key=float)
+        drift = max((third.abs_upper() for _, third in bounds), key=float)
         return GrowthBounds(2 * gain, drift)
 
 

@@ -33,14 +33,14 @@ def _states(v0: str) -> LineStates | None:
     """Return the impacts from t = 0 to 4 pi, None where the motion is not proven to close there."""
     with precision(BITS):
         motion = ReflectedMotion(system_of(WALL, sine(3)), arb(0), ball(as_fraction(v0)))
-        found: list[tuple[arb, arb]] = []
-        while len(found) < MOST_IMPACTS:
+        states: list[tuple[arb, arb]] = []
+        while len(states) < MOST_IMPACTS:
             if motion.is_closed and motion.half_periods == HALF_PERIODS:
                 break
-            found.append((motion.t, motion.v))
+            states.append((motion.t, motion.v))
             motion.fly()
-    closes = repeats_after(WALL, sine(3), v0, len(found)).holds is True
-    return tuple(found) if closes else None
+    closes = repeats_after(WALL, sine(3), v0, len(states)).holds is True
+    return tuple(states) if closes else None
 
 
 @cache
@@ -75,14 +75,14 @@ def proven_lines(v0: str, count: int) -> tuple[arb, ...] | None:
             y, z = (3 * t).sin() / 8, v + 3 * (3 * t).cos() / 8
             # x + sin(3t)/8 = Re (y - i z) exp(i (t - t_k)).
             pieces.append((t, end, acb(y, -z) * acb(0, -t).exp()))
-        found: list[arb] = []
+        lines: list[arb] = []
         for k in range(count):
             total = sum((_integral(a, b, c, k) for a, b, c in pieces), acb(0))
             if k == 6:
                 # Of -sin(3t)/8 itself.
                 total = total - acb(0, -1) * period / 16
-            found.append(abs(total) / period if k == 0 else abs(2 * total / period))
-    return tuple(found)
+            lines.append(abs(total) / period if k == 0 else abs(2 * total / period))
+    return tuple(lines)
 
 
 def _integral(a: arb, b: arb, c: acb, k: int) -> acb:

@@ -44,11 +44,11 @@ def furthest_apart(parts: Sequence[MotionPart], t: Floats, *, velocity: bool = F
 
     columns = [run(t)[int(velocity)].arbs for run in proven]
     factors = [arb(factor) for factor, _, _ in parts]
-    found = arb(0)
+    furthest = arb(0)
     for row in zip(*columns, strict=True):
         value = sum((f * x for f, x in zip(factors, row, strict=True)), arb(0))
-        found = found.max(abs(value))
-    return found
+        furthest = furthest.max(abs(value))
+    return furthest
 
 
 def sum_within(

@@ -146,7 +146,7 @@ def _on_the_eigenset(formula: Formula) -> Finding:
 
 
 def _speed_on_the_eigenset(formula: Formula) -> Finding:
-    found = sympy.diff(EQ38.printed.rhs, ELAPSED)
+    derivative = sympy.diff(EQ38.printed.rhs, ELAPSED)
     here = {ELAPSED: ("1", "1"), V_K: ("1", "1"), COUNT_SIGN: ("1", "1")}
 
     def deduced(stated: sympy.Expr) -> Deduction:
@@ -155,7 +155,7 @@ def _speed_on_the_eigenset(formula: Formula) -> Finding:
             what,
             on_eigenset_steps(),
             stated.subs(SIGN, COUNT_SIGN),
-            found.subs(SIGN, COUNT_SIGN),
+            derivative.subs(SIGN, COUNT_SIGN),
             here,
         )
 

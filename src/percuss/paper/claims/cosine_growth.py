@@ -67,12 +67,12 @@ class _Envelope:
 @cache
 def _envelopes(displacement: bool) -> dict[str, _Envelope]:
     """Return the envelope of each model."""
-    found = {}
+    envelopes = {}
     for name, run in simulate_all(cosine(1), 0, T_FIGURE).items():
         t, height = _peaks(run, displacement)
         factors = estimates(t, height, T_FIGURE)
-        found[name] = _Envelope(factors, envelope_factor(t, height)[1])
-    return found
+        envelopes[name] = _Envelope(factors, envelope_factor(t, height)[1])
+    return envelopes
 
 
 @cache
@@ -103,21 +103,21 @@ def _peaks(run: Trajectory, displacement: bool) -> tuple[Floats, Floats]:
 
 def _powers(displacement: bool) -> dict[str, tuple[float, float]]:
     """Return the exponent of the larger of each two peaks, and its standard error."""
-    found = {}
+    powers = {}
     for name, run in simulate_all(cosine(1), 0, T_FIGURE).items():
         t, height = _peaks(run, displacement)
         n = len(t) - len(t) % 2
         higher = height[:n].reshape(-1, 2).argmax(axis=1) + np.arange(0, n, 2)
         law = fit_power_law(t[higher], height[higher])
-        found[name] = law.exponent, law.exponent_error
-    return found
+        powers[name] = law.exponent, law.exponent_error
+    return powers
 
 
 def _growth(displacement: bool, printed: float) -> Finding:
     """Compare the model whose factor is nearest to the printed one."""
-    found = _envelopes(displacement)
-    nearest = min(found, key=lambda name: abs(found[name].factor - printed))
-    allowed = PRINTED_ERROR + found[nearest].spread
+    envelopes = _envelopes(displacement)
+    nearest = min(envelopes, key=lambda name: abs(envelopes[name].factor - printed))
+    allowed = PRINTED_ERROR + envelopes[nearest].spread
     balls = _enclosed(nearest, displacement)
     if balls is None:
         return Finding((), undecided=f"the run of {WHAT[nearest]} is not proven up to t = 900")
@@ -139,7 +139,7 @@ def _growth(displacement: bool, printed: float) -> Finding:
         ),
     )
     factors = ", ".join(
-        f"{one.factor:.3f} +- {one.error:.3f} ({WHAT[name]})" for name, one in found.items()
+        f"{one.factor:.3f} +- {one.error:.3f} ({WHAT[name]})" for name, one in envelopes.items()
     )
     powers = ", ".join(
         f"{p:.2f} +- {e:.2f} ({WHAT[k]})" for k, (p, e) in _powers(displacement).items()
@@ -151,7 +151,7 @@ def _growth(displacement: bool, printed: float) -> Finding:
         instead=instead,
         remark=(
             f"Factors: {factors}; fitted exponents of t: {powers}. A factor agrees within half "
-            f"the last printed digit and the spread of four estimators, {found[nearest].spread:.3f}. "
+            f"the last printed digit and the spread of four estimators, {envelopes[nearest].spread:.3f}. "
             "Neither reading of the stiffness gives the printed growth either. That the factors are lower owing to a time shift, as the "
             "article says, is wrong as well: the origin of time decides nothing. What decides is "
             "the phase of the force at the impacts: started 0.1 later, the impact oscillator has "
@@ -187,7 +187,7 @@ def _numerics(
     reference = float(np.abs(crossings.v.mid()[crossings.t.mid() > since]).max())
     error = 2.0 * float(crossings.v.radius().max()) + 1e-14
     (part,) = force.components()
-    found = []
+    fastest = []
     for tolerance in tolerances:
         motion = runge_kutta(
             STIFFNESS_BELOW["stiff"],
@@ -197,9 +197,9 @@ def _numerics(
             t_end=t_end,
             tolerance=tolerance,
         )
-        found.append(float(np.abs(motion.v[motion.t > since]).max()))
-    values = [f"{v:.2f} ({tol:g})" for v, tol in zip(found, tolerances, strict=True)]
-    finest = last_of(found)
+        fastest.append(float(np.abs(motion.v[motion.t > since]).max()))
+    values = [f"{v:.2f} ({tol:g})" for v, tol in zip(fastest, tolerances, strict=True)]
+    finest = last_of(fastest)
     trusted = {below: _first_apart(below, VISIBLE) for below in STIFFNESS_BELOW.values()}
     said = ", ".join(
         f"{below:g}: " + ("not up to 900" if t == math.inf else f"at t = {t:.0f}")

@@ -75,12 +75,12 @@ def growth_rate(distances: Floats) -> tuple[float, float]:
 
 def _numerics(unstable: tuple[float, ...] = (CHAOTIC, 0.49, 0.02)) -> Finding:
     """Let two motions part whose starts differ by a few units of the last digit."""
-    found, said = [], []
+    checks, said = [], []
     for v0 in unstable:
         chaotic = separation(WALL, sine(3), v0, STEP, T_END)
         rate, error = growth_rate(chaotic)
         grown = float(chaotic.max())
-        found += [
+        checks += [
             # The rounding of the two motions is as large as their first difference.
             Measurement(
                 f"V0 = {v0:g}: growth of {STEP:g} to t = {T_END:.0f}",
@@ -104,7 +104,7 @@ def _numerics(unstable: tuple[float, ...] = (CHAOTIC, 0.49, 0.02)) -> Finding:
     regular = separation(WALL, sine(3), REGULAR, WIDE_STEP, T_END)
     return Finding(
         (
-            *found,
+            *checks,
             Measurement(
                 f"V0 = {REGULAR:g}: growth of {WIDE_STEP:g} to t = {T_END:.0f}",
                 float(regular.max()),

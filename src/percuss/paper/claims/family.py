@@ -77,11 +77,11 @@ def _kick(m: int) -> float:
 
 def _indices(recursion: Formula, m: int, count: int) -> list[int]:
     """Return s_1, s_2, ... by a recursion."""
-    found = [0]
+    indices = [0]
     for index in range(count):
-        values = {symbols.k: index, symbols.s: found[-1], symbols.m: m}
-        found.append(int(recursion.printed.rhs.subs(values)))
-    return found[1:]
+        values = {symbols.k: index, symbols.s: indices[-1], symbols.m: m}
+        indices.append(int(recursion.printed.rhs.subs(values)))
+    return indices[1:]
 
 
 def _impact_times(recursion: Formula = EQ10) -> Finding:

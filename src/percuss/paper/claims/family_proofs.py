@@ -239,11 +239,11 @@ def read(what: str, formula: Formula, follow: Callable[[sympy.Expr], list[Equati
     printed = formula.printed.rhs
     steps: list[Step] = []
     for side in (printed.subs(V, -V), printed):
-        found = [equation.step() for equation in follow(side)]
-        if all(same for _, same in found):
-            return Deduction(what, (*steps, *(step for step, _ in found)))
+        parts = [equation.step() for equation in follow(side)]
+        if all(same for _, same in parts):
+            return Deduction(what, (*steps, *(step for step, _ in parts)))
         # One equation that does not hold is enough.
-        wrong = next(step for step, same in found if not same)
+        wrong = next(step for step, same in parts if not same)
         text = f"{wrong.text}, with {reading(side)}"
         steps.append(replace(wrong, text=text))
     return Deduction(what, tuple(steps), "differs")

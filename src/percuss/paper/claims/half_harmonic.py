@@ -86,9 +86,9 @@ def _derived(
     what: str, steps: tuple[Step, ...], formula: Formula, *, right: bool = False
 ) -> Deduction:
     """Return the deduction of a form of a formula, held against what the right one says."""
-    found = right_side(formula)
-    stated = found if right else formula.printed.rhs
-    return compared(what, steps, stated, found, _box(stated, found))
+    derived = right_side(formula)
+    stated = derived if right else formula.printed.rhs
+    return compared(what, steps, stated, derived, _box(stated, derived))
 
 
 def _is_of_order(what: str, errors: list[float], power: float) -> Comparison:
@@ -151,13 +151,13 @@ def _on_flights(formula: Formula, velocity: Formula) -> tuple[Comparison, ...]:
 
 def _flight_equation(formula: Formula) -> Finding:
     def checks(*, right: bool) -> list[Comparison]:
-        side, found = formula.side(T_K, V_K, INTERVAL, right=right), []
+        side, comparisons = formula.side(T_K, V_K, INTERVAL, right=right), []
         for t, v in STATES:
             interval = half_harmonic_impact(t, v)[0] - t
             what = f"tan xi for t_k = {t:g}, V_k = {v:g}"
             measured, stated = numerics.tan(interval), side(t, v, interval)
-            found.append(compare(what, measured, stated, ROUNDING, error=ONE_FLIGHT))
-        return found
+            comparisons.append(compare(what, measured, stated, ROUNDING, error=ONE_FLIGHT))
+        return comparisons
 
     steps, what = flight_equation_steps(), "the equation of the time of flight"
     return Finding(
@@ -171,14 +171,14 @@ def _flight_equation(formula: Formula) -> Finding:
 
 def _factor(formula: Formula) -> Finding:
     def checks(*, right: bool) -> list[Comparison]:
-        side, found = formula.side(T_K, V_K, INTERVAL, right=right), []
+        side, comparisons = formula.side(T_K, V_K, INTERVAL, right=right), []
         for t, v in STATES:
             interval = half_harmonic_impact(t, v)[0] - t
             what = f"tan(xi)/xi for t_k = {t:g}, V_k = {v:g}"
             measured = numerics.tan(interval) / interval
             stated = side(t, v, interval)
-            found.append(compare(what, measured, stated, ROUNDING, error=ONE_FLIGHT))
-        return found
+            comparisons.append(compare(what, measured, stated, ROUNDING, error=ONE_FLIGHT))
+        return comparisons
 
     steps, what = flight_equation_steps(), "the factor of xi_k in tan xi_k = a_k xi_k"
     return Finding(
@@ -261,14 +261,16 @@ def _second_velocity(formula: Formula) -> Finding:
     v = 1e5
 
     def checks(*, right: bool) -> list[Comparison]:
-        side, found = formula.side(T_K, V_K, right=right), []
+        side, comparisons = formula.side(T_K, V_K, right=right), []
         for t in (0.0, 0.7, 2.0, 4.5):
             measured = v * (_two_impacts(t, v) - v)
             what = f"V_k (V_(k+2) - V_k) for t_k = {t:g}, V_k = 1e5"
             stated = v * (float(side(t, v)) - v)
             # The difference of two velocities is rounded, and multiplied by V.
-            found.append(compare(what, measured, stated, 1e-4, error=v * float(np.spacing(v))))
-        return found
+            comparisons.append(
+                compare(what, measured, stated, 1e-4, error=v * float(np.spacing(v)))
+            )
+        return comparisons
 
     gained = right_side(formula) - V_K
     steps = (
@@ -294,7 +296,7 @@ def _second_velocity(formula: Formula) -> Finding:
 
 def _mean_growth(formula: Formula) -> Finding:
     speed = next(iter(formula.printed.lhs.atoms(sympy.Derivative))).expr
-    found = sympy.sin(2 * T_K) / 4
+    mean = sympy.sin(2 * T_K) / 4
     bracket = sympy.sin(2 * T_K)
     readings = {"the bracket": bracket, "the numerator with its pi/2": sympy.pi / 2 * bracket}
     stated = (speed * formula.printed.rhs).subs(PHASE, T_K)
@@ -303,20 +305,20 @@ def _mean_growth(formula: Formula) -> Finding:
     for name, a in readings.items() if MEAN in stated.free_symbols else [("printed", MEAN)]:
         value = stated.subs(MEAN, a)
         what = f"the constant, a being {name}" if MEAN in stated.free_symbols else "the constant"
-        printed.append(compared(what, growth_steps(), value, found, _box(value)))
+        printed.append(compared(what, growth_steps(), value, mean, _box(value)))
         expected = float(numerically(value, T_K)(START))
         said = f"V dV/dt at t_k = 0.7, V = 1e6, against {what}"
         printed.append(compare(said, rate, expected, 1e-6, radius))
     if MEAN in stated.free_symbols:
         printed.append(no_mean("a > 0 as an average over the phase"))
-    exact = float(numerically(found, T_K)(START))
+    exact = float(numerically(mean, T_K)(START))
     what = "V dV/dt = sin(2 psi)/4 over two impacts, to the leading order"
     right = (speed * right_side(formula)).subs(PHASE, T_K)
     means = _means()
     return Finding(
         tuple(printed),
         (
-            compared(what, growth_steps(), right, found, _box(right)),
+            compared(what, growth_steps(), right, mean, _box(right)),
             compare("V dV/dt at t_k = 0.7, V = 1e6: sin(1.4)/4", rate, exact, 1e-6, radius),
             *means,
         ),

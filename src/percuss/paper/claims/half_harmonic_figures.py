@@ -103,8 +103,8 @@ def _median(t: Floats, height: Floats) -> float:
 def _figure_11(name: str, printed: float = PRINTED) -> Finding:
     runs = simulate_all(sine(1), 0, T_FIGURE)
     t, height = upper_peaks(runs[name])
-    found = estimates(t, height)
-    spread = max(found.values()) - min(found.values())
+    estimated = estimates(t, height)
+    spread = max(estimated.values()) - min(estimated.values())
     error = envelope_factor(t, height)[1]
     law = fit_power_law(t[2:], height[2:])
     factors = {model: envelope_factor(*upper_peaks(run))[0] for model, run in runs.items()}
@@ -115,7 +115,7 @@ def _figure_11(name: str, printed: float = PRINTED) -> Finding:
             compare(
                 f"factor of sqrt t: {how}", value, printed, PRINTED_ERROR + spread, error=ROUNDING
             )
-            for how, value in found.items()
+            for how, value in estimated.items()
         ),
         remark=(
             f"The envelope is fitted by eye: four estimators spread over {spread:.4f}, and a value "
@@ -320,8 +320,11 @@ def _accuracy(bilinear: str = "stiff") -> Finding:
     checks, said = [], []
     for tolerance in TOLERANCES:
         motion = stepped(below, tolerance)
-        found = estimates(*_tops(motion))
-        factor, spread = next(iter(found.values())), max(found.values()) - min(found.values())
+        estimated = estimates(*_tops(motion))
+        factor, spread = (
+            next(iter(estimated.values())),
+            max(estimated.values()) - min(estimated.values()),
+        )
         away = apart(motion.x, np.asarray(runs[bilinear](motion.t)[0]))
         said.append(f"{factor:.3f} and {away:.2g} ({tolerance:g})")
         if abs(factor - PRINTED) <= PRINTED_ERROR + spread:

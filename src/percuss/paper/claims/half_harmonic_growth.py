@@ -241,7 +241,7 @@ def _induction(late: LateGrowth | None, v0: float) -> tuple[Step, ...]:
 def phase_limit_steps(v0: float = 0.0) -> tuple[Step, ...]:
     """Return the steps that t_k - k pi has a limit psi under sin t, and where it is."""
     late = late_growth(v0)
-    found = "" if late is None else rf"\psi = {_shown(late.limit)}"
+    limit = "" if late is None else rf"\psi = {_shown(late.limit)}"
     return (
         *unbounded_steps(v0),
         theorem(
@@ -250,7 +250,7 @@ def phase_limit_steps(v0: float = 0.0) -> tuple[Step, ...]:
             "flights tend to pi, and psi is the limit for odd k as well.",
             r"\lim_{k \to \infty} \, (t_k - k \pi) = \psi",
         ),
-        Step("It lies here.", found, late is not None and late.stays, "balls"),
+        Step("It lies here.", limit, late is not None and late.stays, "balls"),
     )
 
 
@@ -413,8 +413,8 @@ def _universal(
 
 def _apart(starts: Sequence[float]) -> Step:
     """Return the step that 2 b^2 from one start is not that from another."""
-    found = [late_growth(v0) for v0 in starts]
-    squares = [(2 * late.limit).sin() for late in found if late is not None]
+    growths = [late_growth(v0) for v0 in starts]
+    squares = [(2 * late.limit).sin() for late in growths if late is not None]
     shown = r",\ ".join(
         rf"{_shown(square)} \ (V_0 = {v0:g})" for square, v0 in zip(squares, starts, strict=True)
     )

@@ -177,11 +177,11 @@ def _roots(number: int) -> list[float]:
     """
     at = np.linspace(1e-9, (0.5 - 0.5 / number) * math.pi, 400 * number)
     values = _tilt(number, at)
-    found = [0.0]
+    roots = [0.0]
     for i in np.flatnonzero(values[:-1] * values[1:] < 0.0):
         before = partial(_same_sign, number, float(values[i]))
-        found.append(last_unchanged(before, float(at[i]), float(at[i + 1])))
-    return found
+        roots.append(last_unchanged(before, float(at[i]), float(at[i + 1])))
+    return roots
 
 
 def _tilt(number: int, at: np.ndarray | float) -> np.ndarray:
@@ -286,11 +286,11 @@ def _contact(law: Formula = EQ25) -> Finding:
             WALL, sine(one), v0=_simulated_limit(one) * (1 - depth), t_end=1.999 * math.pi
         )
         # xi < 0 before the middle of the flight; the dip is as wide as the root of its depth.
-        found = 1.5 * math.pi - latest(run, 1, math.inf)
+        contact = 1.5 * math.pi - latest(run, 1, math.inf)
         roots = np.array(_roots(one))
-        nearest = float(roots[np.abs(roots - found).argmin()])
+        nearest = float(roots[np.abs(roots - contact).argmin()])
         what = f"n = {one}: |xi| of the extra impact, nearest root"
-        numbers.append(compare(what, found, nearest, 1e-4, error=2.0 * math.sqrt(depth)))
+        numbers.append(compare(what, contact, nearest, 1e-4, error=2.0 * math.sqrt(depth)))
     return Finding(
         (Deduction("(25) is what (24) leaves without V", steps), *numbers),
         study=motion_text(run),

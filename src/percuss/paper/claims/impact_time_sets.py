@@ -140,15 +140,15 @@ def _furthest(one: CertifiedRun, other: CertifiedRun) -> arb:
 def _shared(m: int = 3) -> tuple[Enclosure, ...]:
     """Return how impact times move where different velocities should share them."""
     on_eigenset = [(2, "0.2", "0.7"), (3, "0.6", "0.7")]
-    found = [
+    checks = [
         (f"eigenset: sin {n}t, V0 = {one} and {other}", _moves(sine(n), one, other))
         for n, one, other in on_eigenset
     ]
-    found += [
+    checks += [
         (f"Y_{k}, V0 = 0.2 and 0.7", _moves(subset_forcing(k), "0.2", "0.7", subset_constant(k)))
         for k in (2, m)
     ]
-    return tuple(enclosed(what, gap, -ROUNDING, ROUNDING) for what, gap in found)
+    return tuple(enclosed(what, gap, -ROUNDING, ROUNDING) for what, gap in checks)
 
 
 def _three_impacts(force: Forcing, v0: float) -> Trajectory:

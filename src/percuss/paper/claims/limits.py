@@ -109,15 +109,15 @@ def _impact_limit_at_grazing(power: float = -0.25) -> Finding:
 
 
 def _saturation(factor: float = 4.0) -> Finding:
-    found = []
+    checks = []
     for n in (2, 4):
         peaks = {k: bilinear_saturation(n, k) for k in (1e6, 1e8)}
         # The next term is smaller by 1/sqrt(k-).
         largest = last_of([v / saturation_speed(n, k, factor) for k, (v, _) in peaks.items()])
         late = last_of([t / math.sqrt(k) * n / math.pi for k, (_, t) in peaks.items()])
-        found.append(agreement(f"n = {n}: largest V, by the form", largest, 1.0, 1e-3))
-        found.append(agreement(f"n = {n}: its time by (pi/n) sqrt(k-)", late, 1.0, 1e-3))
-    return Finding(tuple(found), study=motion_text(beat_run(n, min(peaks))))
+        checks.append(agreement(f"n = {n}: largest V, by the form", largest, 1.0, 1e-3))
+        checks.append(agreement(f"n = {n}: its time by (pi/n) sqrt(k-)", late, 1.0, 1e-3))
+    return Finding(tuple(checks), study=motion_text(beat_run(n, min(peaks))))
 
 
 def _half_harmonic_saturation(most: float = 0.5) -> Finding:
@@ -125,7 +125,7 @@ def _half_harmonic_saturation(most: float = 0.5) -> Finding:
     if certain_run(start) is None:
         return Finding((), undecided=f"the start up to t = {START_END:g} is not proven")
     shares = {k: half_harmonic_saturation(k) ** 2 / math.sqrt(k) for k in (1e4, 1e6)}
-    found = tuple(
+    checks = tuple(
         Measurement(
             f"k- = {k:.0e}: largest V^2 over sqrt(k-); to 1/2, and 4/sqrt(k-) of slow motion",
             share,
@@ -137,7 +137,7 @@ def _half_harmonic_saturation(most: float = 0.5) -> Finding:
     )
     numbers = ", ".join(f"{share:.3f} at k- = {k:.0e}" for k, share in shares.items())
     return Finding(
-        found,
+        checks,
         remark=f"The largest V^2 / sqrt(k-) over 12 phases is {numbers}.",
         study=motion_text(half_harmonic_run(min(shares))),
     )

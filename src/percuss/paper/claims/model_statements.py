@@ -144,15 +144,15 @@ def _free_motion(formula: Formula = EQ9) -> Finding:
             identity("where the impact turns -V0", x.diff(T).subs(T, end), -V0),
         ),
     )
-    found: list[Comparison] = []
+    checks: list[Comparison] = []
     for v0 in ("1e-6", "0.1", "1.5", "1000"):
         run = simulate(WALL, v0=v0, t_end=100.0)
-        found += [
+        checks += [
             impacts_at(f"V0 = {v0}: t_k minus pi k, to t = 100", run, eigenset(WALL, 40)),
             enclosed(f"V0 = {v0}: x/V0 minus (9)", _off_formula(formula, v0), -ROUNDING, ROUNDING),
         ]
     return Finding(
-        (proof, *found),
+        (proof, *checks),
         study=motion_text(run),
     )
 

@@ -82,8 +82,8 @@ EQ5 = Formula("5", "x00 þx ¼ f ðtÞ, x 4 0, (5)", sympy.Eq(ordered(X2, X), FO
 
 def _acceleration(formula: Formula) -> sympy.Expr:
     """Return x'' from an equation of motion."""
-    (found,) = sympy.solve(formula.printed, X2)
-    return found
+    (acceleration,) = sympy.solve(formula.printed, X2)
+    return acceleration
 
 
 def _smoothness(formula: Formula = EQ1) -> Finding:

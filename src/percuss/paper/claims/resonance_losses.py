@@ -142,8 +142,8 @@ def _peaks(factor: float = 1.0) -> Finding:
                 *(_measured_peak(n, lost, by_wall) for lost in (LOST * PARTS).tolist()),
                 strict=True,
             )
-            for what, found in (("height", heights), ("width", widths)):
-                limit = extrapolated(found, 2.0)
+            for what, values in (("height", heights), ("width", widths)):
+                limit = extrapolated(values, 2.0)
                 checks.append(
                     agreement(f"n = {n}, {name}: {what} by the form", limit, factor, 5e-3)
                 )
@@ -272,12 +272,12 @@ def _survive(survivors: tuple[str, ...] = ("2", "4", "6")) -> Finding:
         return NOT_PROVEN
     checks, words = [], []
     for text in ("2", "4", "6", "1", "2/3", "4/3", "1/2"):
-        found = prominence(REAL, 0.0, float(Fraction(text)))
+        measured = prominence(REAL, 0.0, float(Fraction(text)))
         low, high = (PROMINENT, math.inf) if text in survivors else (0.0, PROMINENT)
         checks.append(
-            Measurement(f"omega = {text}: prominence of the peak", found, low, high, 1e-6)
+            Measurement(f"omega = {text}: prominence of the peak", measured, low, high, 1e-6)
         )
-        words.append(f"{found:.2f} at {text}")
+        words.append(f"{measured:.2f} at {text}")
     both = ", ".join(f"{prominence(0.6, 0.05, n):.2f} at {n:g}" for n in (2.0, 4.0, 6.0))
     wide = 2.0 * lost_share(0.6, 0.05) / math.pi
     return Finding(

@@ -63,16 +63,16 @@ SPEED = sympy.Symbol("V", positive=True)
 
 
 def _even(printed: Callable[[int], float] = lambda n: 2 * n / (n * n - 1)) -> Finding:
-    found = []
+    checks = []
     for n in (2, 4, 6):
         runs = ensemble(Fraction(n), 24, 10_000)
-        found.append(_all_grow(f"n = {n}", runs))
+        checks.append(_all_grow(f"n = {n}", runs))
         # A motion that starts in the wrong phase loses V first, for as many impacts as it has V.
         early, late = (np.diff(runs.largest) / np.diff(runs.counts))[:, -2:].T
         what = f"n = {n}: growth an impact, furthest from 2n/(n^2-1)"
         away = WithError(float(np.abs(late - printed(n)).max()), float(np.abs(late - early).max()))
-        found.append(agreement(what, away, 0.0, 1e-3))
-    return Finding(tuple(found), study=motion_text(first_run(Fraction(2), SHOWN)))
+        checks.append(agreement(what, away, 0.0, 1e-3))
+    return Finding(tuple(checks), study=motion_text(first_run(Fraction(2), SHOWN)))
 
 
 def _all_grow(which: str, runs: Ensemble) -> Comparison:
@@ -142,7 +142,7 @@ def _odd(kept: sympy.Expr = V) -> Finding:
             cos(number * s - psi - number * pi),
         ),
     )
-    found: list[Evidence] = [Deduction("no growth for odd n >= 3, in any phase", steps)]
+    evidence: list[Evidence] = [Deduction("no growth for odd n >= 3, in any phase", steps)]
     for one in (3, 5, 7):
         changes, delays = [], []
         for phase in np.linspace(0.0, 2.0 * math.pi, 12, endpoint=False):
@@ -153,12 +153,12 @@ def _odd(kept: sympy.Expr = V) -> Finding:
             ("change of V = 2 in 1000 impacts, 12 phases", max(changes)),
             ("difference of a flight from pi", max(delays)),
         ):
-            found.append(compare(f"n = {one}: {what}", worst, 0.0, ROUNDING, error=1e-11))
+            evidence.append(compare(f"n = {one}: {what}", worst, 0.0, ROUNDING, error=1e-11))
         largest = float(ensemble(Fraction(one), 24, 10_000).largest.max())
         what = f"n = {one}: largest speed of 24 starts with V < 2, 10,000 impacts"
-        found.append(Measurement(what, largest, 0.0, 2.0, ROUNDING))
+        evidence.append(Measurement(what, largest, 0.0, 2.0, ROUNDING))
     return Finding(
-        tuple(found),
+        tuple(evidence),
         study=motion_text(run_of(Fraction(3), 0.0, 2.0, SHOWN)),
     )
 
@@ -166,8 +166,8 @@ def _odd(kept: sympy.Expr = V) -> Finding:
 def _exponent(q: int) -> Comparison:
     value, error = ensemble(*OF_ORDER[q]).exponent("typical")
     # Three standard errors; a finite run leaves slower terms besides.
-    found = WithError(value, 3.0 * error)
-    return agreement(f"q = {q}: exponent of the typical speed", found, 1.0 / q, 0.01)
+    exponent = WithError(value, 3.0 * error)
+    return agreement(f"q = {q}: exponent of the typical speed", exponent, 1.0 / q, 0.01)
 
 
 def _gain_step(q: int, less: int) -> Step:
@@ -218,7 +218,7 @@ def _orders(less: int = 2) -> Finding:
 
 
 def _strengths(factor: float = 1.0) -> Finding:
-    found = []
+    checks = []
     for text in ("2", "4", "1", "2/3", "4/3", "8/3", "1/2", "3/2", "5/2"):
         omega = Fraction(text)
         p, q = order(omega)
@@ -226,47 +226,47 @@ def _strengths(factor: float = 1.0) -> Finding:
         derived = energy_gain(omega).size / (2.0 * math.pi * p * q)
         ratio = factor * abs(strength(omega)) / derived
         what = f"omega = {omega}: the closed form over the exact series of {q} flights"
-        found.append(compare(what, ratio, 1.0, 1e-12, error=1e-14))
+        checks.append(compare(what, ratio, 1.0, 1e-12, error=1e-14))
         what = f"omega = {omega}: measured on flights at three speeds, over the closed form"
         # What is left out is of relative order speed^-2.
         shown = [one / strength(omega) for one in strengths_at(omega, (10.0, 20.0, 40.0))]
-        found.append(agreement(what, extrapolated(shown, 4.0), 1.0, 1e-4))
-    return Finding(tuple(found))
+        checks.append(agreement(what, extrapolated(shown, 4.0), 1.0, 1e-4))
+    return Finding(tuple(checks))
 
 
 def _phases(less: float = 2.0) -> Finding:
-    found = []
+    checks = []
     for q, (speed, impacts) in NEAR_PHASE.items():
         powers = [deviation_power(OF_ORDER[q][0], v * speed, impacts) for v in (1.0, 2.0, 4.0)]
         # What averaging leaves out is of relative order 1 / V: it halves, and is removed.
         power = extrapolated(powers, 2.0)
-        found.append(agreement(f"q = {q}: power of V in the deviation", power, q - less, 0.02))
+        checks.append(agreement(f"q = {q}: power of V in the deviation", power, q - less, 0.02))
     speed, _ = NEAR_PHASE[3]
     run = run_near_growing(OF_ORDER[3][0], speed, AWAY, SHOWN)
-    return Finding(tuple(found), study=motion_text(run))
+    return Finding(tuple(checks), study=motion_text(run))
 
 
 def _weight(m: int, low: float, high: float) -> Comparison:
     """Return the part of H that depends on the phase at omega = 2/m, over what bounds growth."""
-    found = averaged(Fraction(2, m))
-    if found.q <= 4:
+    weight = averaged(Fraction(2, m))
+    if weight.q <= 4:
         # There is no part without the phase of the same order: what is left must not vanish.
-        what = f"m = {m}: |h_q| of the resonance in q = {found.q} flights, above 0"
-        return Measurement(what, abs(found.strength), min(low, 1e-3), high, 1e-5)
-    ratio = abs(found.strength) * FAST ** (6 - found.q) / abs(found.twist)
+        what = f"m = {m}: |h_q| of the resonance in q = {weight.q} flights, above 0"
+        return Measurement(what, abs(weight.strength), min(low, 1e-3), high, 1e-5)
+    ratio = abs(weight.strength) * FAST ** (6 - weight.q) / abs(weight.twist)
     what = f"m = {m}: force that depends on the phase over that which does not, V = {FAST:g}"
     return Measurement(what, ratio, low, high, 0.02 * ratio)
 
 
 def _twist(power: float = -6.0) -> Finding:
     speeds = np.array([10.0, 20.0, 40.0, 80.0])
-    found = []
+    checks = []
     for omega in (GOLDEN, OTHERS[1]):
         orders = local_orders(speeds, mean_delays(float(omega), speeds)).tolist()
         # The next term is smaller by 1 / V: it halves, and is removed.
         what = f"omega = {float(omega):.4f}: power of V"
-        found.append(agreement(what, extrapolated(orders, 2.0), power, 0.1))
-    return Finding(tuple(found))
+        checks.append(agreement(what, extrapolated(orders, 2.0), power, 0.1))
+    return Finding(tuple(checks))
 
 
 def _subharmonics(closed: tuple[int, ...] = (7, 8, 9)) -> Finding:
@@ -291,7 +291,7 @@ def _subharmonics(closed: tuple[int, ...] = (7, 8, 9)) -> Finding:
 
 def _only_subharmonic(others: tuple[str, ...] = ("4/3", "3/2", "4/5")) -> Finding:
     """Look for resonances off the eigenset whose frequency is no part 2/m of the resonant one."""
-    found: list[Evidence] = []
+    evidence: list[Evidence] = []
     for text in others:
         omega = Fraction(text)
         gain = energy_gain(omega)
@@ -300,12 +300,12 @@ def _only_subharmonic(others: tuple[str, ...] = ("4/3", "3/2", "4/5")) -> Findin
         share = runs.share_growing()
         error = math.sqrt(share * (1.0 - share) / 48)
         what = f"omega = {text}: share of 48 slow starts that grew by 1.3 in the last decade"
-        found.append(Measurement(what, share, 0.0, 0.1, error))
+        evidence.append(Measurement(what, share, 0.0, 0.1, error))
         what = f"omega = {text}: energy gained in {q} flights, over V^(2-q), in the best phase"
-        found.append(Measurement(what, gain.size, -1e-9, 1e-9, 1e-12))
-    are_there = any(item.outcome == "differs" for item in found)
+        evidence.append(Measurement(what, gain.size, -1e-9, 1e-9, 1e-12))
+    are_there = any(item.outcome == "differs" for item in evidence)
     return Finding(
-        tuple(found),
+        tuple(evidence),
         undecided=(
             "the article does not say whether it speaks of all resonances off the eigenset, which "
             "is wrong, or announces those of its section 5, which are sub-harmonic"
@@ -337,16 +337,16 @@ def _late_growth(omega: Fraction) -> WithError:
 
 
 def _others(frequencies: tuple[Fraction, ...] = OTHERS) -> Finding:
-    found = [_held(omega) for omega in frequencies]
+    motions = [_held(omega) for omega in frequencies]
     third = _late_growth(Fraction(2, 3))
     what = "omega = 2/3, for comparison: late growth of fast starts, largest"
-    found.append(Measurement(what, third.value, GROWS, math.inf, third.error))
+    motions.append(Measurement(what, third.value, GROWS, math.inf, third.error))
     balance = ", ".join(
         f"{averaged(omega).balance:.3g} for omega = {omega}"
         for omega in (Fraction(4, 7), Fraction(8, 7), Fraction(7, 4), Fraction(12, 7))
     )
     return Finding(
-        tuple(found),
+        tuple(motions),
         remark=(
             f"omega = 2/3 grows by {third.value:.2f}. From this speed on the length of a flight depends on the speed more "
             f"strongly than on the phase: {balance}: near a strong resonance slow motions grow for very long."

@@ -144,13 +144,13 @@ def _smoothed(order: float = 2.0, rate: sympy.Expr = RATE) -> Finding:
 
 def _smoothed_at_grazing(power: float = 1.5) -> Finding:
     errors = grazing_errors()
-    found = last_of(local_orders(RADII, errors))
+    order = last_of(local_orders(RADII, errors))
     ratio = last_of(errors / grazing_jump(RADII))
     hyperbola = local_orders(RADII, grazing_errors("hyperbola"))[-1]
     return Finding(
         (
             # The next term is smaller by about k- rho, 2e-3 at the smallest radius.
-            agreement("order in rho", found, power, 5e-3),
+            agreement("order in rho", order, power, 5e-3),
             agreement("jump by (4 sqrt(2)/15) (k- - k+) rho^(3/2)", ratio, 1.0, 5e-3),
         ),
         remark=f"With a hyperbola for the parabola the order is {hyperbola:.2f}, rising to 3/2.",
@@ -159,12 +159,12 @@ def _smoothed_at_grazing(power: float = 1.5) -> Finding:
 
 
 def _smoothed_in_time(factor: float = 2.0) -> Finding:
-    found = horizons()
-    longer = np.diff(found, axis=1)
+    measured = horizons()
+    longer = np.diff(measured, axis=1)
     means = longer.mean(axis=0)
     least = int(means.argmin())
     # Three standard errors of the mean.
-    error = 3.0 * float(longer[:, least].std(ddof=1)) / math.sqrt(len(found))
+    error = 3.0 * float(longer[:, least].std(ddof=1)) / math.sqrt(len(measured))
     gained, gained_error = time_gained()
     expected, expected_error = expected_gain()
     # Of ln(10)/sigma, which is half of what is expected; three standard errors of the quotient.
@@ -189,7 +189,7 @@ def _smoothed_in_time(factor: float = 2.0) -> Finding:
                 0.5,
             ),
         ),
-        remark=f"A tenth of rho gains {gained:.1f} +- {gained_error:.1f} over {len(found)} starts; "
+        remark=f"A tenth of rho gains {gained:.1f} +- {gained_error:.1f} over {len(measured)} starts; "
         f"2 ln 10 / sigma is {expected:.1f} +- {expected_error:.1f}. The motions do not converge "
         "uniformly in time, as one might expect from the convergence at each time.",
         study=motion_text(chaotic_run()),

@@ -127,9 +127,9 @@ def _derivatives(formula: Formula = EQ5) -> Finding:
             identity("and all odd ones do, by 2 V or -2 V", jump(2 * M + 1), (-1) ** M * 2 * V),
         ),
     )
-    found = _jumps_in_balls()
+    jumps = _jumps_in_balls()
     checks = [
-        enclosed(f"jump of derivative {n} over 2 V, sin 2.5t", _part(found, n), *around)
+        enclosed(f"jump of derivative {n} over 2 V, sin 2.5t", _part(jumps, n), *around)
         for n, around in ((2, _near(0)), (3, _near(-1)), (4, _near(0)), (5, _near(1)))
     ]
     return Finding(
@@ -143,8 +143,8 @@ def _near(value: float) -> tuple[float, float]:
     return value - 1e-9, value + 1e-9
 
 
-def _part(found: list[arb] | None, n: int) -> arb | None:
-    return None if found is None else found[n]
+def _part(balls: list[arb] | None, n: int) -> arb | None:
+    return None if balls is None else balls[n]
 
 
 @cache

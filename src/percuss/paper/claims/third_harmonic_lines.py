@@ -58,8 +58,8 @@ def lines(v0: str) -> tuple[Floats, Floats]:
     >>> omega[:3], round(float(amplitude[6]), 12)  # sin(3t)/8
     (array([0. , 0.5, 1. ]), 0.125)
     """
-    found = line_spectrum(_run(v0), PERIOD, N_LINES)
-    return found.omega.values, found.amplitude.values
+    spectrum = line_spectrum(_run(v0), PERIOD, N_LINES)
+    return spectrum.omega.values, spectrum.amplitude.values
 
 
 def peak_law(v0: str) -> float:
@@ -94,10 +94,10 @@ def _lines_of(v0: str) -> tuple[arb, ...]:
     ParameterError
         If the motion is not proven to have the period 4 pi.
     """
-    found = proven_lines(v0, N_LINES)
-    if found is None:
+    proven = proven_lines(v0, N_LINES)
+    if proven is None:
         raise ParameterError("v0", v0, "no motion with the proven period 4 pi")
-    return found
+    return proven
 
 
 def _ratio(what: str, one: arb, other: arb, low: float, high: float) -> Enclosure:
@@ -161,9 +161,9 @@ def _share_above(v0: str, omega: int) -> arb:
 
 def _irregular(v0: str = BELOW) -> Finding:
     """Count the lines at V0 = 0.45 and how often their heights go up."""
-    found, before = _present_in_balls(v0), _present_in_balls(ABOVE)
+    present, before = _present_in_balls(v0), _present_in_balls(ABOVE)
     proven = _lines_of(v0)
-    there = [proven[int(2.0 * w)] for w in found]
+    there = [proven[int(2.0 * w)] for w in present]
     # At least so many, for certain.
     rises = sum(bool(b > a) for a, b in itertools.pairwise(there))
     shares = [power_above(one, 4.0) for one in (BELOW, ABOVE)]
@@ -173,14 +173,14 @@ def _irregular(v0: str = BELOW) -> Finding:
         (
             Enclosure(
                 f"number of lines up to 36; {len(before)} at V0 = 0.51",
-                len(found),
+                len(present),
                 0.0,
                 len(before) + 1.0,
                 math.inf,
             ),
             Enclosure(
                 "share of them that are higher than the one before",
-                rises / len(found),
+                rises / len(present),
                 0.0,
                 1 / 3,
                 1.0,
@@ -194,7 +194,7 @@ def _irregular(v0: str = BELOW) -> Finding:
             ),
         ),
         remark=(
-            f"{len(found)} lines instead of {len(before)}, {rises} of them higher than the one "
+            f"{len(present)} lines instead of {len(before)}, {rises} of them higher than the one "
             f"before; all are sharp, at multiples of 1/2. The share of the variance above w = 4 is "
             f"{shares[0]:.2e}, at V0 = 0.51 {shares[1]:.2e}. From 18 to 36 the share of the power "
             f"between the lines is {share_between_lines(_run(BELOW)):.0e} in the limit, "
@@ -294,8 +294,8 @@ def share_between_lines(motion: Trajectory | Floats) -> float:
     """
     number = np.arange(18 * 14, int(HIGHEST * 14) + 1)
     if isinstance(motion, Trajectory):
-        found = spectrum(motion, omega=number / 14.0, between=(0.0, WINDOW))
-        amplitude = found.amplitude.values
+        density = spectrum(motion, omega=number / 14.0, between=(0.0, WINDOW))
+        amplitude = density.amplitude.values
     else:
         n = round((len(motion) - 1) * WINDOW / T_END)
         share = np.arange(n) / n

@@ -55,8 +55,8 @@ def _motions(m: int, periods: int) -> Dataset:
     for name, v0 in VELOCITIES.items():
         form = SubsetMotion(m, v0)
         # With V0 = 0 or V*(m) some impacts have no velocity: the simulation lists them as grazes.
-        found = np.sort(np.concatenate([runs[name].impacts.t, runs[name].grazes.t]))
-        times.append(_distance(found, form.impact_times(2 * periods)))
+        instants = np.sort(np.concatenate([runs[name].impacts.t, runs[name].grazes.t]))
+        times.append(_distance(instants, form.impact_times(2 * periods)))
         motion.append(float(np.abs(form(t)[0] - runs[name](t)[0]).max()))
     columns = {"time_error": ("velocity", times), "motion_error": ("velocity", motion)}
     data = motion_dataset(runs, m=m, critical_velocity=subset_critical_velocity(m))

@@ -50,8 +50,8 @@ def _scanned(lost: float) -> Floats:
     """Return frequencies, closer together where peaks are."""
     peaks = [n + 2.0 * lost / math.pi * np.linspace(-2.0, 2.0, 17) for n in EVEN]
     half = 1.0 + lost**2 * np.linspace(-1.5, 0.3, 13)
-    found = np.concatenate([np.linspace(0.3, 6.8, 196), half, *peaks])
-    return np.unique(found[(found >= 0.3) & (found <= 6.8)])
+    frequencies = np.concatenate([np.linspace(0.3, 6.8, 196), half, *peaks])
+    return np.unique(frequencies[(frequencies >= 0.3) & (frequencies <= 6.8)])
 
 
 def curves() -> Dataset:
@@ -63,7 +63,7 @@ def curves() -> Dataset:
         lost = lost_share(restitution, damping)
         omegas = _scanned(lost)
         starts = (0.0, 1.0, 3.0, 0.5 * gain(2) / lost)
-        found = responses(lossy(restitution, damping), omegas, starts, int(20 / lost))
+        responses_of = responses(lossy(restitution, damping), omegas, starts, int(20 / lost))
         form = np.full(omegas.size, np.nan)
         for n in EVEN:
             near = np.abs(omegas - n) < 0.9
@@ -71,7 +71,7 @@ def curves() -> Dataset:
         name = f"frequency_{k}"
         data[name] = (name, omegas)
         data[f"form_{k}"] = (name, form)
-        for what, values in zip(("speed", "displacement"), found, strict=True):
+        for what, values in zip(("speed", "displacement"), responses_of, strict=True):
             data[f"{what}_{k}"] = ((name, "start"), values)
     both = np.array(LOSSES)
     coords = {"restitution": ("loss", both[:, 0]), "damping": ("loss", both[:, 1])}
@@ -147,10 +147,12 @@ def bilinear() -> Dataset:
             peaks = [m + 2.0 * damping * np.linspace(-2.0, 2.0, 17) for m in MULTIPLES]
             ratios = np.unique(np.concatenate([np.linspace(0.2, 3.5, 133), *peaks]))
             starts = (0.0, 1.0, 5.0)
-            found = responses(stiff(below, damping), ratios * resonance, starts, int(6 / damping))
+            of_bilinear = responses(
+                stiff(below, damping), ratios * resonance, starts, int(6 / damping)
+            )
             name = f"{k}_{j}"
             data[f"ratio_{name}"] = (f"ratio_{name}", ratios)
-            for what, values in zip(("speed", "displacement"), found, strict=True):
+            for what, values in zip(("speed", "displacement"), of_bilinear, strict=True):
                 data[f"{what}_{name}"] = ((f"ratio_{name}", "start"), values)
             heights[k, j] = [cycle_work(below, m) / (damping * cycle) for m in MULTIPLES]
     coords = {"stiffness": list(STIFFNESSES), "damping": list(DAMPINGS), "m": list(MULTIPLES)}
@@ -161,9 +163,9 @@ def _bilinear_caption(data: Dataset) -> str:
     said, halves = [], []
     for k, below in enumerate(data.stiffness.values.tolist()):
         ratios, speeds = data[f"ratio_{k}_0"].values, _largest(data[f"speed_{k}_0"])
-        found = [float(speeds[_top(ratios, speeds, m, 0.1)]) for m in MULTIPLES]
+        speeds_at = [float(speeds[_top(ratios, speeds, m, 0.1)]) for m in MULTIPLES]
         derived = data.height.values[k, 0]
-        pairs = ", ".join(f"{v:.3g} ({h:.3g})" for v, h in zip(found, derived, strict=True))
+        pairs = ", ".join(f"{v:.3g} ({h:.3g})" for v, h in zip(speeds_at, derived, strict=True))
         said.append(f"{pairs} for k₋ = {below:g}")
         for j, damping in enumerate(data.damping.values.tolist()):
             ratios, speeds = data[f"ratio_{k}_{j}"].values, _largest(data[f"speed_{k}_{j}"])

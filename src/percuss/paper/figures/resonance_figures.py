@@ -144,7 +144,7 @@ def growth() -> Dataset:
 
 
 def _growth_caption(data: Dataset) -> str:
-    found = ", ".join(
+    rates = ", ".join(
         f"{float(one.exponent):.3f} ± {float(one.exponent_error):.3f} (q = {int(q)})"
         for q, one in data.groupby("q")
         if int(q) > 0
@@ -153,7 +153,7 @@ def _growth_caption(data: Dataset) -> str:
     return (
         "How the typical speed (dots) and the largest one so far (thin lines) grow with the number "
         "of impacts, medians over an ensemble of slow starts with random phases. Dotted: slopes "
-        f"1/q. Fitted exponents of the typical speed: {found}. Without a ratio 2p/q the speed "
+        f"1/q. Fitted exponents of the typical speed: {rates}. Without a ratio 2p/q the speed "
         "stays."
     )
 

@@ -95,12 +95,12 @@ def _differences(data: Dataset) -> dict[str, tuple[str, Floats]]:
     """
     t = np.minimum(data.t_below_steps.values, T_END)
     limit = runs()["below_limit"](t)[0]
-    found = {name: runs()[f"below_{name}"](t)[0] for name in ("stiff", "soft")}
-    found["steps"] = data.x_below_steps.values
+    motions = {name: runs()[f"below_{name}"](t)[0] for name in ("stiff", "soft")}
+    motions["steps"] = data.x_below_steps.values
     starts = np.searchsorted(t, math.pi * np.arange(30))
     return {
         f"difference_{name}": ("interval", np.maximum.reduceat(np.abs(x - limit), starts))
-        for name, x in found.items()
+        for name, x in motions.items()
     }
 
 

@@ -134,8 +134,8 @@ def saddle_speed(omega: Fraction, lost: float) -> float:
     >>> round(saddle_speed(Fraction(2), 0.1), 3), round(gain(2) / 0.1, 3)
     (13.333, 13.333)
     """
-    found = averaged(omega)
-    return float((2.0 * math.pi * found.p * abs(found.strength) / lost) ** (1.0 / found.q))
+    mean = averaged(omega)
+    return float((2.0 * math.pi * mean.p * abs(mean.strength) / lost) ** (1.0 / mean.q))
 
 
 def peak_orbit(omega: Fraction, restitution: float) -> PeriodicOrbit:
@@ -158,15 +158,15 @@ def peak_orbit(omega: Fraction, restitution: float) -> PeriodicOrbit:
     >>> peak_orbit(Fraction(2, 3), 0.99).stability
     'unstable'
     """
-    found = averaged(omega)
+    mean = averaged(omega)
     speed = saddle_speed(omega, 1.0 - restitution)
     cycle = growing_phase(omega) / (2.0 * math.pi) % 1.0
     osc, force = lossy(restitution, 0.0), cosine(omega)
     # The phase is the growing one at leading order only, and for q = 2 it is not even that.
-    for shift in np.arange(0, 48) / 48.0 / found.q * found.p:
+    for shift in np.arange(0, 48) / 48.0 / mean.q * mean.p:
         try:
             guess = (cycle + shift) % 1.0, restitution * speed
-            orbit = find_orbit(osc, force, found.q, found.p, guess=guess, formal=True)
+            orbit = find_orbit(osc, force, mean.q, mean.p, guess=guess, formal=True)
         except ConvergenceError:
             continue
         if orbit.admissible and np.abs(orbit.impacts.v_before).max() > 0.7 * speed:

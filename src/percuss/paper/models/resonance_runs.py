@@ -184,8 +184,8 @@ def growing_phase(omega: Fraction) -> float:
     >>> growing_phase(Fraction(2)) * 2 / math.pi
     -1.0
     """
-    found = averaged(omega)
-    return math.copysign(0.5 * math.pi / found.q, (-1) ** found.p * found.strength)
+    mean = averaged(omega)
+    return math.copysign(0.5 * math.pi / mean.q, (-1) ** mean.p * mean.strength)
 
 
 def run_near_growing(omega: Fraction, speed: float, from_phase: float, impacts: int) -> Trajectory:

@@ -151,7 +151,7 @@ def grazing_errors(rounding: Rounding = "parabola") -> Floats:
         x = (cos omega t - cos t) / (1 - omega^2).
     """
     ends, x, v = _touching()
-    found = []
+    errors = []
     for radius in RADII.tolist():
         smooth = smooth_motion(
             cosine(OMEGA),
@@ -162,8 +162,8 @@ def grazing_errors(rounding: Rounding = "parabola") -> Floats:
             radius=radius,
             rounding=rounding,
         )
-        found.append(math.hypot(smooth[0][-1] - x[-1], smooth[1][-1] - v[-1]))
-    return np.array(found)
+        errors.append(math.hypot(smooth[0][-1] - x[-1], smooth[1][-1] - v[-1]))
+    return np.array(errors)
 
 
 def grazing_jump(radius: Floats) -> Floats:
@@ -320,8 +320,8 @@ def time_gained() -> tuple[float, float]:
     tuple of float
         Mean and standard error [time].
     """
-    found = horizons()
-    gained = (found[:, -1] - found[:, 0]) / (found.shape[1] - 1)
+    measured = horizons()
+    gained = (measured[:, -1] - measured[:, 0]) / (measured.shape[1] - 1)
     return float(gained.mean()), float(gained.std(ddof=1) / math.sqrt(len(gained)))
 
 

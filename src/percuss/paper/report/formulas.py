@@ -76,8 +76,8 @@ def glyphs(page: str) -> str:
     str
         An SVG element that takes no room.
     """
-    found = outlines(page)
-    return f'<svg class="glyphs" aria-hidden="true">{found}</svg>' if found else ""
+    outline = outlines(page)
+    return f'<svg class="glyphs" aria-hidden="true">{outline}</svg>' if outline else ""
 
 
 def outlines(text: str) -> str:
