@@ -138,9 +138,15 @@ def test_a_long_chaotic_run_is_proven_again(n: int) -> None:
     [
         (WALL, pc.cosine("14/5"), (1, 1), "It is unstable"),
         (SOFT, pc.cosine("11/10"), (1, 1), "Neighbouring motions approach it"),
+        (
+            WALL,
+            pc.fourier("7/5", cos=[0, 1]),
+            (2, 1),
+            "2 events in 2 periods of the force, 10/7 pi",
+        ),
         (GAP, pc.cosine("3/2"), (2, 1), "2 events in 1 periods of the force, 4/3 pi long, lie"),
     ],
-    ids=["wall", "soft stop", "two walls"],
+    ids=["wall", "soft stop", "two periods in one", "two walls"],
 )
 def test_orbits_are_proven_again(
     osc: pc.Oscillator, force: pc.Forcing, kind: tuple[int, int], said: str

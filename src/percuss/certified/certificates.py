@@ -170,6 +170,14 @@ def _base(omegas: Sequence[Fraction]) -> Fraction:
     )
 
 
+def _repeats(system: BallSystem) -> int:
+    """Return how often the tones repeat in a period of the forcing, which may be given longer."""
+    forcing = system.forcing
+    if forcing is None or forcing.frequency is None or not system.tones:
+        raise _NoCertificateError("the period of its force is not known exactly")
+    return int(_base([system.frequency(tone) for tone in system.tones]) / forcing.frequency)
+
+
 def _claim(value: Ball | arb, least: Fraction = Fraction(0)) -> list[str]:
     """Return an interval about a ball, some times wider and at least so wide, with short ends."""
     number = value if isinstance(value, arb) else value.arb
@@ -235,10 +243,11 @@ def _orbit(orbit: CertifiedOrbit) -> Json:
     if not orbit.events:
         raise _NoCertificateError("the orbit meets no stop")
     width = Fraction(1, 10**orbit.wanted_digits)
+    system = system_of(orbit.oscillator, orbit.forcing)
     return {
         "kind": "orbit",
-        "law": _law(system_of(orbit.oscillator, orbit.forcing)),
-        "periods": orbit.n_periods,
+        "law": _law(system),
+        "periods": orbit.n_periods * _repeats(system),
         "events": [
             {
                 "bound": event.bound,
@@ -272,7 +281,13 @@ def _chaos(chaos: CertifiedChaos) -> Json:
             for hset in chaos.sets
         ],
         "transitions": [
-            {"from": i, "to": j, "turns": covering.turns, "at": str(at), "half": str(half)}
+            {
+                "from": i,
+                "to": j,
+                "turns": covering.turns * _repeats(system),
+                "at": str(at),
+                "half": str(half),
+            }
             for (i, j), covering, (at, half) in zip(
                 chaos.transitions,
                 chaos.coverings,
