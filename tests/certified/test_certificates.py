@@ -290,6 +290,15 @@ def test_places_counted_from_the_end_and_missing_periods_are_refused(
             check.theorem(json.dumps(orbit | change))
 
 
+def test_a_start_into_a_wall_begins_behind_its_impact() -> None:
+    claims = certificate(run_of(WALL, pc.cosine("14/5"), v0=-1, max_impacts=4))
+
+    assert claims["start"] == {"x": "0", "v": "4/5", "t": ["0", "0"]}
+    assert "at 3 instants" in check.theorem(json.dumps(claims))
+    with pytest.raises(ParameterError, match="the run meets no stop after its start"):
+        certificate(run_of(WALL, pc.cosine("14/5"), v0=-1, t_end="1/100"))
+
+
 def test_chaos_of_no_sets_or_of_one_loop_is_refused(chaos: dict[str, Any]) -> None:
     itself = [it | {"from": 0, "to": 0} for it in chaos["transitions"]]
 
