@@ -217,8 +217,8 @@ def _run(run: CertifiedRun) -> Json:
     rows = [event for i, event in enumerate(events) if i == 0 or event[:2] != events[i - 1][:2]]
     start = run.start
     x, v = as_fraction(start.x0), as_fraction(start.v0)
-    bound = rows[0][1]
-    wall, outward = law["bounds"][bound], v if bound == law["regions"][-1]["upper"] else -v
+    first = rows[0][1]
+    wall, outward = law["bounds"][first], v if first == law["regions"][-1]["upper"] else -v
     if outward > 0 and Fraction(wall["at"]) == x and wall["restitution"] is not None:
         # The first impact is the start itself: what is claimed begins behind it.
         v, rows = -Fraction(wall["restitution"]) * v, rows[1:]
