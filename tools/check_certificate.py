@@ -109,7 +109,7 @@ class Interval(NamedTuple):
         return self.low <= other.low and other.high <= self.high
 
 
-def of(low: Fraction, high: Fraction | None = None) -> Interval:
+def of(low: Fraction | int, high: Fraction | int | None = None) -> Interval:
     """Return the interval of a rational number, or of all between two."""
     return Interval(floor(low * (1 << BITS)), ceil((low if high is None else high) * (1 << BITS)))
 
@@ -118,8 +118,8 @@ def cosine_series(z: Interval) -> tuple[Interval, Interval]:
     """Return C(z) = sum of z^k/(2k)! and S(z) = sum of z^k/(2k+1)!.
 
     C(-y^2) = cos y, S(-y^2) = sin(y)/y, and cosh and sinh for positive z. At the middle m of z the
-    sums are cut off where a term is below one unit and less than half of the one before: the rest is
-    less than two units. C' = S/2 and |S'| <= max(1, S)/6 carry them to all of z.
+    sums end with a term of one unit at most, behind which each is less than a quarter of the one
+    before. C' = S/2 and |S'| <= max(1, S)/6 carry them to all of z.
     """
     m, radius = (z.low + z.high) // 2, (z.width + 2) // 2
     sums = [1 << BITS, 1 << BITS]
@@ -132,7 +132,8 @@ def cosine_series(z: Interval) -> tuple[Interval, Interval]:
         if abs(even) <= 1 and abs(m) < (1 << BITS) * k * k:
             break
         term = even
-    # Each term is rounded by less than 2 units, and passes that on, smaller, to those behind it.
+    # Each of k terms is rounded by less than a unit, and passes that on to those behind it by factors
+    # that sum to less than cosh(sqrt|m|); the rest is less than a third of the last term.
     error = (4 * k + 4) * int(3 ** (isqrt(abs(m) >> BITS) + 1))
     slope = max(1 << BITS, abs(sums[1]) + error)
     if z.high > 0:
@@ -151,7 +152,7 @@ def exponential(y: Interval) -> Interval:
         point = Interval(abs(value), abs(value))
         c, s = cosine_series(point * point)
         power = c + point * s
-        return power if value >= 0 else of(Fraction(1)) / power
+        return power if value >= 0 else of(1) / power
 
     return Interval(at(y.low).low, at(y.high).high)
 
@@ -248,17 +249,17 @@ class Flight:
     """The motion in one region from states; tau is the time since the start."""
 
     def __init__(self, law: Law, number: int, start: State) -> None:
-        self.law, self.start, self.number = law, start, number
+        self.law, self.start = law, start
         self.region = region = law.regions[number]
         self.k, self.a, self.c = of(region.stiffness), of(region.damping), of(region.constant)
-        zero = of(Fraction(0))
+        zero = of(0)
         p, q = self._particular(zero, start.t)
         self.free = start.x - p, start.v - q
 
     def _particular(self, tau: Interval, t: Interval) -> tuple[Interval, Interval]:
         """Return a motion under the force, and its velocity."""
         k, a, c = self.region.stiffness, self.region.damping, self.region.constant
-        zero = of(Fraction(0))
+        zero = of(0)
         if k != 0:
             x, v = of(c / k), zero
         elif a != 0:
@@ -313,7 +314,7 @@ class Flight:
         By Taylor's theorem, with x and v on all of the step in intervals that Picard's operator maps
         into themselves, and therefore hold the motion.
         """
-        since, force = of(Fraction(0), h), self.force(of(begin, begin + h))
+        since, force = of(0, h), self.force(of(begin, begin + h))
         first_x, first_v = x, v = self.at(of(begin)) if begin else (self.start.x, self.start.v)
         for _ in range(12):
             a = self.acceleration(force, x, v)
@@ -371,7 +372,6 @@ class Event(NamedTuple):
 
     bound: int
     region: int
-    tau: Interval
     t: Interval
     v_before: Interval
     v: Interval
@@ -398,16 +398,16 @@ def met(law: Law, number: int, start: State, departed: int | None) -> Event:
             break
     x, v = flight.at(tau)
     a = flight.acceleration(flight.force(tau), at, v)
-    begin = flight.acceleration(flight.force(of(Fraction(0))), start.x, start.v)
+    begin = flight.acceleration(flight.force(of(0)), start.x, start.v)
     x_x, v_x, x_v, v_v = flight.response(tau)
     x_t, v_t = -(start.v * x_x + begin * x_v), -(start.v * v_x + begin * v_v)
     t_t, t_v = -(x_t / v), -(x_v / v)
-    kept, region = of(Fraction(1)), number + sign
+    kept, region = of(1), number + sign
     restitution = law.bounds[bound].restitution
     if restitution is not None:
         kept, region = of(-restitution), number
     derivative = (t_t, t_v), (kept * (v_t + a * t_t), kept * (v_v + a * t_v))
-    return Event(bound, region, tau, start.t + tau, v, kept * v, derivative)
+    return Event(bound, region, start.t + tau, v, kept * v, derivative)
 
 
 def _landing(
@@ -583,11 +583,7 @@ def _start(law: Law, begin: Any) -> tuple[State, int, int | None]:
         departed = region.lower if x == low else region.upper if x == high else None
         flight = Flight(law, number, state)
         # From rest on a bound a motion goes where the force points, which is the same on both sides.
-        away = (
-            flight.acceleration(flight.force(of(Fraction(0))), state.x, state.v)
-            if v == 0
-            else of(v)
-        )
+        away = flight.acceleration(flight.force(of(0)), state.x, state.v) if v == 0 else of(v)
         if departed is None or (away.low > 0 if x == low else away.high < 0):
             return state, number, departed
     raise NotProvenError("the start is beyond a wall, or stays on a stop")
@@ -610,7 +606,7 @@ def proven_orbit(law: Law, text: Any) -> str:
         derivatives.append(_mapped(law, claim, boxes[k], following).derivative)
         middle = _mapped(law, claim, middles[k], following)
         t, v = middles[(k + 1) % n]
-        errors += [middle.t - t - (shift if k == n - 1 else of(Fraction(0))), middle.v - v]
+        errors += [middle.t - t - (shift if k == n - 1 else of(0)), middle.v - v]
     jacobian = _jacobian(derivatives)
     inverse = _inverse([[e.middle().fractions()[0] for e in row] for row in jacobian])
     widths = [
@@ -620,10 +616,10 @@ def proven_orbit(law: Law, text: Any) -> str:
     ]
     for i, row in enumerate(inverse):
         c = [of(entry) for entry in row]
-        moved = of(Fraction(0))
+        moved = of(0)
         for j in range(2 * n):
             # The entry of 1 - C J.
-            entry = of(Fraction(int(i == j)))
+            entry = of(int(i == j))
             for k in range(2 * n):
                 entry = entry - c[k] * jacobian[k][j]
             moved = moved + entry * widths[j] - c[j] * errors[j]
@@ -668,7 +664,7 @@ def departing(law: Law, number: int, bound: int, box: tuple[Interval, Interval])
 def _jacobian(derivatives: Sequence[Matrix]) -> list[list[Interval]]:
     """Return the derivative of (image of k) - (event k + 1) by all events."""
     n = len(derivatives)
-    zero, one = of(Fraction(0)), of(Fraction(1))
+    zero, one = of(0), of(1)
     rows = [[zero] * (2 * n) for _ in range(2 * n)]
     for k, derivative in enumerate(derivatives):
         for i in range(2):
@@ -700,7 +696,7 @@ def _inverse(rows: list[list[Fraction]]) -> list[list[Fraction]]:
 def _stability(m: Matrix) -> str:
     """Return what trace and determinant say of the multipliers."""
     (a, b), (c, d) = m
-    trace, determinant, one = a + d, a * d - b * c, of(Fraction(1))
+    trace, determinant, one = a + d, a * d - b * c, of(1)
     if trace.size < (one + determinant).low and determinant.size < one.low:
         return "asymptotic"
     if trace.least > (one + determinant).high or determinant.least > one.high:
@@ -799,7 +795,7 @@ def _check_covering(law: Law, bound: int, number: int, sets: Sequence[Set], clai
     image, _ = _image(law, bound, number, first.box((at, at), (Fraction(0), Fraction(0))))
     t, v = image.t - shift - of(second.center[0]), image.v - of(second.center[1])
     u, s = (row[0] * t + row[1] * v for row in to_second)
-    axes = product(first.axes(), ((of(half), of(Fraction(0))), (of(Fraction(0)), of(Fraction(1)))))
+    axes = product(first.axes(), ((of(half), of(0)), (of(0), of(1))))
     unit = 1 << BITS
     for narrow in NARROW:
         parts = [

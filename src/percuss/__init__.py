@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from percuss.fitting import Fit as Fit
     from percuss.fitting import fit as fit
     from percuss.io import load_netcdf as load_netcdf
+    from percuss.io import save_certificate as save_certificate
     from percuss.io import save_csv as save_csv
     from percuss.io import save_netcdf as save_netcdf
     from percuss.model import Expression as Expression
@@ -250,6 +251,7 @@ __all__ = [
     "resonant_frequency",
     "response_curve",
     "restitution_table",
+    "save_certificate",
     "save_csv",
     "save_netcdf",
     "sea_state",
@@ -296,6 +298,7 @@ _HOMES = {
     "percuss.fitting": ("Fit", "fit"),
     "percuss.io": (
         "load_netcdf",
+        "save_certificate",
         "save_csv",
         "save_netcdf",
     ),

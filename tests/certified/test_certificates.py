@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 
 import percuss as pc
-from percuss.certified import certificate, prove_chaos, write_certificate
+from percuss.certified import certificate, prove_chaos
 from percuss.errors import OutputError, ParameterError
 
 CHECKER = Path(__file__).parents[2] / "tools" / "check_certificate.py"
@@ -447,14 +447,15 @@ def test_the_program_runs_by_itself_without_percuss(tmp_path: Path, orbit: dict[
 
 def test_a_certificate_is_written_and_no_file_is_lost(tmp_path: Path) -> None:
     proven = run_of(WALL, None, v0=1, max_impacts=3)
-    file = write_certificate(proven, tmp_path / "a.json")
+    file = tmp_path / "a.json"
+    pc.save_certificate(proven, file)
 
     assert json.loads(file.read_text()) == certificate(proven)
-    with pytest.raises(OutputError, match=r"a\.json: is there already; force=True replaces it"):
-        write_certificate(proven, file)
-    write_certificate(proven, file, force=True)
-    with pytest.raises(OutputError, match="cannot be written"):
-        write_certificate(proven, tmp_path / "none" / "a.json")
+    with pytest.raises(OutputError, match=r"a\.json: exists already; force=True replaces it"):
+        pc.save_certificate(proven, file)
+    pc.save_certificate(proven, file, force=True)
+    with pytest.raises(OutputError, match=r"a\.json"):
+        pc.save_certificate(proven, file / "b.json")
 
 
 @pytest.mark.parametrize(

@@ -50,7 +50,7 @@ def test_the_motion_of_a_study_has_a_certificate_beside_it() -> None:
     assert claims["kind"] == "run"
     assert len(claims["events"]) == 4
     status, _, err = prove("study.toml")
-    assert (status, err) == (2, "study.certificate.json: is there already; --force replaces it\n")
+    assert (status, err) == (2, "study.certificate.json: exists already; --force replaces it\n")
     assert prove("study.toml", "--force", "--set", "run.max_impacts=2")[0] == 0
     assert len(json.loads(Path("study.certificate.json").read_text())["events"]) == 2
 

@@ -13,7 +13,7 @@ except ImportError:  # pragma: no cover
     raise MissingExtraError("certified results need python-flint", "certified") from None
 
 from percuss.certified.ball_arithmetic import Ball, Balls, ComplexBall
-from percuss.certified.certificates import certificate, write_certificate
+from percuss.certified.certificates import certificate
 from percuss.certified.certify import certify
 from percuss.certified.chaos import CertifiedChaos, prove_chaos
 from percuss.certified.march import Ending
@@ -45,5 +45,4 @@ __all__ = [
     "keeps_subset",
     "prove_chaos",
     "repeats_after",
-    "write_certificate",
 ]

@@ -1,4 +1,4 @@
-"""What a proof says, as a JSON file that `tools/check_certificate.py` proves anew without percuss.
+"""What a proof says, as JSON that `tools/check_certificate.py` proves anew without percuss.
 
 A certificate holds the exact numbers of the system, per unit mass, and what is claimed; rationals are
 written as "p/q". docs/theory/certified.md, section 11, has the theorems.
@@ -6,12 +6,10 @@ written as "p/q". docs/theory/certified.md, section 11, has the theorems.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from fractions import Fraction
 from functools import reduce
 from math import gcd, lcm
-from pathlib import Path
 from typing import Any
 
 from flint import arb
@@ -24,10 +22,10 @@ from percuss.certified.orbit_result import CertifiedOrbit
 from percuss.certified.results import CertifiedRun
 from percuss.certified.shooting import events_of
 from percuss.certified.system import BallSystem, Region, system_of
-from percuss.errors import OutputError, ParameterError
+from percuss.errors import ParameterError
 from percuss.model.exact import Phase, angle, as_fraction
 
-__all__ = ["certificate", "write_certificate"]
+__all__ = ["certificate"]
 
 VERSION = 1
 # A claim is wider than the ball that percuss has by this, so that other arithmetic can prove it.
@@ -75,47 +73,6 @@ def certificate(result: CertifiedRun | CertifiedOrbit | CertifiedChaos) -> Json:
                 raise ParameterError("result", kind.__name__, reason) from None
     reason = "not a CertifiedRun, a CertifiedOrbit or a CertifiedChaos"
     raise ParameterError("result", type(result).__name__, reason)
-
-
-def write_certificate(
-    result: CertifiedRun | CertifiedOrbit | CertifiedChaos,
-    path: str | Path,
-    *,
-    force: bool = False,
-) -> Path:
-    """Write `certificate` to a file, which ``python tools/check_certificate.py FILE`` checks.
-
-    Parameters
-    ----------
-    result
-        Of `certify`, for a run or an orbit, or of `prove_chaos`.
-    path
-        The file, ``.json``.
-    force
-        Whether a file that is there is replaced.
-
-    Returns
-    -------
-    pathlib.Path
-        The file.
-
-    Raises
-    ------
-    OutputError
-        If the file is there, or cannot be written.
-    ParameterError
-        As `certificate` does.
-    """
-    file, claims = Path(path), certificate(result)
-    try:
-        with file.open("w" if force else "x", encoding="utf-8") as stream:
-            json.dump(claims, stream, indent=1)
-            stream.write("\n")
-    except FileExistsError:
-        raise OutputError(file, "is there already; force=True replaces it") from None
-    except OSError as error:
-        raise OutputError(file, f"cannot be written: {error.strerror}") from None
-    return file
 
 
 class _NoCertificateError(Exception):
@@ -276,6 +233,7 @@ def _chaos(chaos: CertifiedChaos) -> Json:
         raise _NoCertificateError(chaos.reason)
     system = system_of(chaos.orbit.oscillator, chaos.orbit.forcing)
     event = next(event for event in events_of(system, chaos.orbit) if event.stop == chaos.stop)
+    repeats = _repeats(system)
     return {
         "kind": "chaos",
         "law": _law(system),
@@ -292,15 +250,12 @@ def _chaos(chaos: CertifiedChaos) -> Json:
             {
                 "from": i,
                 "to": j,
-                "turns": covering.turns * _repeats(system),
-                "at": str(at),
-                "half": str(half),
+                "turns": covering.turns * repeats,
+                "at": str(Fraction(at)),
+                "half": str(Fraction(half)),
             }
             for (i, j), covering, (at, half) in zip(
-                chaos.transitions,
-                chaos.coverings,
-                [tuple(map(Fraction, strip)) for strip in chaos.strips],
-                strict=True,
+                chaos.transitions, chaos.coverings, chaos.strips, strict=True
             )
         ],
         "growth": str(growth_of_loops([len(loop) for loop in chaos.loops])[0]),

@@ -196,19 +196,17 @@ def prove(
     """
     with faults_on_stderr():
         from percuss.cli.terminal import ProgressBar
+        from percuss.io import check_output, save_certificate
         from percuss.studies.proving import proven
         from percuss.studies.reading import load_study
 
         file = out if out is not None else study.with_suffix(".certificate.json")
-        if file.exists() and not force:
-            raise OutputError(file, "is there already; --force replaces it")
+        check_output([file], force=force)
         with ProgressBar("proving", is_quiet=quiet) as progress:
             given = load_study(study, changes=tuple(changes or ()))
             result = proven(given, digits, progress, chaos=chaos)
-        from percuss.certified import write_certificate
-
         typer.echo(result)
-        write_certificate(result, file, force=force)
+        save_certificate(result, file, force=force)
         typer.echo(f"wrote {file}; check it with: python tools/check_certificate.py {file}")
 
 
