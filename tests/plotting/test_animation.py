@@ -131,7 +131,7 @@ def test_a_film_that_is_stopped_ends_there(tmp_path: Path) -> None:
         ({"fps": float("nan")}, "fps = nan: not a positive number"),
         ({"duration": 500}, "12501 frames at 25 a second; a film has 2 to 5000"),
         ({"window": (90, 99)}, "window = .*outside the run"),
-        ({"on": [0]}, "on = 0: given for the run of an oscillator"),
+        ({"on": [0]}, r"on = \[0\]: given for the run of an oscillator"),
     ],
 )
 def test_what_is_no_film_is_one_sentence(options: dict[str, object], message: str) -> None:

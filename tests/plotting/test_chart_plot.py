@@ -160,7 +160,9 @@ def test_what_cannot_be_drawn_is_told() -> None:
 
     with pytest.raises(pc.ParameterError, match="none of period"):
         plot_chart(data, "fraction", new_axes())
-    with pytest.raises(pc.ParameterError, match="nothing over 1 parameters"):
+    with pytest.raises(
+        pc.ParameterError, match="no measure over one parameter; plot_chart draws two"
+    ):
         plot_sweep(data, ax=new_axes())
 
 

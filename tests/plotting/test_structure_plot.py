@@ -159,3 +159,129 @@ def test_a_branch_and_a_curve_of_a_structure_are_drawn_with_their_special_points
     assert [text.get_text() for text in plane.texts] == ["1:4"]
     with pytest.raises(pc.ParameterError, match="the coordinates are 0 to 1"):
         plotting.plot_branch(branch, new_axes(), coordinate=2)
+
+
+def test_an_unnamed_line_is_that_of_the_first_stop() -> None:
+    named, unnamed = (
+        plotting.plot_displacement(RUN, new_axes(), on=on).lines[0].get_xydata() for on in (0, None)
+    )
+    np.testing.assert_array_equal(np.asarray(named), np.asarray(unnamed))
+    assert type(RUN).picture == "plot_motion"
+    assert plotting.plot_motion(RUN, plotting.offscreen_figure(), on=2, title="t").axes
+
+
+def test_impacts_have_the_numbers_of_their_stops_and_the_velocities_of_their_line() -> None:
+    every = plotting.plot_impact_velocities(RUN, new_axes())
+    relative = plotting.plot_impact_velocities(RUN, new_axes(), on=(-1, 1, 0))
+
+    labels = {str(line.get_label()) for line in every.lines}
+    assert labels == {"impact on stop 0", "impact on stop 1", "entry into stop 2"}
+    hits = RUN.impacts.stop == 1
+    points = np.asarray(relative.collections[0].get_offsets())
+    # Stop 1 acts on 2 (x0 - x1).
+    np.testing.assert_allclose(
+        np.sort(points[:, 1]), np.sort(-0.5 * RUN.impacts.v_after[hits]), rtol=1e-12
+    )
+    entries = plotting.plot_impact_velocities(RUN, new_axes(), on=(0, 0, -3))
+    speeds = RUN.crossings.v[RUN.crossings.direction == "in"]
+    drawn = np.asarray(entries.collections[0].get_offsets())[:, 1]
+    np.testing.assert_allclose(np.sort(drawn), np.sort(-3 * speeds), rtol=1e-11)
+
+
+def test_a_pair_of_coordinates_is_drawn_over_each_other_with_the_stops_of_both() -> None:
+    ax = plotting.plot_phase_portrait(RUN, new_axes(), on=0, against=2, window=(0, 10))
+
+    x, y = np.asarray(ax.lines[0].get_xydata()).T
+    assert x[0] == RUN(0.0)[0][0]
+    # Chords of 1/64 of the quickest cycle.
+    assert np.abs(y).max() > 0.9988 * np.abs(RUN(np.linspace(0, 10, 400))[0][:, 2]).max()
+    assert (ax.get_xlabel(), ax.get_ylabel()) == (
+        "displacement $x_{0}$ (dimensionless)", "displacement $x_{2}$ (dimensionless)",
+    )  # fmt: skip
+    assert {"wall", "soft stop", "start"} <= set(ax.get_legend_handles_labels()[1])
+
+
+def test_points_are_drawn_where_the_structure_has_some() -> None:
+    mass = [1, 1]
+    beam = pc.Structure(mass, [[2, -1], [-1, 1]], points={"tip": (0, 1)})
+    run = pc.simulate(beam, v0=[0, 1], t_end=3)
+    for on in (None, "tip"):
+        figure = plotting.plot_coordinates(run, plotting.offscreen_figure(), on=on)
+        assert [ax.get_ylabel() for ax in figure.axes] == [r"$\mathrm{tip}$"]
+    modes = plotting.plot_mode_shapes(beam, plotting.offscreen_figure(), on=[1, "tip"])
+    first, second = np.asarray(modes.axes[0].lines[1].get_xydata())[:, 1]
+    assert first == second == 1.0
+    assert [text.get_text() for text in modes.axes[-1].get_xticklabels()] == [
+        "$x_{1}$", r"$\mathrm{tip}$",
+    ]  # fmt: skip
+
+
+def test_an_orbit_is_drawn_along_a_line_and_its_formal_part_faint() -> None:
+    wall = pc.Wall(at="0.5", side="above", restitution="0.7", on=1)
+    two = pc.chain([1, 1], [1, 1, 1], dashpots="0.2", stops=[wall])
+    orbit = pc.find_orbit(two, pc.Loads({0: pc.cosine("1.4", amplitude="0.8")}))
+    ax = plotting.plot_orbit(orbit, new_axes(), on=(1, -1))
+    assert ax.get_xlabel() == "displacement $x_{0} - x_{1}$ (dimensionless)"
+    assert ax.get_title() == f"1 impact in 1 forcing period, T = {orbit.period:.6g}, asymptotic"
+    (jump,) = ax.collections
+    ((place, low), (_, high)) = np.asarray(jump.get_paths()[0].vertices)
+    x, _ = orbit.run(orbit.run.impacts.t[0])
+    assert place == pytest.approx(x[0] - x[1], abs=1e-14)
+    kick = orbit.run.impacts.v_after - orbit.run.impacts.v_before
+    assert high - low == pytest.approx(abs(float(kick[0])), rel=1e-12)
+    branch = pc.continue_orbit(orbit, over={"loads.0.amplitude": (0.8, 0.3)})
+    formal = [each for each in branch.orbits if not each.admissible]
+    faint = plotting.plot_orbit(formal[-1], new_axes())
+    assert "not physical" in faint.get_title()
+    (beyond,) = (line for line in faint.lines if line.get_label() == "passes through a stop")
+    assert np.nanmin(np.asarray(beyond.get_xydata())[5:-5, 0]) > 0.4
+
+
+def test_multipliers_of_a_branch_are_joined_to_their_nearest() -> None:
+    orbit = pc.find_orbit(PAIR, pc.Loads({1: pc.cosine("0.60", amplitude="0.1")}))
+    branch = pc.continue_orbit(orbit, over={"loads.0.omega": (0.59, 0.61)}, largest_step=0.2)
+    assert branch.path == "loads.0.omega"
+    ax = plotting.plot_multipliers(branch, new_axes())
+    lines = [c for c in ax.collections if hasattr(c, "get_segments")]
+    assert len(lines) == 4
+    for line in lines:
+        for piece in line.get_segments():
+            assert np.abs(np.diff(piece, axis=0)).max() < 0.2
+    tip = plotting.plot_branch(branch, new_axes(), on=(1, -1))
+    assert tip.get_ylabel() == "amplitude of $x_{0} - x_{1}$ (dimensionless)"
+    drawn = np.concatenate([np.asarray(line.get_ydata()) for line in tip.lines])
+    x = branch.orbits[0].run(np.linspace(0, branch.orbits[0].period, 2000))[0]
+    relative = x[:, 0] - x[:, 1]
+    assert np.abs(drawn - 0.5 * np.ptp(relative)).min() < 1e-4
+    with pytest.raises(pc.ParameterError, match="given together with on"):
+        plotting.plot_branch(branch, new_axes(), on=0, coordinate=1)
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("plot_staircase", "spacing = None: a structure has several resonant frequencies"),
+        ("plot_spectrum", "no spectrum of a structure is drawn"),
+        ("plot_manifolds", "not a Manifolds, which structures do not have"),
+        ("plot_singularity_set", "not a SingularitySet, which structures do not have"),
+        ("plot_velocity_gap", "not a VelocityGap, which structures do not have"),
+        ("plot_enclosure", "not a certified run"),
+        ("plot_profiles", "not a Fit$"),
+        ("plot_fit", "not a Fit$"),
+        ("plot_design", "not a Design$"),
+        ("plot_pareto", "not a ParetoFront$"),
+        ("plot_fractions", "no table; give the whole Dataset that percuss.basin_fractions returns"),
+        ("plot_basins", "give the whole Dataset that percuss.basins returns"),
+        ("plot_sweep", "give the whole Dataset that percuss.sweep returns"),
+        ("plot_chart", "give the whole Dataset that percuss.sweep returns"),
+        ("plot_diagram", "give the whole Dataset that percuss.bifurcation_diagram returns"),
+        ("plot_branch", "neither a branch nor a list of branches"),
+        ("plot_curves", "neither a curve nor a list of curves"),
+        ("plot_response", "not a Response$"),
+    ],
+)
+def test_what_is_not_drawn_of_a_run_is_one_sentence(name: str, message: str) -> None:
+    with pytest.raises(pc.ParameterError, match=message) as refused:
+        getattr(plotting, name)(RUN)
+    assert "\n" not in str(refused.value)
+    assert len(str(refused.value)) < 300

@@ -7,7 +7,7 @@ import math
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -47,6 +47,7 @@ from percuss.motion.trajectory import (
     times_within,
 )
 from percuss.numerics import matmul
+from percuss.pictures import HasPicture
 from percuss.progress import RunProgress
 
 if TYPE_CHECKING:
@@ -157,7 +158,7 @@ def _longer(run: StructureRun) -> StructureRun:
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
-class StructureTrajectory:
+class StructureTrajectory(HasPicture):
     """One motion of a structure; made by `simulate`. Called with times, it gives the motion there.
 
     Attributes
@@ -185,6 +186,8 @@ class StructureTrajectory:
     contacts: Contacts
     grazes: Grazes
     _run: StructureRun = field(repr=False)
+
+    picture: ClassVar = "plot_motion"
 
     @classmethod
     def of_run(

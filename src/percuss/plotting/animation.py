@@ -12,7 +12,7 @@ from functools import partial
 from itertools import chain
 from pathlib import Path
 from string import Template
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from matplotlib.animation import FFMpegWriter
@@ -32,7 +32,13 @@ from percuss.model.oscillator import On, SoftStop
 from percuss.model.units import Units
 from percuss.motion.structures import StructureTrajectory
 from percuss.motion.trajectory import Trajectory
-from percuss.plotting.direction_view import DirectionView, Drawable, direction_name, view_of
+from percuss.plotting.direction_view import (
+    DirectionView,
+    Drawable,
+    direction_name,
+    shown_lines,
+    view_of,
+)
 from percuss.plotting.marks import draw_stops
 from percuss.plotting.motion_plot import plot_displacement, plot_phase_portrait
 from percuss.plotting.samples import sample_curve, window_of, within
@@ -209,7 +215,7 @@ def check_format(path: Path | str) -> None:
 def animate(
     run: Trajectory | StructureTrajectory,
     *,
-    on: Sequence[On] | None = None,
+    on: On | Sequence[On] | None = None,
     window: tuple[float, float] | None = None,
     duration: float = 10.0,
     fps: float = 25.0,
@@ -224,7 +230,8 @@ def animate(
         The run.
     on
         Of a structure the coordinates, directions and names of points that are shown, each to
-        scale on a line of its own with the stops on that line; default: all coordinates.
+        scale on a line of its own with the stops on that line; default: all points, or where it
+        has none all coordinates.
     window
         First and last time that are shown; default: the whole run.
     duration
@@ -294,16 +301,13 @@ def _n_frames(duration: float, fps: float) -> int:
     return frames
 
 
-def _views(run: Trajectory | StructureTrajectory, on: Sequence[On] | None) -> list[Drawable]:
+def _views(run: Trajectory | StructureTrajectory, on: On | Sequence[On] | None) -> list[Drawable]:
     """Return what has one displacement each: the run itself, or a structure along directions."""
     if isinstance(run, Trajectory):
-        return [view_of(run, None if on is None else on[0])]
+        return [view_of(run, cast("On | None", on))]
     if not isinstance(run, StructureTrajectory):
         raise ParameterError("run", run, "neither a Trajectory nor a StructureTrajectory")
-    shown = list(range(run.structure.n)) if on is None else list(on)
-    if not 0 < len(shown) <= MOST_TRACKS:
-        reason = f"{len(shown)} lines; give 1 to {MOST_TRACKS} coordinates or directions"
-        raise ParameterError("on", on, reason)
+    shown = shown_lines(run.structure, on, MOST_TRACKS, "lines")
     return [view_of(run, direction) for direction in shown]
 
 

@@ -14,7 +14,7 @@ from matplotlib.patheffects import withStroke
 
 from percuss.arrays import Flags, Floats, Integers
 from percuss.errors import ParameterError
-from percuss.model.oscillator import Oscillator
+from percuss.model.oscillator import On, Oscillator
 from percuss.model.structure import Structure
 from percuss.model.system import law
 from percuss.model.units import Units
@@ -25,6 +25,7 @@ from percuss.orbits.bifurcations.structure_curve import StructureCurve
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
 from percuss.orbits.orbit.turning_points import turns_of
+from percuss.plotting.direction_view import first_line, line_in_words
 from percuss.plotting.labels import parameter_label
 from percuss.plotting.style import (
     BLACK,
@@ -119,7 +120,8 @@ def plot_branch(
     ax: Axes | None = None,
     *,
     quantity: BranchQuantity | None = None,
-    coordinate: int = 0,
+    on: On | None = None,
+    coordinate: int | None = None,
     units: Units | None = None,
     xlabel: str | None = None,
     ylabel: str | None = None,
@@ -136,11 +138,14 @@ def plot_branch(
     quantity
         What to draw over the parameter: "impact_velocity", the least one into a stop;
         "grazing_margin", the least distance of a turning point to a stop; "multiplier", the
-        largest modulus; "period", as of limit cycles; "amplitude", of a structure's coordinate.
+        largest modulus; "period", as of limit cycles; "amplitude", of a structure.
         The first two jump where an impact more or less is made: there the line is broken. Default:
         the first, or where a branch has no impacts the second; of a structure the amplitude.
+    on
+        The coordinate, direction or point of a structure whose amplitude it is; default: the line
+        of its first stop.
     coordinate
-        Index of the coordinate of a structure whose amplitude it is.
+        In place of `on` the index of a coordinate.
 
     Returns
     -------
@@ -150,19 +155,20 @@ def plot_branch(
     Raises
     ------
     ParameterError
-        If there is no such quantity, the orbits have no impacts, or the branches are none or not
-        over one parameter.
+        If there is no such quantity or coordinate, the orbits have no impacts, or the branches are
+        none or not over one parameter.
     """
     branches = _branches(branch)
     units = units_of(units, owner_of(branches[0]))
     name = quantity or _default(branches)
-    columns = [_values(each, name, coordinate) for each in branches]
+    line = _line(branches[0], on, coordinate)
+    columns = [_values(each, name, line) for each in branches]
     with picture(ax, labels=(xlabel, ylabel)) as ax:
         for k, (each, values) in enumerate(zip(branches, columns, strict=True)):
             breaks = _breaks(each, name)
             _draw(ax, each, values, COLOUR_CYCLE[k % len(COLOUR_CYCLE)], breaks)
         ax.set_xlabel(parameter_of(branches[0], units))
-        ax.set_ylabel(_label(name, units, branches, coordinate))
+        ax.set_ylabel(_label(name, units, branches, line))
         together = np.concatenate(columns)
         if name != "multiplier" and (together < 0.0).any() and (together > 0.0).any():
             ax.axhline(0.0, color=BLACK, linewidth=0.5, zorder=0.5)
@@ -192,7 +198,7 @@ def _default(branches: list[AnyBranch]) -> BranchQuantity:
 
 
 def _branches(given: AnyBranch | Sequence[AnyBranch]) -> list[AnyBranch]:
-    branches = [given] if isinstance(given, AnyBranch) else list(given)
+    branches = _listed(given, AnyBranch)
     if not branches or not all(isinstance(each, AnyBranch) for each in branches):
         raise ParameterError("branch", given, "neither a branch nor a list of branches")
     paths = sorted({each.path for each in branches})
@@ -200,6 +206,11 @@ def _branches(given: AnyBranch | Sequence[AnyBranch]) -> list[AnyBranch]:
         reason = f"branches over different parameters, {' and '.join(paths)}"
         raise ParameterError("branch", given, reason)
     return branches
+
+
+def _listed(given: Any, kind: Any) -> list[Any]:
+    """Return what is given as a list: one, several, or what is refused."""
+    return [given] if isinstance(given, kind) or not isinstance(given, Iterable) else list(given)
 
 
 def _breaks(branch: AnyBranch, name: BranchQuantity) -> Flags:
@@ -253,16 +264,31 @@ def _explain(ax: Axes, colour: str | None) -> None:
     ax.legend(shown, order, loc="best")
 
 
-def _values(branch: AnyBranch, name: BranchQuantity, coordinate: int) -> Floats:
+def _line(branch: AnyBranch, on: On | None, coordinate: int | None) -> On | None:
+    """Return the displacement of a structure that is drawn; None for an oscillator's own."""
+    if on is not None and coordinate is not None:
+        raise ParameterError("coordinate", coordinate, f"given together with on = {on!r}; give one")
+    if not isinstance(branch, StructureBranch):
+        if on is not None:
+            raise ParameterError(
+                "on", on, "given for branches of an oscillator, which has one displacement"
+            )
+        return None
+    n = branch.amplitude.shape[1]
+    if coordinate is not None and not 0 <= coordinate < n:
+        raise ParameterError("coordinate", coordinate, f"the coordinates are 0 to {n - 1}")
+    line = on if coordinate is None else coordinate
+    return first_line(branch.orbits[0].structure) if line is None else line
+
+
+def _values(branch: AnyBranch, name: BranchQuantity, line: On | None) -> Floats:
     if isinstance(branch, StructureBranch):
         if name == "multiplier":
             return np.asarray(np.abs(branch.multipliers).max(axis=1))
         if name != "amplitude":
             raise ParameterError("quantity", name, "none of amplitude and multiplier")
-        n = branch.amplitude.shape[1]
-        if not 0 <= coordinate < n:
-            raise ParameterError("coordinate", coordinate, f"the coordinates are 0 to {n - 1}")
-        return branch.amplitude[:, coordinate]
+        assert line is not None
+        return branch.amplitude_of(line)
     if name == "impact_velocity":
         if branch.impact_velocity.shape[1] == 0:
             raise ParameterError("quantity", name, "the orbits have no impacts")
@@ -281,9 +307,10 @@ def _values(branch: AnyBranch, name: BranchQuantity, coordinate: int) -> Floats:
     raise ParameterError("quantity", name, reason)
 
 
-def _label(name: BranchQuantity, units: Units, branches: list[AnyBranch], coordinate: int) -> str:
-    if name == "amplitude":
-        return f"amplitude of coordinate {coordinate} ({units.displacement})"
+def _label(name: BranchQuantity, units: Units, branches: list[AnyBranch], line: On | None) -> str:
+    if name == "amplitude" and line is not None:
+        which = line_in_words(_structure_of(branches[0]), line)
+        return f"amplitude of {which} ({units.displacement})"
     if name == "impact_velocity":
         # With sticking there is no least one, and a branch holds the largest.
         sticks = {math.isinf(each.orbits[0].n_impacts) for each in branches}
@@ -293,7 +320,14 @@ def _label(name: BranchQuantity, units: Units, branches: list[AnyBranch], coordi
         return f"distance to grazing ({units.displacement})"
     if name == "period":
         return f"period ({units.duration})"
-    return "modulus of the larger multiplier"
+    largest = "larger" if line is None else "largest"
+    return f"modulus of the {largest} multiplier"
+
+
+def _structure_of(branch: AnyBranch) -> Structure:
+    owner = owner_of(branch)
+    assert isinstance(owner, Structure)
+    return owner
 
 
 def _kinds(branch: AnyBranch) -> Integers:
@@ -395,9 +429,11 @@ def plot_curves(
     ParameterError
         If there is no curve, or they have not the same two parameters.
     """
-    several = [curves] if isinstance(curves, AnyCurve) else list(curves)
+    several = _listed(curves, AnyCurve)
     if not several:
         raise ParameterError("curves", curves, "none to draw")
+    if not all(isinstance(curve, AnyCurve) for curve in several):
+        raise ParameterError("curves", curves, "neither a curve nor a list of curves")
     paths = several[0].paths
     for curve in several:
         if curve.paths != paths:

@@ -160,8 +160,10 @@ def _measure_of(data: xr.Dataset, measure: str | None, n_axes: int) -> str:
         if values.ndim == n_axes and values.dtype.kind in "fi" and "failure" not in values.dims
     ]
     if not known:
-        dims = list(map(str, data.dims))
-        raise ParameterError("data", dims, f"nothing over {n_axes} parameters; sweep over them")
+        dims = [str(dim) for dim in data.dims if dim != "failure"]
+        wanted = "one parameter" if n_axes == 1 else "two parameters"
+        other = "; plot_chart draws two" if n_axes == 1 else "; plot_sweep draws one"
+        raise ParameterError("data", dims, f"no measure over {wanted}{other}")
     if measure is not None and measure not in known:
         raise ParameterError("measure", measure, f"none of {', '.join(known)}")
     return measure or known[0]

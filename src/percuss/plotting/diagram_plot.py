@@ -16,6 +16,7 @@ from percuss.arrays import Floats, Integers
 from percuss.errors import ParameterError
 from percuss.model.units import Units
 from percuss.plotting.cells import EVEN, check_table, draw_cells
+from percuss.plotting.direction_view import combination
 from percuss.plotting.labels import path_label, with_unit
 from percuss.plotting.style import (
     BLACK,
@@ -122,8 +123,18 @@ def _name_of(diagram: xr.Dataset, name: str) -> str:
     """Return a quantity in words, with the section at which it is taken."""
     section = str(diagram.attrs.get("section", ""))
     if "=" not in section:
-        return NAMES[name]
+        return NAMES[name].replace("x at", f"{_line_of(diagram)} at")
     return f"cycle of passages of {section}" if name == "cycle" else f"{name} at {section}"
+
+
+def _line_of(diagram: xr.Dataset) -> str:
+    """Return the displacement in the diagram: x, or that of a structure as a formula."""
+    on = str(diagram.attrs.get("on", ""))
+    return (
+        f"${combination([float(c) for c in on.strip('()').split(',') if c.strip()])}$"
+        if "(" in on
+        else "x"
+    )
 
 
 def _groups(diagram: xr.Dataset, name: str) -> dict[str, Floats]:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal, TypeVar
+from typing import Any, Literal, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,7 +23,10 @@ from percuss.motion.tables import Contacts, Crossings, Grazes, Impacts
 from percuss.motion.trajectory import Trajectory
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
 
-__all__ = ["DirectionView", "Drawable", "StopsSeen", "direction_name", "names_of", "view_of"]
+__all__ = [
+    "DirectionView", "Drawable", "StopsSeen", "combination", "direction_name", "first_line",
+    "line_in_words", "names_of", "shown_lines", "view_of",
+]  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +89,11 @@ class DirectionView:
         return StopsSeen(tuple(stop for _, stop in self._parallel), self.run.structure.units)
 
     @cached_property
+    def stop_numbers(self) -> list[int]:
+        """The numbers in the structure of the stops on the line of y."""
+        return [i for i, _ in self._parallel]
+
+    @cached_property
     def _parallel(self) -> list[tuple[int, Stop]]:
         """The stops whose direction is a multiple of c, with their numbers, as stops of y."""
         structure: Structure = self.run.structure
@@ -123,7 +131,8 @@ class DirectionView:
     def crossings(self) -> Crossings:
         """The crossings of edges on the line of y: elsewhere its motion stays smooth."""
         kept = self._concerned(self.run.crossings.stop)
-        return _rows(self.run.crossings, kept, self._number)
+        table = _rows(self.run.crossings, kept, self._number)
+        return dataclasses.replace(table, v=self(table.t)[1])
 
     @cached_property
     def contacts(self) -> Contacts:
@@ -142,13 +151,12 @@ class DirectionView:
         return float(self.run.system.sets.of_set[:, QUICKEST].max())
 
     def _concerned(self, stops: Integers) -> Flags:
-        return np.isin(stops, [i for i, _ in self._parallel])
+        return np.isin(stops, self.stop_numbers)
 
     def _number(self, stops: Integers) -> Integers:
         """Return the numbers of stops among those on the line, -1 for others."""
         numbers = np.full(len(self.run.structure.stops) + 1, -1, dtype=np.int64)
-        for number, (i, _) in enumerate(self._parallel):
-            numbers[i] = number
+        numbers[self.stop_numbers] = np.arange(len(self.stop_numbers))
         return numbers[stops]
 
 
@@ -173,6 +181,8 @@ def view_of(
 ) -> Drawable:
     """Return what has one displacement: a run of an oscillator, or one of a structure along c.
 
+    Without a direction that is the line of the structure's first stop.
+
     Raises
     ------
     ParameterError
@@ -181,6 +191,7 @@ def view_of(
     if isinstance(run, StructureOrbit):
         run = run.run
     if isinstance(run, StructureTrajectory):
+        on = first_line(run.structure) if on is None else on
         run.structure.direction(on)
         return DirectionView(run, on)
     if on is not None:
@@ -188,6 +199,46 @@ def view_of(
             "on", on, "given for the run of an oscillator, which has one displacement"
         )
     return run
+
+
+def first_line(structure: Structure) -> On:
+    """Return what pictures of one displacement show by default: the line of the first stop."""
+    on = structure.stops[0].on if structure.stops else None
+    return 0 if on is None else on
+
+
+def shown_lines(
+    structure: Structure, on: On | Sequence[On] | None, most: int, what: str
+) -> list[On]:
+    """Return the displacements in a picture of several: by default the points, or all coordinates.
+
+    One coordinate or point may stand without a list.
+
+    Raises
+    ------
+    ParameterError
+        If there are none, or too many.
+    """
+    if on is None:
+        shown: list[On] = [name for name, _ in structure.points] or list(range(structure.n))
+    else:
+        shown = (
+            [cast("On", on)]
+            if isinstance(on, str) or not isinstance(on, Iterable)
+            else list(cast("Sequence[On]", on))
+        )
+    if not 0 < len(shown) <= most:
+        reason = f"{len(shown)} {what}; give 1 to {most} coordinates, directions or points"
+        raise ParameterError("on", on, reason)
+    return shown
+
+
+def line_in_words(structure: Structure, on: On) -> str:
+    """Return a displacement in words: coordinate 0, the name of a point, or a combination."""
+    structure.direction(on)
+    if isinstance(on, str):
+        return on
+    return f"coordinate {on}" if isinstance(on, int) else f"${direction_name(structure, on)}$"
 
 
 def names_of(run: Drawable) -> tuple[str, str]:
@@ -210,8 +261,13 @@ def direction_name(structure: Structure, on: On | None) -> str:
     """
     if isinstance(on, str):
         return rf"\mathrm{{{on}}}"
+    return combination(structure.direction(on).tolist())
+
+
+def combination(numbers: Sequence[float]) -> str:
+    """Return a sum of coordinates as a formula."""
     text = ""
-    for i, c in enumerate(structure.direction(on).tolist()):
+    for i, c in enumerate(numbers):
         if c:
             size = "" if abs(c) == 1.0 else f"{abs(c):.4g}\\,"
             sign = (" - " if c < 0 else " + ") if text else ("-" if c < 0 else "")

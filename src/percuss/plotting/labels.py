@@ -39,6 +39,7 @@ OF_STOP = {
 }
 STOP = re.compile(r"(?:oscillator|structure)\.stops\.(\d+)\.(\w+)")
 TABLE = re.compile(r"oscillator\.stops\.(\d+)\.restitution\.(speed|value)s\.(\d+)")
+START = re.compile(r"start\.([xv])0\.(\d+)")
 LOAD = re.compile(r"loads\.(\d+)\.(.+)")
 HARMONIC = re.compile(r"forcing\.harmonics\.(\d+)\.(\w+)")
 TERM = re.compile(r"forcing\.(cos|sin)\.(\d+)")
@@ -56,7 +57,12 @@ def parameter_name(path: str, n_stops: int = 1, n_harmonics: int = 1, n_loads: i
     'place of stop 1'
     >>> parameter_name("loads.1.amplitude", n_loads=2)
     'forcing amplitude of load 1'
+    >>> parameter_name("start.x0.3")
+    'initial displacement $x_{3}$'
     """
+    if entry := START.fullmatch(path):
+        what = {"x": "displacement", "v": "velocity"}[entry[1]]
+        return f"initial {what} ${entry[1]}_{{{entry[2]}}}$"
     if load := LOAD.fullmatch(path):
         name = parameter_name(f"forcing.{load[2]}", n_stops, n_harmonics)
         return name if n_loads == 1 else f"{name} of load {load[1]}"

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -19,7 +20,8 @@ from percuss.motion.eigenset import resonant_frequency
 from percuss.motion.spectrum import spectrum
 from percuss.motion.structures import StructureTrajectory
 from percuss.motion.trajectory import Trajectory
-from percuss.plotting.direction_view import Drawable, names_of, view_of
+from percuss.orbits.orbit.structure_orbit import StructureOrbit
+from percuss.plotting.direction_view import DirectionView, Drawable, names_of, view_of
 from percuss.plotting.marks import (
     GRAZE_STYLE,
     draw_contacts_in_time,
@@ -45,6 +47,7 @@ from percuss.plotting.style import (
     BLUE,
     GREY,
     ORANGE,
+    HasUnits,
     check_kind,
     draw_legend,
     label_phase_plane,
@@ -57,6 +60,8 @@ from percuss.plotting.style import (
 
 if TYPE_CHECKING:
     from xarray import Dataset
+
+DrawnRun: TypeAlias = Trajectory | StructureTrajectory | StructureOrbit
 
 # Width of a curve [point], and the number of events above which it is drawn thinner.
 WIDTH = 1.3
@@ -87,7 +92,7 @@ SIZE = (8.0, 9.0)
 
 @shared_docs
 def plot_displacement(
-    run: Trajectory | StructureTrajectory,
+    run: DrawnRun,
     ax: Axes | None = None,
     *,
     window: tuple[float, float] | None = None,
@@ -103,7 +108,8 @@ def plot_displacement(
     run
         The run.
     on
-        Of a structure the coordinate, direction or point that is drawn, with the stops on its line.
+        Of a structure the coordinate, direction or point that is drawn, with the stops on its line;
+        default: the line of its first stop.
 
     Returns
     -------
@@ -124,7 +130,7 @@ def plot_displacement(
 
 @shared_docs
 def plot_velocity(
-    run: Trajectory | StructureTrajectory,
+    run: DrawnRun,
     ax: Axes | None = None,
     *,
     window: tuple[float, float] | None = None,
@@ -140,7 +146,8 @@ def plot_velocity(
     run
         The run.
     on
-        Of a structure the coordinate, direction or point that is drawn, with the stops on its line.
+        Of a structure the coordinate, direction or point that is drawn, with the stops on its line;
+        default: the line of its first stop.
 
     Returns
     -------
@@ -193,7 +200,7 @@ def _finish_over_time(
 
 @shared_docs
 def plot_phase_portrait(
-    run: Trajectory | StructureTrajectory,
+    run: DrawnRun,
     ax: Axes | None = None,
     *,
     window: tuple[float, float] | None = None,
@@ -201,6 +208,7 @@ def plot_phase_portrait(
     xlabel: str | None = None,
     ylabel: str | None = None,
     on: On | None = None,
+    against: On | None = None,
 ) -> Axes:
     """Draw the velocity over the displacement; an impact is a vertical dashed jump at its stop.
 
@@ -209,7 +217,11 @@ def plot_phase_portrait(
     run
         The run.
     on
-        Of a structure the coordinate, direction or point that is drawn, with the stops on its line.
+        Of a structure the coordinate, direction or point that is drawn, with the stops on its line;
+        default: the line of its first stop.
+    against
+        Of a structure another displacement, drawn upwards in place of the velocity: a pair of
+        coordinates, with the stops of both, where an impact is a corner.
     window
         First and last time of the part that is drawn; default: the whole run.
 
@@ -222,6 +234,11 @@ def plot_phase_portrait(
     units = units_of(units, view.oscillator)
     low, high = window_of(view, window)
     curve = sample_curve(view, (low, high))
+    if against is not None:
+        other = view_of(run, against)
+        with picture(ax, legend=True, labels=(xlabel, ylabel)) as ax:
+            _draw_pair(ax, view, other, curve, units)
+        return ax
     with picture(ax, legend=True, labels=(xlabel, ylabel)) as ax:
         x, v = reduce_to_pixels(curve)
         # A long line is drawn finely, so that its loops stay apart; very long ones stay an image
@@ -236,6 +253,22 @@ def plot_phase_portrait(
         draw_rest_points(ax, view, low, high)
         label_phase_plane(ax, units, names_of(view))
     return ax
+
+
+def _draw_pair(
+    ax: Axes, view: Drawable, other: Drawable, curve: SampledMotion, units: Units
+) -> None:
+    """Draw one displacement over another, with the stops of both."""
+    pair = SampledMotion(curve.t, curve.x, other(curve.t)[0], np.zeros_like(curve.jumps))
+    x, y = reduce_to_pixels(pair)
+    width = float(np.clip(1.2 * math.sqrt(40.0 / (1.0 + _length(pair))), 0.35, 1.2))
+    ax.plot(x, y, color=BLUE, linewidth=width, rasterized=x.size > DRAWN_POINTS)
+    if curve.t[0] == view.t0:
+        ax.plot(view.x0, other.x0, **START_STYLE)
+    draw_stops(ax, view, pair.x, "x")
+    draw_stops(ax, other, pair.v, "y")
+    for label, seen in ((ax.set_xlabel, view), (ax.set_ylabel, other)):
+        label(f"displacement {names_of(seen)[0]} ({units.displacement})")
 
 
 def _length(curve: SampledMotion) -> float:
@@ -277,13 +310,14 @@ class _Hits:
 
 @shared_docs
 def plot_impact_velocities(
-    run: Trajectory,
+    run: DrawnRun,
     ax: Axes | None = None,
     *,
     window: tuple[float, float] | None = None,
     units: Units | None = None,
     xlabel: str | None = None,
     ylabel: str | None = None,
+    on: On | None = None,
 ) -> Axes:
     """Draw the velocity after each impact over the cycle of the forcing.
 
@@ -296,6 +330,9 @@ def plot_impact_velocities(
         The run.
     window
         First and last time of the impacts that are drawn; default: the whole run.
+    on
+        Of a structure the coordinate, direction or point whose velocity is drawn, at the stops on
+        its line; default: at each stop the velocity towards or from it.
 
     Returns
     -------
@@ -303,11 +340,11 @@ def plot_impact_velocities(
         The axes; with another one beside it, the scale of the colours. Those of a new figure have
         a legend.
     """
-    check_kind("run", run, Trajectory)
-    units = units_of(units, run.oscillator)
-    low, high = window_of(run, window)
-    period = None if run.forcing is None else run.forcing.period
-    groups = _groups(run, low, high, period)
+    hits_of = _met(run, on)
+    units = units_of(units, hits_of.units)
+    period = hits_of.period
+    low, high = window_of(cast("Drawable", hits_of.run), window)
+    groups = _groups(hits_of, low, high)
     with picture(ax, legend=True, labels=(xlabel, ylabel)) as ax:
         if groups:
             points = [_scatter(ax, hits, groups, period) for hits in groups]
@@ -322,7 +359,7 @@ def plot_impact_velocities(
             ax.text(0.5, 0.5, "no impacts", transform=ax.transAxes, ha="center", va="center")
             ax.set_axis_off()
         if period is not None:
-            _draw_grazes(ax, run, low, high, period)
+            _draw_grazes(ax, hits_of.run.grazes.t, low, high, period)
             ax.set_xlim(-0.02, 1.02)
         ax.set_xlabel(
             f"time $t$ ({units.duration})" if period is None else "cycle (forcing periods)"
@@ -331,18 +368,45 @@ def plot_impact_velocities(
     return ax
 
 
-def _groups(run: Trajectory, low: float, high: float, period: float | None) -> list[_Hits]:
+@dataclass(frozen=True, slots=True)
+class _MetStops:
+    """What has impacts and crossings, the numbers of their stops, units, and a period."""
+
+    run: Drawable | StructureTrajectory
+    stops: Sequence[int]
+    units: HasUnits
+    period: float | None
+
+
+def _met(run: DrawnRun, on: On | None) -> _MetStops:
+    """Return the run of an oscillator, or one of a structure, whole or along a direction."""
+    if isinstance(run, StructureOrbit):
+        run = run.run
+    if isinstance(run, StructureTrajectory):
+        period = run.loads.period
+        if on is None:
+            return _MetStops(run, range(len(run.structure.stops)), run.structure, period)
+        view = view_of(run, on)
+        assert isinstance(view, DirectionView)
+        return _MetStops(view, view.stop_numbers, run.structure, period)
+    check_kind("run", run, Trajectory)
+    view_of(run, on)
+    period = None if run.forcing is None else run.forcing.period
+    return _MetStops(run, range(len(run.oscillator.stops)), run.oscillator, period)
+
+
+def _groups(met: _MetStops, low: float, high: float) -> list[_Hits]:
     """Return what is drawn: the impacts on each wall and the entries into each soft stop."""
-    impacts, crossings = run.impacts, run.crossings
+    impacts, crossings, period = met.run.impacts, met.run.crossings, met.period
     hit = within(impacts.t, low, high)
     entered = within(crossings.t, low, high) & (crossings.direction == "in")
     groups = []
-    for stop in range(len(run.oscillator.stops)):
-        shown = hit & (impacts.stop == stop)
+    for row, stop in enumerate(met.stops):
+        shown = hit & (impacts.stop == row)
         if shown.any():
             t, cycle = impacts.t[shown], impacts.cycle[shown]
             groups.append(_Hits(t, impacts.v_after[shown], cycle, stop, is_entry=False))
-        shown = entered & (crossings.stop == stop)
+        shown = entered & (crossings.stop == row)
         if shown.any():
             t = crossings.t[shown]
             groups.append(_Hits(t, crossings.v[shown], t / (period or np.nan), stop, is_entry=True))
@@ -382,10 +446,10 @@ def _name_markers(ax: Axes, groups: list[_Hits]) -> None:
         ax.plot([], [], hits.marker, color=GREY, markersize=5.0, label=hits.label)
 
 
-def _draw_grazes(ax: Axes, run: Trajectory, low: float, high: float, period: float) -> None:
-    shown = within(run.grazes.t, low, high)
+def _draw_grazes(ax: Axes, t: Floats, low: float, high: float, period: float) -> None:
+    shown = within(t, low, high)
     if shown.any():
-        cycle = _drawn_cycle(run.grazes.t[shown] / period)
+        cycle = _drawn_cycle(t[shown] / period)
         seen = topmost(cycle, np.zeros(cycle.size))
         ax.plot(cycle[seen], np.zeros(seen.size), **GRAZE_STYLE)
 
@@ -404,7 +468,7 @@ def _pad_speeds(ax: Axes, v: Floats) -> None:
 
 @shared_docs
 def plot_staircase(
-    run: Trajectory,
+    run: Trajectory | StructureTrajectory,
     ax: Axes | None = None,
     *,
     spacing: float | None = None,
@@ -422,19 +486,23 @@ def plot_staircase(
     run
         The run; without walls, the entries into soft stops are taken.
     spacing
-        T_0 [time], > 0; default: 2 pi over the resonant frequency.
+        T_0 [time], > 0; default: 2 pi over the resonant frequency. Structures have several of
+        these, and need it.
 
     Raises
     ------
     ParameterError
         If no spacing is given and the free oscillator has none, or it is not positive.
     """
-    check_kind("run", run, Trajectory)
-    if spacing is None:
+    met = _met(run, None)
+    if spacing is None and isinstance(run, Trajectory):
         spacing = 2.0 * np.pi / resonant_frequency(run.oscillator)
+    elif spacing is None:
+        reason = "a structure has several resonant frequencies; give the time between two impacts"
+        raise ParameterError("spacing", spacing, reason)
     elif not 0.0 < spacing < np.inf:
         raise ParameterError("spacing", spacing, "not a positive number")
-    units = units_of(units, run.oscillator)
+    units = units_of(units, met.units)
     times = run.impacts.t
     if len(times) == 0:
         times = run.crossings.t[run.crossings.direction == "in"]
@@ -490,6 +558,9 @@ def plot_spectrum(
         The axes; the lines of a periodic motion are drawn as lines.
     """
     units = units_of(units, getattr(result, "oscillator", None))
+    if isinstance(result, StructureTrajectory | StructureOrbit):
+        reason = "no spectrum of a structure is drawn; run.sample(n) gives equally spaced values"
+        raise ParameterError("result", result, reason)
     if not hasattr(result, "data_vars"):
         check_kind("result", result, Trajectory)
     if isinstance(result, Trajectory):
@@ -547,19 +618,23 @@ def _draw_lines(ax: Axes, omega: Floats, amplitude: Floats, floor: float) -> Non
 
 @shared_docs
 def plot_motion(
-    run: Trajectory,
+    run: DrawnRun,
     figure: Figure | None = None,
     *,
     title: str = "",
     window: tuple[float, float] | None = None,
     units: Units | None = None,
+    on: On | None = None,
 ) -> Figure:
     """Draw a run in four panels: x(t), v(t), the phase portrait and the impact velocities.
 
     Parameters
     ----------
     run
-        The run.
+        The run, of a structure along one line; `plot_coordinates` draws several.
+    on
+        Of a structure the coordinate, direction or point that is drawn; default: the line of its
+        first stop, and in the last panel the impacts on all stops.
     figure
         An empty figure to draw on, such as `offscreen_figure`; default: a new one.
     title
@@ -580,10 +655,10 @@ def plot_motion(
             **lower.subplot_mosaic([["portrait", "impacts"]]),
         }
         panels["x"].sharex(panels["v"])
-        plot_displacement(run, panels["x"], window=window, units=units)
-        plot_velocity(run, panels["v"], window=window, units=units)
-        plot_phase_portrait(run, panels["portrait"], window=window, units=units)
-        plot_impact_velocities(run, panels["impacts"], window=window, units=units)
+        plot_displacement(run, panels["x"], window=window, units=units, on=on)
+        plot_velocity(run, panels["v"], window=window, units=units, on=on)
+        plot_phase_portrait(run, panels["portrait"], window=window, units=units, on=on)
+        plot_impact_velocities(run, panels["impacts"], window=window, units=units, on=on)
         panels["x"].set_xlabel("")
         panels["x"].tick_params(labelbottom=False)
         upper.align_ylabels([panels["x"], panels["v"]])

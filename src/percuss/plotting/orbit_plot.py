@@ -12,11 +12,14 @@ from matplotlib.patches import Circle
 from percuss.arrays import Complexes, Flags, Floats
 from percuss.errors import ParameterError
 from percuss.model.exact import as_float
+from percuss.model.oscillator import On, Wall
 from percuss.model.units import Units
-from percuss.orbits.bifurcations.branch import Branch
+from percuss.orbits.bifurcations.structure_branch import AnyBranch
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit, counted
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
-from percuss.plotting.marks import draw_jumps, draw_rest_points, draw_stops, stop_places
+from percuss.plotting.direction_view import Drawable, names_of, view_of
+from percuss.plotting.labels import parameter_label
+from percuss.plotting.marks import draw_jumps, draw_rest_points, draw_stops
 from percuss.plotting.samples import SampledMotion, sample_curve, window_of
 from percuss.plotting.style import (
     BLUE,
@@ -32,18 +35,21 @@ from percuss.plotting.style import (
 # Far beyond the circle a multiplier would shrink it: it is shown at the edge instead.
 MOST = 3.0
 COLOURS = "viridis"
+# A formal orbit passes a wall by more than this part of its displacements.
+THROUGH = 1e-9
 # Of a new figure: the circle is round [inch].
 SIZE = (5.4, 4.4)
 
 
 @shared_docs
 def plot_orbit(
-    orbit: PeriodicOrbit,
+    orbit: PeriodicOrbit | StructureOrbit,
     ax: Axes | None = None,
     *,
     units: Units | None = None,
     xlabel: str | None = None,
     ylabel: str | None = None,
+    on: On | None = None,
 ) -> Axes:
     """Draw a periodic orbit: velocity over displacement, with its stops.
 
@@ -54,6 +60,9 @@ def plot_orbit(
     ----------
     orbit
         The orbit.
+    on
+        Of a structure the coordinate, direction or point that is drawn, with the stops on its line;
+        default: the line of its first stop.
 
     Returns
     -------
@@ -64,15 +73,20 @@ def plot_orbit(
     Raises
     ------
     ParameterError
-        If it is no `PeriodicOrbit`.
+        If it is no orbit, or there is no such coordinate.
     """
-    check_kind("orbit", orbit, PeriodicOrbit)
-    units, run = units_of(units, orbit.oscillator), orbit.trajectory()
+    run: Drawable
+    if isinstance(orbit, StructureOrbit):
+        run = view_of(orbit, on)
+    else:
+        check_kind("orbit", orbit, PeriodicOrbit)
+        run = view_of(orbit.trajectory(), on)
+    units = units_of(units, run.oscillator)
     low, high = window_of(run, None)
     curve = sample_curve(run, (low, high))
     with picture(ax, legend=True, labels=(xlabel, ylabel)) as ax:
         t, x, v = _broken_at_jumps(curve)
-        beyond = _beyond(orbit, t, x)
+        beyond = _beyond(orbit, run, t, x)
         ax.plot(np.where(beyond, np.nan, x), v, color=BLUE, linewidth=1.5, label="orbit")
         if beyond.any():
             near = beyond | np.roll(beyond, 1) | np.roll(beyond, -1)
@@ -82,21 +96,26 @@ def plot_orbit(
             )  # fmt: skip
         impacts = run.impacts
         if len(impacts):
-            places = stop_places(run, impacts.stop)
+            # Of a structure an impact elsewhere is a jump here too.
+            places, _ = run(impacts.t)
             draw_jumps(ax, places, impacts.v_before, impacts.v_after)
         draw_stops(ax, run, curve.x, "x")
         draw_rest_points(ax, run, low, high)
-        label_phase_plane(ax, units)
+        label_phase_plane(ax, units, names_of(run))
         ax.set_title(_title(orbit, units))
     return ax
 
 
-def _title(orbit: PeriodicOrbit, units: Units) -> str:
+def _title(orbit: PeriodicOrbit | StructureOrbit, units: Units) -> str:
     met = "sticking" if math.isinf(orbit.n_impacts) else counted(orbit.n_impacts, "impact")
     turns = f" in {counted(orbit.n_periods, 'forcing period')}" if orbit.n_periods else ""
     unit = f" {units.duration}" if units.time else ""
     formal = "" if orbit.admissible else ", not physical"
-    return f"{met}{turns}, T = {orbit.period:.6g}{unit}, {orbit.stability}{formal}"
+    if isinstance(orbit, StructureOrbit):
+        stability = "asymptotic" if orbit.is_stable else "unstable"
+    else:
+        stability = orbit.stability
+    return f"{met}{turns}, T = {orbit.period:.6g}{unit}, {stability}{formal}"
 
 
 def _broken_at_jumps(curve: SampledMotion) -> tuple[Floats, Floats, Floats]:
@@ -106,10 +125,17 @@ def _broken_at_jumps(curve: SampledMotion) -> tuple[Floats, Floats, Floats]:
     return t, x, v
 
 
-def _beyond(orbit: PeriodicOrbit, t: Floats, x: Floats) -> Flags:
+def _beyond(orbit: PeriodicOrbit | StructureOrbit, run: Drawable, t: Floats, x: Floats) -> Flags:
     """Return which samples of a formal orbit lie beyond a stop that it passes through."""
     beyond = np.zeros(len(x), dtype=np.bool_)
     if orbit.admissible:
+        return beyond
+    if isinstance(orbit, StructureOrbit):
+        # It notices soft stops, and passes through walls alone.
+        for stop in run.oscillator.stops:
+            if isinstance(stop, Wall):
+                depth = (x - as_float(stop.at)) * (-1.0 if stop.side == "below" else 1.0)
+                beyond |= depth > THROUGH * np.nanmax(np.abs(x))
         return beyond
     passages = orbit.passages
     for instant, i in zip(passages.t, passages.stop, strict=True):
@@ -126,7 +152,7 @@ def _beyond(orbit: PeriodicOrbit, t: Floats, x: Floats) -> Flags:
 
 @shared_docs
 def plot_multipliers(
-    what: PeriodicOrbit | StructureOrbit | Branch,
+    what: PeriodicOrbit | StructureOrbit | AnyBranch,
     ax: Axes | None = None,
     *,
     xlabel: str | None = None,
@@ -139,23 +165,24 @@ def plot_multipliers(
     Parameters
     ----------
     what
-        A periodic orbit, also of a structure, or a branch of orbits, whose points are coloured by the parameter.
+        A periodic orbit or a branch of orbits, also of a structure; of a branch the points are
+        coloured by the parameter.
 
     Raises
     ------
     ParameterError
         If it is neither.
     """
-    if not isinstance(what, PeriodicOrbit | StructureOrbit | Branch):
-        raise ParameterError("what", what, "neither an orbit nor a Branch")
-    values = what.multipliers if isinstance(what, Branch) else what.multipliers[None]
+    if not isinstance(what, PeriodicOrbit | StructureOrbit | AnyBranch):
+        raise ParameterError("what", what, "neither an orbit nor a branch")
+    values = what.multipliers if isinstance(what, AnyBranch) else what.multipliers[None]
     far = max(1.0, float(np.abs(np.stack([values.real, values.imag])).max(initial=0.0)))
     edge = 1.12 * min(far, MOST)
     with picture(ax, SIZE, labels=(xlabel, ylabel)) as ax:
         ax.add_patch(Circle((0.0, 0.0), 1.0, fill=False, color=GREY, linewidth=1.0, zorder=1.0))
         ax.axhline(0.0, color=GREY, linewidth=0.5, zorder=0.5)
         ax.axvline(0.0, color=GREY, linewidth=0.5, zorder=0.5)
-        if isinstance(what, Branch):
+        if isinstance(what, AnyBranch):
             _draw_branch(ax, what, edge)
         else:
             _draw_orbit(ax, values[0], edge)
@@ -180,7 +207,10 @@ def _draw_orbit(ax: Axes, values: Complexes, edge: float) -> None:
     _explain(ax)
 
 
-def _draw_branch(ax: Axes, branch: Branch, edge: float) -> None:
+def _draw_branch(ax: Axes, branch: AnyBranch, edge: float) -> None:
+    first = branch.orbits[0]
+    owner = first.structure if isinstance(first, StructureOrbit) else first.oscillator
+    units = units_of(None, owner)
     low, high = float(branch.values.min()), float(branch.values.max())
     lines = None
     for column in _followed(branch.multipliers).T:
@@ -204,7 +234,9 @@ def _draw_branch(ax: Axes, branch: Branch, edge: float) -> None:
             label=label, zorder=3.0,
         )  # fmt: skip
     if lines is not None:
-        ax.figure.colorbar(lines, ax=ax, label=branch.path)
+        ax.figure.colorbar(
+            lines, ax=ax, label=parameter_label(branch.orbits[0], branch.path, units)
+        )
     _explain(ax)
 
 
@@ -214,14 +246,27 @@ def _explain(ax: Axes) -> None:
 
 
 def _followed(values: Complexes) -> Complexes:
-    """Return pairs of multipliers, swapped where needed, so that each column is continuous."""
-    pairs = values.copy()
-    for row in range(1, len(pairs)):
-        straight = np.abs(pairs[row] - pairs[row - 1]).sum()
-        crossed = np.abs(pairs[row, ::-1] - pairs[row - 1]).sum()
-        if crossed < straight:
-            pairs[row] = pairs[row, ::-1].copy()
-    return pairs
+    """Return multipliers, exchanged where needed, so that each column is continuous.
+
+    Of more than two the nearest ones of two rows belong together first.
+    """
+    columns = values.copy()
+    n = columns.shape[1]
+    for row in range(1, len(columns)):
+        straight = np.abs(columns[row] - columns[row - 1]).sum()
+        if n == 2:
+            crossed = np.abs(columns[row, ::-1] - columns[row - 1]).sum()
+            if crossed < straight:
+                columns[row] = columns[row, ::-1].copy()
+            continue
+        distances = np.abs(columns[row][None] - columns[row - 1][:, None])
+        order = np.empty(n, dtype=np.int64)
+        for _ in range(n):
+            old, new = np.unravel_index(int(np.argmin(distances)), distances.shape)
+            order[old] = new
+            distances[old] = distances[:, new] = np.inf
+        columns[row] = columns[row][order]
+    return columns
 
 
 def _placed(values: Complexes, edge: float) -> tuple[Floats, Floats, Flags]:

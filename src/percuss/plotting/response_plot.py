@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, TypeAlias, cast
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -30,6 +30,7 @@ from percuss.plotting.style import (
     BLACK,
     COLOUR_CYCLE,
     GREY,
+    check_kind,
     picture,
     shared_docs,
     units_of,
@@ -119,6 +120,7 @@ def plot_response(
     """
     if quantity not in WORDS:
         raise ParameterError("quantity", quantity, f"none of {', '.join(WORDS)}")
+    check_kind("response", response, Response)
     if not response.branches:
         raise ParameterError("response", response, "it has no branches")
     units = units_of(units, owner_of(response.branches[0]))
@@ -308,9 +310,13 @@ def plot_velocity_gap(
     ParameterError
         If there is no curve.
     """
-    several = [curves] if isinstance(curves, VelocityGap) else list(curves)
+    several: list[VelocityGap] = (
+        list(curves) if isinstance(curves, list | tuple) else [cast("VelocityGap", curves)]
+    )
     if not several:
         raise ParameterError("curves", curves, "no curve to draw")
+    for curve in several:
+        check_kind("curves", curve, VelocityGap)
     units = units_of(units)
     with picture(ax, labels=(xlabel, ylabel)) as ax:
         for curve in several:

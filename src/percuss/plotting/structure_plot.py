@@ -14,7 +14,8 @@ from percuss.model.units import Units
 from percuss.motion.structures import StructureTrajectory
 from percuss.numerics import cholesky, inverse, matmul
 from percuss.numerics.modes import symmetric_modes
-from percuss.plotting.direction_view import direction_name
+from percuss.orbits.orbit.structure_orbit import StructureOrbit
+from percuss.plotting.direction_view import direction_name, shown_lines
 from percuss.plotting.motion_plot import plot_displacement
 from percuss.plotting.style import (
     BLUE,
@@ -32,13 +33,15 @@ __all__ = ["plot_coordinates", "plot_mode_shapes"]
 # Panels of one figure; more would be too low to be read.
 MOST_PANELS = 12
 HEIGHT = 1.5
+# Places along the axis of mode shapes that are chosen.
+MOST_SHOWN = 1000
 
 
 def plot_coordinates(
-    run: StructureTrajectory,
+    run: StructureTrajectory | StructureOrbit,
     figure: Figure | None = None,
     *,
-    on: Sequence[On] | None = None,
+    on: On | Sequence[On] | None = None,
     window: tuple[float, float] | None = None,
     units: Units | None = None,
     title: str | None = None,
@@ -48,11 +51,12 @@ def plot_coordinates(
     Parameters
     ----------
     run
-        The run.
+        The run, or an orbit over its period.
     figure
         An empty figure; default: a new one.
     on
-        Coordinates, directions and names of points; default: all coordinates.
+        Coordinates, directions and names of points; default: all points, or where the structure has
+        none all coordinates.
     window
         First and last time that are drawn; default: the whole run.
     units
@@ -70,11 +74,9 @@ def plot_coordinates(
     ParameterError
         If there is no such coordinate or direction, or there are more than 12.
     """
+    run = run.run if isinstance(run, StructureOrbit) else run
     check_kind("run", run, StructureTrajectory)
-    shown = list(range(run.structure.n)) if on is None else list(on)
-    if not 0 < len(shown) <= MOST_PANELS:
-        reason = f"{len(shown)} panels; give 1 to {MOST_PANELS} coordinates or directions"
-        raise ParameterError("on", on, reason)
+    shown = shown_lines(run.structure, on, MOST_PANELS, "panels")
     units = units_of(units, run.structure)
     with style():
         figure = new_figure(8.0, 1.0 + HEIGHT * len(shown)) if figure is None else figure
@@ -96,6 +98,7 @@ def plot_mode_shapes(
     figure: Figure | None = None,
     *,
     n: int | None = None,
+    on: Sequence[On] | None = None,
     units: Units | None = None,
 ) -> Figure:
     """Draw the undamped modes of a structure that touches no stop.
@@ -108,19 +111,22 @@ def plot_mode_shapes(
         An empty figure; default: a new one.
     n
         Number of modes, the slowest first; default: up to 6.
+    on
+        The coordinates, directions and points, in the order of the picture, such as the deflections
+        of a beam without its rotations; default: all coordinates.
     units
         Units of the frequencies; default: those of the structure, or dimensionless.
 
     Returns
     -------
     Figure
-        The figure: a panel for each mode, its amplitudes over the coordinates, the largest 1, with
+        The figure: a panel for each mode, its amplitudes at what is shown, the largest 1, with
         its angular frequency. At a negative square of it the rate of growth is given.
 
     Raises
     ------
     ParameterError
-        If the stiffness is not symmetric, or there are not so many modes.
+        If the stiffness is not symmetric, there are not so many modes, or no such coordinate.
     """
     check_kind("structure", structure, Structure)
     stiffness = structure.stiffness_matrix
@@ -133,16 +139,20 @@ def plot_mode_shapes(
         raise ParameterError("n", n, reason)
     back = inverse(cholesky(structure.mass_matrix)[0])
     squares, rows = symmetric_modes(matmul(matmul(back, stiffness), back.T))
-    shapes = matmul(rows, back)
+    lines = (
+        list(range(structure.n)) if on is None else shown_lines(structure, on, MOST_SHOWN, "places")
+    )
+    directions = np.array([structure.direction(line) for line in lines])
+    shapes = matmul(matmul(rows, back), directions.T)
     units = units_of(units, structure)
     per_time = f"1/{units.time}" if units.time else "dimensionless"
     with style():
         figure = new_figure(6.4, 1.0 + 1.2 * count) if figure is None else figure
         panels = figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0]
-        places = np.arange(structure.n)
+        places = np.arange(len(lines))
         largest = max(float(np.abs(squares).max()), 1e-300)
         for i, ax in enumerate(panels):
-            peak = shapes[i, int(np.argmax(np.abs(shapes[i])))]
+            peak = shapes[i, int(np.argmax(np.abs(shapes[i])))] or 1.0
             ax.axhline(0.0, color=GREY, linewidth=0.7)
             ax.plot(places, shapes[i] / peak, "o-", color=BLUE, linewidth=1.3, markersize=4.5)
             ax.set_ylim(-1.2, 1.2)
@@ -152,7 +162,10 @@ def plot_mode_shapes(
                 name = f"grows at {abs(square) ** 0.5:.5g} ({per_time})"
             ax.set_title(f"mode {i + 1}: {name}", loc="left", fontsize="small")
             fix_ticks(ax)
-        panels[-1].set_xlabel("coordinate")
-        panels[-1].set_xticks(places if structure.n <= 20 else places[:: structure.n // 10])
+        shown = places if len(lines) <= 20 else places[:: len(lines) // 10]
+        names = [f"${direction_name(structure, lines[i])}$" for i in shown.tolist()]
+        are_indices = all(isinstance(line, int) for line in lines)
+        panels[-1].set_xlabel("coordinate" if are_indices else "")
+        panels[-1].set_xticks(shown, [str(lines[i]) for i in shown] if are_indices else names)
         figure.supylabel("amplitude", fontsize="medium")
     return figure

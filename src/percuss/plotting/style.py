@@ -125,19 +125,16 @@ def units_of(units: Units | None, oscillator: HasUnits | None = None) -> Units:
     return Units(*plain)
 
 
-# What draws the motion of a structure.
-OF_STRUCTURES = (
-    "; of a structure plot_coordinates draws a run, plot_motion, plot_displacement, plot_velocity "
-    "and plot_phase_portrait with on= a run or an orbit"
-)
+# Results that oscillators alone have.
+ALONE = ("Manifolds", "SingularitySet", "VelocityGap")
 
 
 def check_kind(name: str, value: object, kind: type) -> None:
     """Raise a ParameterError if what is to be drawn is of another kind."""
     if not isinstance(value, kind):
         is_structure = type(value).__name__ in ("StructureOrbit", "StructureTrajectory")
-        instead = OF_STRUCTURES if is_structure else ""
-        raise ParameterError(name, value, f"not a {kind.__name__}{instead}")
+        none = ", which structures do not have" if is_structure and kind.__name__ in ALONE else ""
+        raise ParameterError(name, value, f"not a {kind.__name__}{none}")
 
 
 def style() -> AbstractContextManager[None]:

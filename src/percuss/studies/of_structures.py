@@ -262,6 +262,22 @@ def report_of_motion(run: StructureTrajectory) -> dict[str, str]:
     for on in _displacements(structure):
         name = f"at {on}" if isinstance(on, str) else f"coordinate {on}"
         rows[name] = ends_in_words(run.extremes("displacement", on=on), length)
+    rows |= _stops_in_words(run)
+    contacts = run.contacts
+    first = f", the first from t = {contacts.start[0]:.10g}" if len(contacts) else ""
+    return rows | {
+        "impacts": str(len(run.impacts)),
+        "crossings": str(len(run.crossings)),
+        "contacts": f"{len(contacts)}{first}",
+        "grazes": str(len(run.grazes)),
+        "outcome": str(run.outcome.value),
+        "time": f"t = {run.t0:.10g} to {run.t_end:.10g}",
+    }
+
+
+def _stops_in_words(run: StructureTrajectory) -> dict[str, str]:
+    """Return the forces of soft stops that were met, and the impulses of walls."""
+    structure, rows = run.structure, {}
     force = in_units(structure.units, "mass length/time^2")
     impulse = in_units(structure.units, "mass length/time")
     for i, stop in enumerate(structure.stops):
@@ -274,16 +290,7 @@ def report_of_motion(run: StructureTrajectory) -> dict[str, str]:
             if len(own):
                 words = f"{counted(len(own), 'impact')}, impulses up to"
                 rows[f"wall {i}"] = f"{words} {with_unit(float(own.max()), impulse)}"
-    contacts = run.contacts
-    first = f", the first from t = {contacts.start[0]:.10g}" if len(contacts) else ""
-    return rows | {
-        "impacts": str(len(run.impacts)),
-        "crossings": str(len(run.crossings)),
-        "contacts": f"{len(contacts)}{first}",
-        "grazes": str(len(run.grazes)),
-        "outcome": str(run.outcome.value),
-        "time": f"t = {run.t0:.10g} to {run.t_end:.10g}",
-    }
+    return rows
 
 
 def report_of_orbit(orbit: StructureOrbit) -> dict[str, str]:
@@ -302,7 +309,7 @@ def report_of_orbit(orbit: StructureOrbit) -> dict[str, str]:
     for on in _displacements(orbit.structure):
         name = f"at {on}" if isinstance(on, str) else f"coordinate {on}"
         rows[name] = ends_in_words(orbit.run.extremes("displacement", on=on), length)
-    return rows | {"residual": f"{orbit.residual:.2g}"}
+    return rows | _stops_in_words(orbit.run) | {"residual": f"{orbit.residual:.2g}"}
 
 
 def _structure(study: StudyDraft) -> Structure:

@@ -561,9 +561,10 @@ class Draw:
         Whether the stable manifolds of saddles are drawn into basins.
     on
         Coordinates, directions and points of a structure whose motions are drawn; default: its
-        points, or else all coordinates.
+        points, or else all coordinates. Of a branch the one whose amplitude is drawn; default: the
+        line of its first stop.
     coordinate
-        Of a structure that whose amplitude is drawn over a branch.
+        In place of `on`, of a branch: the index of a coordinate.
     """
 
     png: Flag = True
@@ -575,7 +576,7 @@ class Draw:
     animation: Literal["gif", "html", "mp4"] | None = None
     manifolds: Annotated[Flag, PlainSerializer(lambda is_on: is_on or None)] = False
     on: OnKeys = None
-    coordinate: Annotated[Whole, PlainSerializer(lambda index: index or None)] = 0
+    coordinate: Whole | None = None
 
     def units(self) -> Units | None:
         """Return the units as plots take them; None: those of the oscillator."""

@@ -20,6 +20,7 @@ from percuss.orbits.bifurcations.structure_branch import (
     StructureBranch,
     StructureEquations,
     StructureSpecialPoint,
+    amplitudes,
     structure_parameter,
 )
 from percuss.orbits.bifurcations.wall_equations import WallEquations, meets_walls_in_turn
@@ -223,8 +224,8 @@ def continue_structure_orbit(
     """
     if len(over) != 1:
         raise ParameterError("over", dict(over), "not one parameter by its path and range")
-    ((given, ends),) = over.items()
-    path, value = structure_parameter(orbit, given)
+    ((path, ends),) = over.items()
+    value = structure_parameter(orbit, path)
     first, last = range_about(value, path, ends, "orbit")
     steps = StepLimits.checked(max_points, largest_step)
     reported = Progress(progress, 2 * steps.max_points, "orbits", is_bound=True)
@@ -247,15 +248,8 @@ def continue_structure_orbit(
         multipliers=np.array([each.multipliers for each in orbits]),
         is_stable=np.array([each.is_stable for each in orbits]),
         n_impacts=np.array([each.n_impacts for each in orbits]),
-        amplitude=np.array([_amplitudes(each) for each in orbits]),
+        amplitude=np.array([amplitudes(each) for each in orbits]),
         orbits=orbits,
         special_points=special,
         end_reason=why,
     )
-
-
-def _amplitudes(orbit: StructureOrbit) -> Floats:
-    run = orbit.run
-    times = np.concatenate([np.linspace(0.0, run.t_end, 257), run.impacts.t, run.crossings.t])
-    x, _ = run(times)
-    return np.asarray(0.5 * (x.max(axis=0) - x.min(axis=0)))

@@ -14,6 +14,7 @@ from percuss.arrays import Complexes, Flags, Floats
 from percuss.errors import ConvergenceError
 from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import as_float
+from percuss.model.oscillator import On
 from percuss.model.paths import get_parameter, long_form, replace_parameters
 from percuss.numerics import determinant, dot, matmul
 from percuss.orbits.bifurcations.branch import Branch, BranchRows, OrbitRows
@@ -40,6 +41,7 @@ __all__ = [
     "StructureEquations",
     "StructureRows",
     "StructureSpecialPoint",
+    "amplitudes",
     "structure_parameter",
     "tests_of",
     "tests_of_matrix",
@@ -155,6 +157,38 @@ class StructureBranch(StructureRows, BranchRows[StructureOrbit]):
     orbits: tuple[StructureOrbit, ...] = field(repr=False)
     special_points: tuple[StructureSpecialPoint, ...]
     end_reason: str
+
+    def amplitude_of(self, on: On) -> Floats:
+        """Return half the distance between the least and the largest displacement in each row.
+
+        Parameters
+        ----------
+        on
+            A coordinate, a direction, or the name of a point.
+
+        Returns
+        -------
+        array
+            (m,), taken at the same instants as `amplitude` [length].
+
+        Raises
+        ------
+        ParameterError
+            If there is no such coordinate or point.
+
+        Examples
+        --------
+        >>> import percuss as pc
+        >>> two = pc.chain([1, 1], [1, 1, 1], dashpots="0.1")
+        >>> orbit = pc.find_orbit(two, pc.Loads({0: pc.cosine("0.5")}))
+        >>> branch = pc.continue_orbit(orbit, over={"loads.0.omega": ("0.5", "0.6")})
+        >>> bool((branch.amplitude_of((1, -1)) < branch.amplitude[:, 0]).all())
+        True
+        """
+        if isinstance(on, int) and 0 <= on < self.amplitude.shape[1]:
+            return self.amplitude[:, on]
+        c = self.orbits[0].structure.direction(on)
+        return np.array([float(amplitudes(orbit, c[:, None])[0]) for orbit in self.orbits])
 
     @property
     def stability(self) -> NDArray[np.str_]:
@@ -422,9 +456,9 @@ class StructureEquations:
             return along_parameter(len(tangent))
         return tangent
 
-    def longest_step(self, point: Point[Self], largest: float) -> float:  # noqa: ARG002
-        """Return the largest step."""
-        return largest
+    def longest_step(self, point: Point[Self], largest: float) -> float:
+        """Return the largest step, longer where the orbit has outgrown the first one's size."""
+        return largest * _size(point.z[: self.size])
 
 
 def _scale_of(orbit: StructureOrbit) -> Floats:
@@ -439,6 +473,15 @@ def _scale_of(orbit: StructureOrbit) -> Floats:
     longer = max([length, *places])
     speed *= longer / length if length > 0.0 else 1.0
     return np.repeat([longer or 1.0, speed or 1.0], structure.n)
+
+
+def amplitudes(orbit: StructureOrbit, directions: Floats | None = None) -> Floats:
+    """Return half the range of the displacements along directions, (n, k); of all coordinates."""
+    run = orbit.run
+    times = np.concatenate([np.linspace(0.0, run.t_end, 257), run.impacts.t, run.crossings.t])
+    x, _ = run(times)
+    y = x if directions is None else matmul(x, directions)
+    return np.asarray(0.5 * (y.max(axis=0) - y.min(axis=0)))
 
 
 def _size(z: Floats) -> float:
@@ -469,7 +512,7 @@ def tests_of_matrix(monodromy: Floats) -> dict[str, float]:
     }
 
 
-def structure_parameter(orbit: StructureOrbit, path: str) -> tuple[str, float]:
-    """Return the long form of a parameter's path, and its value in the system of an orbit."""
+def structure_parameter(orbit: StructureOrbit, path: str) -> float:
+    """Return the value of a parameter in the system of an orbit."""
     path = long_form(path, orbit.structure, orbit.loads)
-    return path, as_float(get_parameter(orbit.structure, orbit.loads, None, path))
+    return as_float(get_parameter(orbit.structure, orbit.loads, None, path))

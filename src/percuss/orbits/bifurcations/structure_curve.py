@@ -13,6 +13,7 @@ import numpy as np
 from percuss.arrays import Complexes, Floats
 from percuss.errors import ParameterError
 from percuss.model.exact import Phase
+from percuss.model.paths import long_form
 from percuss.orbits.bifurcations.branch import CurveRows
 from percuss.orbits.bifurcations.branch_equations import range_about
 from percuss.orbits.bifurcations.structure_branch import (
@@ -224,13 +225,13 @@ def continue_structure_curve(
     orbit = point.orbit
     ranges: dict[str, tuple[float, float]] = {}
     values, signs = [], []
-    for given, ends in over.items():
-        path, value = structure_parameter(orbit, given)
+    for path, ends in over.items():
+        value = structure_parameter(orbit, path)
         first, last = range_about(value, path, ends, "point")
         ranges[path] = min(first, last), max(first, last)
         values.append(value)
         signs.append(math.copysign(1.0, last - first))
-    if len(ranges) != 2:
+    if len({long_form(path, orbit.structure, orbit.loads) for path in over}) != 2:
         raise ParameterError("over", tuple(over), "twice the same parameter")
     condition = CONDITIONS[point.kind]
     steps = StepLimits.checked(max_points, largest_step)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
@@ -28,6 +28,8 @@ from percuss.orbits.orbit.moved_structure_orbit import (
     StructureOrbitSensitivity,
     sensitivity_of_structure_orbit,
 )
+from percuss.orbits.orbit.periodic_orbit import counted
+from percuss.pictures import HasPicture
 
 __all__ = [
     "PeriodMap",
@@ -123,7 +125,7 @@ def _period_of(system: StructureSystem) -> float:
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
-class StructureOrbit:
+class StructureOrbit(HasPicture):
     """A periodic orbit of a structure, made by `find_orbit`.
 
     Attributes
@@ -157,6 +159,8 @@ class StructureOrbit:
     run: StructureTrajectory = field(repr=False)
     monodromy: Floats = field(repr=False)
     admissible: bool = True
+
+    picture: ClassVar = "plot_orbit"
 
     @property
     def period(self) -> float:
@@ -218,7 +222,7 @@ class StructureOrbit:
         periods = "1 period" if self.n_periods == 1 else f"{self.n_periods} periods"
         return (
             f"<StructureOrbit: {self.structure.n} coordinates, {periods} = {self.period:.6g}, "
-            f"{self.n_impacts} impacts; {kind}, largest multiplier {largest:.6g}"
+            f"{counted(self.n_impacts, 'impact')}; {kind}, largest multiplier {largest:.6g}"
             f"{'' if self.admissible else '; formal: it passes through a wall'}>"
         )
 

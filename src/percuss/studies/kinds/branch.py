@@ -11,7 +11,8 @@ from percuss.execution import Execution
 from percuss.orbits import continue_orbit
 from percuss.studies.axes import OverRanges, ParameterRange, ranges_over
 from percuss.studies.kinds.orbit import Sought
-from percuss.studies.study import Question, StudyDraft, titled_axes
+from percuss.studies.of_structures import check_on
+from percuss.studies.study import Question, StudyDraft, counted, titled_axes
 from percuss.studies.tables import Count, default, shown, table, unknown_value, values_of
 
 if TYPE_CHECKING:
@@ -68,7 +69,7 @@ class Branch(Question):
     needed: ClassVar = ("over",)
     needed_of_structures: ClassVar = ("over",)
     draw_keys: ClassVar = ("quantity",)
-    draw_keys_of_structures: ClassVar = ("quantity", "coordinate")
+    draw_keys_of_structures: ClassVar = ("quantity", "on", "coordinate")
     columns: ClassVar = {"branch": "branch", "special_points": "special_points"}
 
     sought: Sought
@@ -87,9 +88,19 @@ class Branch(Question):
         known = OF_OSCILLATORS if structure is None else OF_STRUCTURES
         if quantity is not None and quantity not in known:
             study.faults.add(("draw", "quantity"), unknown_value(quantity, known), shown(quantity))
-        if structure is not None and study.has_right_model and study.draw.coordinate >= structure.n:
+        if structure is None:
+            return
+        on, coordinate = study.draw.on, study.draw.coordinate
+        if coordinate is not None and study.has_right_model and coordinate >= structure.n:
             reason = f"no such coordinate; the coordinates are 0 to {structure.n - 1}"
-            study.faults.add(("draw", "coordinate"), reason, str(study.draw.coordinate))
+            study.faults.add(("draw", "coordinate"), reason, str(coordinate))
+        if on is not None and coordinate is not None:
+            study.faults.add(("draw", "coordinate"), "given together with on; give one")
+        if on is not None and len(on) != 1:
+            reason = f"{counted(len(on), 'displacement')}; of a branch one is drawn"
+            study.faults.add(("draw", "on"), reason)
+        for index, line in enumerate(on or ()):
+            check_on(line, ("draw", "on", index), study, is_needed=True)
 
     def answer(self, study: Study, execution: Execution) -> BranchResult | StructureBranch:
         """Find the orbit and follow it."""
@@ -101,8 +112,14 @@ class Branch(Question):
 
         axes = titled_axes(study, figure, 7.0, 4.6)
         draw = study.draw
-        own = {"quantity": draw.quantity, "coordinate": draw.coordinate, "units": draw.units()}
-        plot_branch(result, axes, **own)
+        plot_branch(
+            result,
+            axes,
+            quantity=draw.quantity,
+            on=draw.on[0] if draw.on else None,
+            coordinate=draw.coordinate,
+            units=draw.units(),
+        )
 
     def report(self, result: BranchResult | StructureBranch) -> dict[str, str]:
         """Return the branch, its special points and why it ends."""
