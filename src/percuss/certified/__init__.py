@@ -14,6 +14,7 @@ except ImportError:  # pragma: no cover
 
 from percuss.certified.ball_arithmetic import Ball, Balls, ComplexBall
 from percuss.certified.certificates import certificate
+from percuss.certified.certified_branch import BranchPoint, BranchStretch, CertifiedBranch
 from percuss.certified.certify import certify
 from percuss.certified.chaos import CertifiedChaos, prove_chaos
 from percuss.certified.march import Ending
@@ -31,6 +32,9 @@ from percuss.certified.statements import (
 __all__ = [
     "Ball",
     "Balls",
+    "BranchPoint",
+    "BranchStretch",
+    "CertifiedBranch",
     "CertifiedChaos",
     "CertifiedOrbit",
     "CertifiedPoint",

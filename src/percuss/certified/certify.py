@@ -1,4 +1,4 @@
-"""`certify`: the proof of a run, an orbit or a special point, with the bits that it needs."""
+"""`certify`: the proof of a run, an orbit, a special point or a branch, with the bits that it needs."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from typing import cast, overload
 from flint import arb
 
 from percuss.certified.ball_law import Over, lost_bits, system_for, too_wide
+from percuss.certified.certified_branch import CertifiedBranch, certify_branch
 from percuss.certified.march import MOST_EVENTS, Ending, MarchLimits, MarchRecord, march, start_used
 from percuss.certified.numbers import precision
 from percuss.certified.orbit_result import CertifiedOrbit
@@ -23,6 +24,7 @@ from percuss.model.exact import Phase, as_float, plain, whole
 from percuss.model.faults import raise_first
 from percuss.model.start import Start, start_faults, start_of
 from percuss.motion.trajectory import Outcome, Trajectory
+from percuss.orbits.bifurcations.branch import Branch
 from percuss.orbits.bifurcations.special_points import SpecialPoint
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.progress import RunProgress
@@ -176,8 +178,14 @@ def certify(
 ) -> CertifiedPoint: ...
 
 
+@overload
 def certify(
-    what: Trajectory | PeriodicOrbit | SpecialPoint,
+    what: Branch, *, progress: bool | Callable[[float, float], bool] | None = None
+) -> CertifiedBranch: ...
+
+
+def certify(
+    what: Trajectory | PeriodicOrbit | SpecialPoint | Branch,
     digits: int = 12,
     *,
     start: Start | Sequence[Phase] | None = None,
@@ -187,7 +195,7 @@ def certify(
     bits: int | None = None,
     over: Over | None = None,
     progress: bool | Callable[[float, float], bool] | None = None,
-) -> CertifiedRun | CertifiedOrbit | CertifiedPoint:
+) -> CertifiedRun | CertifiedOrbit | CertifiedPoint | CertifiedBranch:
     """Prove a result in ball arithmetic: every number has a radius that is certain.
 
     The numbers of the model are taken exactly as they were given: ``"2.8"`` is 14/5, a float
@@ -201,11 +209,13 @@ def certify(
       through one, and to be asymptotically stable, elliptic or unstable.
     - The parameter of a special point is enclosed: of a fold, period doubling, symmetry breaking,
       strong resonance, graze or corner.
+    - A branch is proven whole: the curve of orbits goes on without a gap between one end of a
+      stretch and the other, through folds, with the stability and admissibility of all of them.
 
     Parameters
     ----------
     what
-        The run, orbit or special point.
+        The run, orbit, special point or branch.
     digits
         Decimal digits wanted, >= 1. The error of a time of a run is at most 10^-digits of the time
         or, near 0, of the mean flight time; that of a velocity of itself or of the fastest impact,
@@ -226,11 +236,11 @@ def certify(
     progress
         For a run, as of `simulate`: True shows a line, a function ``(done, total) -> bool`` is
         called after each event and stops the proof by returning False. It starts anew at each
-        precision.
+        precision. For a branch it is called after each strip of the proof.
 
     Returns
     -------
-    CertifiedRun, CertifiedOrbit or CertifiedPoint
+    CertifiedRun, CertifiedOrbit, CertifiedPoint or CertifiedBranch
         With the same names as the result that was given, and balls in place of floats.
 
     Raises
@@ -253,6 +263,11 @@ def certify(
     >>> orbit = pc.find_orbit(pc.impact_oscillator("0.8"), pc.cosine("2.5"))
     >>> pc.certify(orbit).stability
     'asymptotic'
+
+    >>> branch = pc.continue_orbit(orbit, over={"forcing.omega": (2.5, 2.6)})
+    >>> proven = pc.certify(branch)
+    >>> proven.complete, [(s.low, s.high, s.stability) for s in proven.stretches]
+    (True, [(2.5, 2.6, 'asymptotic')])
     """
     digits, most_bits, bits = (plain(value) for value in (digits, most_bits, bits))  # type: ignore[assignment]
     _check(digits, most_bits, bits)
@@ -268,11 +283,18 @@ def certify(
         raise ParameterError("start", start, "start, t_end and max_impacts are of runs only")
     if isinstance(what, PeriodicOrbit):
         return certify_orbit(what, digits, most_bits, bits, over)
+    if isinstance(what, Branch):
+        if over is not None or bits is not None:
+            name, value = ("over", over) if over is not None else ("bits", bits)
+            raise ParameterError(name, value, "a branch is proven along its own parameter")
+        return certify_branch(what, progress)
     if isinstance(what, SpecialPoint):
         if over is not None:
             raise ParameterError("over", dict(over), "a special point has a parameter of its own")
         return certify_point(what, digits, most_bits, bits)
-    raise ParameterError("what", what, "neither a run, nor an orbit, nor a special point")
+    raise ParameterError(
+        "what", what, "neither a run, nor an orbit, nor a special point, nor a branch"
+    )
 
 
 def _check(digits: object, most_bits: object, bits: object) -> None:

@@ -41,21 +41,28 @@ from percuss.certified.system import BallSystem, system_of
 from percuss.numerics import directions
 from percuss.orbits.bifurcations.special_points import SpecialPoint
 
-__all__ = ["fold_of"]
+__all__ = ["OrbitCurve", "fold_of"]
 
 # Bits of derivatives.
 COARSE = 128
 
 
 @dataclass(frozen=True)
-class OrbitsAlong:
-    """The orbits along one of their coordinates, number ``along``; the parameter takes its place."""
+class OrbitCurve:
+    """The orbits of one sequence of events, along which coordinates and a parameter change.
+
+    Attributes
+    ----------
+    system, path
+        The system, and the path of the parameter in it.
+    events, n_periods
+        Those of the orbits.
+    """
 
     system: BallSystem
     events: list[OrbitEvent]
     n_periods: int
     path: str
-    along: int
 
     def equations(self, value: arb) -> Shooting:
         """Return the equations for a ball of the parameter."""
@@ -67,27 +74,12 @@ class OrbitsAlong:
             system = system_over(self.system, self.path, middle - radius, middle + radius)
         return Shooting.of(system, self.events, self.n_periods)
 
-    def split(self, w: Vector, eta: arb) -> tuple[Vector, arb]:
-        """Return the states, with the given coordinate, and the parameter."""
-        z = list(w)
-        value, z[self.along] = z[self.along], eta
-        return z, value
-
-    def with_column(self, matrix: arb_mat, w: Vector, eta: arb) -> arb_mat:
-        """Return a derivative with that by the parameter in place of that by the coordinate."""
-        z, value = self.split(w, eta)
-        column = self._by_parameter(self.equations(value), pairs(z), value)
-        table = matrix.tolist()
-        for row, entry in zip(table, column, strict=True):
-            row[self.along] = entry
-        return arb_mat(table)
-
     @staticmethod
     def coarse() -> int:
         """Return the bits of derivatives."""
         return min(ctx.prec, COARSE)
 
-    def _by_parameter(self, equations: Shooting, states: States, value: arb) -> Vector:
+    def by_parameter(self, equations: Shooting, states: States, value: arb) -> Vector:
         """Return the derivative of the equations by the parameter."""
         cap = ctx.cap
         ctx.cap = 2
@@ -127,6 +119,28 @@ class OrbitsAlong:
         kept = -following.passed(equations.system, constant_of(v1)).kept
         after = law.rebound(following.stop or 0, constant_of(v1)).after
         return later, kept * faster + _slope(after)
+
+
+@dataclass(frozen=True)
+class OrbitsAlong(OrbitCurve):
+    """The orbits along one of their coordinates, number ``along``; the parameter takes its place."""
+
+    along: int
+
+    def split(self, w: Vector, eta: arb) -> tuple[Vector, arb]:
+        """Return the states, with the given coordinate, and the parameter."""
+        z = list(w)
+        value, z[self.along] = z[self.along], eta
+        return z, value
+
+    def with_column(self, matrix: arb_mat, w: Vector, eta: arb) -> arb_mat:
+        """Return a derivative with that by the parameter in place of that by the coordinate."""
+        z, value = self.split(w, eta)
+        column = self.by_parameter(self.equations(value), pairs(z), value)
+        table = matrix.tolist()
+        for row, entry in zip(table, column, strict=True):
+            row[self.along] = entry
+        return arb_mat(table)
 
     def solution(self, eta: arb, guess: Vector) -> Vector:
         """Return the orbit and the parameter at a value of the coordinate."""

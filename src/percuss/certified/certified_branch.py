@@ -1,0 +1,342 @@
+"""A certified branch: stretches of orbits that are proven whole, and what lies between them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from itertools import groupby, pairwise
+
+from flint import arb
+
+from percuss.certified.ball_arithmetic import Ball, Balls, Undecided
+from percuss.certified.fold import OrbitCurve
+from percuss.certified.numbers import ball, precision
+from percuss.certified.results import doubles_of, in_words
+from percuss.certified.shooting import OrbitEvent, events_of, guess_of, vector_of
+from percuss.certified.strips import Strip, chain_of
+from percuss.certified.system import system_of
+from percuss.errors import ParameterError
+from percuss.model.exact import Exact, as_fraction
+from percuss.model.forcing import Forcing
+from percuss.model.oscillator import Oscillator
+from percuss.model.paths import long_form
+from percuss.orbits.bifurcations.branch import Branch
+from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+from percuss.progress import Progress, Report
+
+__all__ = ["BranchPoint", "BranchStretch", "CertifiedBranch", "certify_branch"]
+
+BITS = 96
+# Width of strips that are not divided any more, as a part of the range of the parameter and of the
+# period and the greatest speed: as far as to this, special points are told apart.
+FINEST = 2.0**-20
+
+
+@dataclass(frozen=True, slots=True)
+class BranchStretch:
+    """Orbits on a smooth curve, one after the other, of which the same holds.
+
+    Attributes
+    ----------
+    low, high
+        All of their parameters lie between these.
+    stability
+        "asymptotic", "elliptic", "parabolic", "unstable", or "undecided": of all of them.
+    admissible
+        Whether each passes through no stop: True and False are proven, None is open.
+    n_strips
+        The strips of its proof.
+    joined
+        Whether the curve is proven to go on from the stretch before.
+    """
+
+    low: float
+    high: float
+    stability: str
+    admissible: bool | None
+    n_strips: int
+    joined: bool
+
+
+@dataclass(frozen=True, slots=True)
+class BranchPoint:
+    """A special point that is proven to lie on the curve, between two stretches.
+
+    Attributes
+    ----------
+    kind
+        "period_doubling", "fold" or "grazing".
+    value
+        A ball that holds its parameter.
+    statement
+        What is proven, in words.
+    """
+
+    kind: str
+    value: Ball
+    statement: str
+
+
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
+class CertifiedBranch:
+    """A branch of periodic orbits that is proven whole; made by `certify`.
+
+    Along each stretch there is exactly one orbit near each of those that were given: the curve of
+    orbits is smooth, has no gap and no second curve beside it. Each stretch that is `joined` goes on
+    from the one before.
+
+    Attributes
+    ----------
+    oscillator, forcing
+        The exact values that the proof is about, but for the parameter.
+    path
+        The parameter.
+    stretches
+        In order along the branch.
+    special_points
+        Those that are proven to lie on it, in order; several of one kind within a ball count as one.
+    complete
+        Whether the proof goes from the first orbit of the branch to the last without a gap.
+    reason
+        What is open, and why.
+    precision
+        The bits that were worked with.
+    """
+
+    oscillator: Oscillator
+    forcing: Forcing | None
+    path: str
+    stretches: tuple[BranchStretch, ...]
+    special_points: tuple[BranchPoint, ...]
+    complete: bool
+    reason: str
+    precision: int
+    _strips: tuple[tuple[Strip, ...], ...] = field(repr=False)
+
+    def __len__(self) -> int:
+        """Return the number of strips."""
+        return sum(len(chain) for chain in self._strips)
+
+    def events_at(self, value: Exact) -> list[tuple[Balls, Balls]]:
+        """Return instants and velocities after the events of the orbits at a value of the parameter.
+
+        Parameters
+        ----------
+        value
+            The parameter, taken exactly.
+
+        Returns
+        -------
+        list of (Balls, Balls)
+            One for each strip that may have an orbit there: of orbits of one curve that pass a value
+            twice, as at a fold, both; at the end of a strip that of the next one as well.
+
+        Raises
+        ------
+        ParameterError
+            If no strip has an orbit there.
+
+        Examples
+        --------
+        >>> import percuss as pc
+        >>> orbit = pc.find_orbit(pc.impact_oscillator("0.8"), pc.cosine("2.5"))
+        >>> branch = pc.continue_orbit(orbit, over={"forcing.omega": (2.5, 2.6)})
+        >>> ((t, v),) = pc.certify(branch).events_at("2.505")
+        >>> print(v.text(4)[0])
+        [2.8 +/- 0.0436]
+        """
+        at, found = as_fraction(value), []
+        with precision(self.precision):
+            for strip in (strip for chain in self._strips for strip in chain):
+                tube = strip.tube
+                if tube.along == len(tube.middle) - 1:
+                    box = tube.end(at) if tube.low <= at <= tube.high else None
+                else:
+                    box = tube.box() if tube.box()[-1].overlaps(ball(at)) else None
+                if box is not None:
+                    found.append((Balls.of(box[:-1:2]), Balls.of(box[1:-1:2])))
+        if not found:
+            ends = ", ".join(f"{s.low:.9g} to {s.high:.9g}" for s in self.stretches) or "nothing"
+            raise ParameterError("value", value, f"no strip has an orbit there; proven is {ends}")
+        return found
+
+    @property
+    def doubles(self) -> tuple[str, ...]:
+        """Numbers given as floats that are not the decimals they print as: taken as doubles."""
+        return tuple(
+            name for name in doubles_of(self.oscillator, self.forcing) if name != self.path
+        )
+
+    def __repr__(self) -> str:
+        """Return in a line what is proven."""
+        if not self.stretches:
+            return f"<CertifiedBranch: nothing is proven; {self.reason}>"
+        points = ", ".join(f"{p.kind} at {p.value.text(10)}" for p in self.special_points)
+        low = min(stretch.low for stretch in self.stretches)
+        high = max(stretch.high for stretch in self.stretches)
+        whole = "from end to end" if self.complete else f"with gaps; {self.reason}"
+        return (
+            f"<CertifiedBranch: {self.path} from {low:.6g} to {high:.6g} in {len(self)} strips, "
+            f"{whole}; on it: {points or 'no special points'}{in_words(self.doubles)}>"
+        )
+
+
+def certify_branch(branch: Branch, report: Report = None) -> CertifiedBranch:
+    """Prove a branch; see `percuss.certify`."""
+    first = branch.orbits[0]
+    path = long_form(branch.path, first.oscillator, first.forcing)
+    low, high = float(branch.values.min()), float(branch.values.max())
+    chains: list[tuple[Strip, ...]] = []
+    reasons: list[str] = []
+    progress = Progress(report, 0.0, "strips", is_bound=True)
+
+    def tell(value: float) -> bool:
+        return progress.advance(1, lambda: f"{path} = {value:.6g}")
+
+    with precision(BITS):
+        sections = list(_sections(branch, reasons))
+        for events, rows in sections:
+            orbit = branch.orbits[rows[0]]
+            curve = OrbitCurve(system_of(first.oscillator, first.forcing), events,
+                               orbit.n_periods, path)  # fmt: skip
+            points = [_point(branch.orbits[row], float(branch.values[row])) for row in rows]
+            scale = _scale(orbit, points, high - low)
+            begin = 0
+            while begin + 1 < len(points) and not progress.is_stopped:
+                chain = chain_of(curve, points[begin:], scale, FINEST, tell)
+                if chain.strips:
+                    chains.append(tuple(chain.strips))
+                if not chain.reason:
+                    break
+                at = points[begin]
+                if chain.strips:
+                    at = [float(value) for value in chain.strips[-1].tube.middle]
+                # Of the orbits next to one that is told of it goes without saying.
+                if chain.strips or begin == 0:
+                    reasons.append(f"at {path} = {at[-1]:.9g}: {chain.reason}")
+                nearest = _nearest(points, at, scale) if chain.strips else begin
+                begin = max(begin, nearest) + 1
+        if len(sections) > 1:
+            reasons.append("the orbits have other events after a graze")
+        stretches, special = _told(chains, path)
+    progress.close()
+    whole = len(chains) == 1 and not reasons
+    return CertifiedBranch(
+        oscillator=first.oscillator,
+        forcing=first.forcing,
+        path=path,
+        stretches=stretches,
+        special_points=special,
+        complete=whole,
+        reason="; ".join(dict.fromkeys(reasons)),
+        precision=BITS,
+        _strips=tuple(chains),
+    )
+
+
+def _sections(branch: Branch, reasons: list[str]) -> Iterator[tuple[list[OrbitEvent], list[int]]]:
+    """Yield the rows of the branch whose orbits have the same events, and these."""
+
+    def events(row: int) -> tuple[OrbitEvent, ...] | str:
+        orbit = branch.orbits[row]
+        if math.isinf(orbit.n_impacts):
+            return "orbits that stick have infinitely many impacts, their equations finitely many"
+        if not len(orbit.itinerary):
+            return "orbits without events are the linear response, in closed form"
+        if not orbit.n_periods:
+            return "the period of a limit cycle is an unknown"
+        if not orbit.isolated:
+            return "orbits of a family are not alone at a value of the parameter"
+        try:
+            return tuple(events_of(system_of(orbit.oscillator, orbit.forcing), orbit))
+        except Undecided as question:
+            return question.reason
+
+    for found, rows in groupby(range(len(branch)), events):
+        if isinstance(found, str):
+            reasons.append(found)
+        else:
+            # A graze may be the one row of its events: there is no stretch to prove.
+            numbers = list(rows)
+            if len(numbers) > 1:
+                yield list(found), numbers
+
+
+def _point(orbit: PeriodicOrbit, value: float) -> list[float]:
+    return [*(float(entry) for entry in vector_of(guess_of(orbit))), value]
+
+
+def _scale(orbit: PeriodicOrbit, points: Sequence[Sequence[float]], width: float) -> list[float]:
+    fastest = max(abs(v) for point in points for v in point[1:-1:2])
+    return [float(orbit.period), fastest] * ((len(points[0]) - 1) // 2) + [width]
+
+
+def _nearest(points: Sequence[Sequence[float]], at: Sequence[float], scale: Sequence[float]) -> int:
+    """Return the point that is nearest to another."""
+
+    def distance(point: Sequence[float]) -> float:
+        parts = zip(point, at, scale, strict=True)
+        return math.hypot(*((value - own) / size for value, own, size in parts))
+
+    return min(range(len(points)), key=lambda i: distance(points[i]))
+
+
+def _told(
+    chains: Sequence[Sequence[Strip]], path: str
+) -> tuple[tuple[BranchStretch, ...], tuple[BranchPoint, ...]]:
+    """Return the stretches of the same properties, and the special points between them."""
+    stretches, points = [], []
+    for chain in chains:
+        groups = [list(group) for _, group in groupby(chain, lambda s: (s.stability, s.admissible))]
+        for k, group in enumerate(groups):
+            parameter = _parameters(group)
+            stretches.append(
+                BranchStretch(
+                    low=float(parameter.lower()),
+                    high=float(parameter.upper()),
+                    stability=group[0].stability,
+                    admissible=group[0].admissible,
+                    n_strips=len(group),
+                    joined=k > 0,
+                )
+            )
+        decided = [k for k, group in enumerate(groups) if group[0].is_decided]
+        for before, after in pairwise(decided):
+            between = [strip for group in groups[before + 1 : after] for strip in group]
+            ends = groups[before][-1], groups[after][0]
+            points += list(_points(ends, between or list(ends), path))
+    return tuple(stretches), tuple(points)
+
+
+def _parameters(strips: Sequence[Strip]) -> arb:
+    whole = strips[0].tube.box()[-1]
+    for strip in strips[1:]:
+        whole = whole.union(strip.tube.box()[-1])
+    return whole
+
+
+def _points(
+    ends: tuple[Strip, Strip], between: Sequence[Strip], path: str
+) -> Iterator[BranchPoint]:
+    """Yield what is proven to lie between two strips of a curve."""
+    value = Ball(_parameters(between))
+    doubling = [1 + end.trace + end.determinant for end in ends]
+    fold = [1 - end.trace + end.determinant for end in ends]
+    if _change(doubling):
+        yield BranchPoint(
+            "period_doubling", value, "a multiplier goes through -1 on the curve, which is smooth"
+        )
+    if _change(fold):
+        reason = f"a multiplier goes through 1 on the curve, along which {path} is extremal"
+        yield BranchPoint("fold", value, reason)
+    if {end.admissible for end in ends} == {True, False}:
+        yield BranchPoint(
+            "grazing", value, "the orbits on one side of it are motions, on the other formal"
+        )
+
+
+def _change(pair: Sequence[arb]) -> bool:
+    """Return whether a function changes its sign between two values of it."""
+    one, other = pair
+    return bool((one > 0 and other < 0) or (one < 0 and other > 0))
