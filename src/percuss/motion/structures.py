@@ -105,7 +105,10 @@ def followed(
     limit: int,
     progress: RunProgress | None = None,
 ) -> tuple[StructureRun, Outcome]:
-    """March from (x, v, t) to the limits, making sets of acting stops as they are met."""
+    """March from (x, v, t) to the limits, making sets of acting stops as they are met.
+
+    With progress Ctrl-C ends the run there, and what it holds is kept.
+    """
     x, v, t = start
     key = system.key_at(x, v)
     system.add(key)
@@ -130,6 +133,9 @@ def followed(
             if not progress.reach_event(here, int(run.counters[columns.N_IMPACTS])):
                 return _as_far_as_filled(run), Outcome.interrupted
     except KeyboardInterrupt:
+        # In the first compilation nothing is known yet, and of an orbit a part is of no use.
+        if progress is None or run.counters[columns.N_EVENTS] == 0:
+            raise
         return _as_far_as_filled(run), Outcome.interrupted
     finally:
         if progress is not None:
