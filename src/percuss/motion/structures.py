@@ -81,10 +81,10 @@ def follow_structure(
     if periods is not None:
         raise_first(periods_faults(system.loads, periods, t_end))
         t_end = end_after_periods(system.loads, start.t0, periods)
-    raise_first(limit_faults(start.t0, t_end, max_impacts))
     if t_end is None:
         reason = "needed for a structure, whose motion may meet no stop for ever"
         raise ParameterError("t_end", None, reason)
+    raise_first(limit_faults(start.t0, t_end, max_impacts))
     limit = most_impacts if max_impacts is None else min(int(max_impacts), 2**62)
     end = as_float(t_end)
     progress_of_run = RunProgress(progress, begin, end, limit)
