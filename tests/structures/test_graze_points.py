@@ -64,10 +64,10 @@ def test_a_graze_meets_the_folds_doublings_and_torus_points_of_its_orbit(second:
     for point in grazes(second).special_points:
         found[point.kind].append(point.values)
     expected = {kind: [] for kind in KINDS.values()}  # type: dict[str, list[tuple[float, float]]]
-    for point in alone().special_points:
-        if point.kind in KINDS:
-            top = point.orbit.run.extremes("displacement", on=1).maximum
-            expected[KINDS[point.kind]].append((point.value, top))
+    for own in alone().special_points:
+        if own.kind in KINDS:
+            top = own.orbit.run.extremes("displacement", on=1).maximum
+            expected[KINDS[own.kind]].append((own.value, top))
 
     assert {kind: len(values) for kind, values in found.items()} == {
         "fold_grazing": 2, "doubling_grazing": 2, "torus_grazing": 1,

@@ -69,4 +69,4 @@ def test_what_structures_lack_is_one_sentence() -> None:
     with pytest.raises(pc.ParameterError, match=r"t_end = None: needed for a structure"):
         pc.simulate(pair, x0=[1, 0])
     with pytest.raises(pc.ParameterError, match="results of structures have no certificates"):
-        pc.certify(pc.simulate(pair, x0=[1, 0], t_end=1))
+        pc.certify(pc.simulate(pair, x0=[1, 0], t_end=1))  # type: ignore[call-overload]

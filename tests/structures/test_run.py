@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 import percuss as pc
+from percuss.kernels.structure import march as engine
+from percuss.motion import structures
 
 # Unsymmetric coupling by dashpots, a wall on a mass, one between two, a soft stop with a dashpot.
 STOPS = (
@@ -249,17 +251,15 @@ def test_periods_are_those_of_the_oscillator_to_the_bit_and_have_its_faults() ->
 
 def interrupted_at(monkeypatch: pytest.MonkeyPatch, call: int) -> None:
     """Let Ctrl-C come in a call of the kernel, as while it is compiled."""
-    from percuss.motion import structures
+    march, calls = engine.march, iter(range(1, 10**9))
 
-    march, calls = structures.engine.march, iter(range(1, 10**9))
-
-    def stopped(*arguments: object) -> int:
+    def stopped(*arguments: Any) -> int:
         if next(calls) == call:
             raise KeyboardInterrupt
-        return int(march(*arguments))  # type: ignore[arg-type]
+        return int(march(*arguments))
 
     monkeypatch.setattr(structures, "PATIENCE", 1)
-    monkeypatch.setattr(structures.engine, "march", stopped)
+    monkeypatch.setattr(engine, "march", stopped)
 
 
 def test_ctrl_c_in_the_first_compilation_is_ctrl_c(monkeypatch: pytest.MonkeyPatch) -> None:
