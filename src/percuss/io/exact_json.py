@@ -15,7 +15,9 @@ from percuss.model.exact import PiTimes
 from percuss.model.expression import Expression
 from percuss.model.faults import faults, raise_first
 from percuss.model.forcing import Forcing
+from percuss.model.loads import Loads
 from percuss.model.oscillator import Oscillator
+from percuss.model.structure import Structure
 
 __all__ = ["decoded", "encoded"]
 
@@ -122,7 +124,7 @@ def _made(name: str, fields: dict[str, Any]) -> Any:
             raise KeyError(f"{name}.{field.name}")
     if isinstance(value, Expression):
         return Expression(value.text, value.parameters)
-    if isinstance(value, Oscillator | Forcing):
+    if isinstance(value, Oscillator | Forcing | Structure | Loads):
         raise_first(faults(value))
     return value
 

@@ -17,8 +17,10 @@ from percuss.errors import PercussError, check_installed
 from percuss.io.exact_json import decoded, encoded
 from percuss.io.files import OutputFiles, say_size
 from percuss.io.fit_tables import fit_datasets
+from percuss.io.joined import joined_columns, parted
 from percuss.io.record import NETCDF_ATTRIBUTE, Record, make_record
 from percuss.io.results import SAMPLES, Columns, ResultKind, kind_of, table_of
+from percuss.io.structure_orbits import structure_orbits_dataset, structure_orbits_of_dataset
 from percuss.io.table import check_suffix
 from percuss.model.oscillator import mass_of
 from percuss.motion.structures import StructureTrajectory
@@ -30,7 +32,7 @@ from percuss.orbits.orbit.turning_points import Passages
 
 TABLES = ("impacts", "crossings", "contacts", "grazes")
 # Groups of the exact result; the others are tables for other programs.
-EXACT, ORBITS, DATA = "exact", "orbits", "data"
+EXACT, ORBITS, OF_STRUCTURES, DATA = "exact", "orbits", "orbits_of_structures", "data"
 # The attribute of the root that names those of the file.
 OF_FILE = "attributes_of_the_file"
 
@@ -97,8 +99,6 @@ def write_netcdf(result: Any, path: Path, record: Record, *, samples: int = SAMP
         groups = _of_design(result, kind, samples)
     elif kind.name == "fit":
         groups = {name: _writable(data) for name, data in fit_datasets(result, samples).items()}
-    elif not kind.is_whole:
-        groups = _of_structures(result, kind, samples)
     else:
         groups = _of_orbits(result, kind, samples)
     own = _attributes(record, kind.title, kind.name)
@@ -123,17 +123,6 @@ def _samples_of(run: Trajectory | StructureTrajectory, samples: int) -> xr.Datas
         data = data.assign(stop_force=run.forces(data.t.values).stops.drop_vars("stop"))
     data = data.rename_dims(t="sample")
     return data.drop_indexes("t").drop_attrs(deep=False)
-
-
-def _of_structures(result: Any, kind: ResultKind, samples: int) -> dict[str, xr.Dataset]:
-    """Return the tables of an orbit, a branch or curves of a structure."""
-    tables = {f"/{name}": _writable(table) for name, table in kind.tables(result).items()}
-    if isinstance(result, StructureOrbit):
-        return _of_motion(result.run, samples) | tables
-    if len(tables) == 1:
-        (main,) = tables.values()
-        return {"/": main}
-    return {"/": _writable(_table_of(table_of(result, next(iter(kind.columns))))), **tables}
 
 
 def _of_design(result: Any, kind: ResultKind, samples: int) -> dict[str, xr.Dataset]:
@@ -163,6 +152,9 @@ def _of_orbits(result: Any, kind: ResultKind, samples: int) -> dict[str, xr.Data
     tables = kind.tables(result)
     if isinstance(result, PeriodicOrbit):
         main = _samples_of(result.trajectory(), samples)
+    elif isinstance(result, StructureOrbit):
+        main, *events = _of_motion(result.run, samples).values()
+        tables = dict(zip(TABLES, events, strict=True)) | tables
     elif len(tables) == 1 and not isinstance(result, list | tuple):
         # Without an index, as above.
         main = next(iter(tables.values()))
@@ -171,11 +163,11 @@ def _of_orbits(result: Any, kind: ResultKind, samples: int) -> dict[str, xr.Data
     else:
         main = _table_of(table_of(result, next(iter(kind.columns))))
     # By identity: the orbit of a special point is a row of its branch, and stays so.
-    orbits: dict[int, PeriodicOrbit] = {}
+    orbits: dict[int, Any] = {}
     places: dict[int, int] = {}
 
     def number(value: Any) -> dict[str, int] | None:
-        if not isinstance(value, PeriodicOrbit):
+        if not isinstance(value, PeriodicOrbit | StructureOrbit):
             return None
         orbits.setdefault(id(value), value)
         return {"orbit": places.setdefault(id(value), len(places))}
@@ -184,7 +176,11 @@ def _of_orbits(result: Any, kind: ResultKind, samples: int) -> dict[str, xr.Data
     groups = {"/": _writable(main)}
     groups |= {f"/{name}": _writable(table) for name, table in tables.items()}
     if orbits:
-        groups[f"/{ORBITS}"] = orbits_dataset(list(orbits.values()))
+        every = list(orbits.values())
+        if isinstance(every[0], StructureOrbit):
+            groups[f"/{OF_STRUCTURES}"] = structure_orbits_dataset(every)
+        else:
+            groups[f"/{ORBITS}"] = orbits_dataset(every)
     groups[f"/{EXACT}"] = xr.Dataset({"result": ((), text)})
     return groups
 
@@ -199,10 +195,10 @@ def load_netcdf(path: Path | str) -> Any:
 
     Returns
     -------
-    DataTree, PeriodicOrbit, list, Branch, Curve, Response or Dataset
+    DataTree, PeriodicOrbit, StructureOrbit, list, a branch, a curve, Response or Dataset
         A run as a tree, its motion at the root and its events in groups; the attributes hold the
-        record; so are an orbit, a branch or curves of a structure, a design, a front and a fit. Other results as they were
-        saved, every field to the bit. All in memory; the file is closed.
+        record; so are a design, a front and a fit. Other results, those of structures too, as they
+        were saved, every field to the bit. All in memory; the file is closed.
 
     Raises
     ------
@@ -241,7 +237,11 @@ def _of_file(data: xr.Dataset) -> list[str]:
 
 
 def _result(tree: xr.DataTree) -> Any:
-    orbits = orbits_of_dataset(tree[ORBITS].to_dataset()) if ORBITS in tree.children else []
+    orbits: list[Any] = []
+    if ORBITS in tree.children:
+        orbits = list(orbits_of_dataset(tree[ORBITS].to_dataset()))
+    elif OF_STRUCTURES in tree.children:
+        orbits = list(structure_orbits_of_dataset(tree[OF_STRUCTURES].to_dataset()))
     text = tree[EXACT].to_dataset()["result"].item()
     return decoded(json.loads(text), orbits.__getitem__)
 
@@ -306,10 +306,10 @@ def orbits_dataset(orbits: Sequence[PeriodicOrbit]) -> xr.Dataset:
         values = [getattr(orbit, name) for orbit in orbits]
         if name in _TABLES:
             columns = _columns_of(_TABLES[name])
-            data |= _ragged(name, {f"{name}.{column}": [getattr(value, column) for value in values]
+            data |= joined_columns(name, {f"{name}.{column}": [getattr(value, column) for value in values]
                                    for column in columns})  # fmt: skip
         elif isinstance(first, np.ndarray):
-            data |= _ragged(name, {name: values})
+            data |= joined_columns(name, {name: values})
         else:
             data[name] = ("orbit", _column(values))
     return xr.Dataset(data)
@@ -356,44 +356,19 @@ def _column(values: list[Any]) -> Any:
     return np.array(values, dtype=np.int64 if whole else np.float64)
 
 
-def _ragged(name: str, columns: dict[str, list[Any]]) -> dict[str, Any]:
-    """Return arrays of different lengths joined into one, for columns that share the lengths."""
-    counts = [len(array) for array in next(iter(columns.values()))]
-    data: dict[str, Any] = {f"{name}_count": ("orbit", np.array(counts, dtype=np.int64))}
-    for path, arrays in columns.items():
-        whole = np.concatenate(arrays)
-        if whole.dtype.kind == "c":
-            whole = np.stack([whole.real, whole.imag], axis=-1)
-        tail = tuple(f"{name}_column{i}" for i in range(1, whole.ndim))
-        data[path] = ((f"{name}_row", *tail), whole, {"sample_dimension": "orbit"})
-    return data
-
-
 def _values(data: xr.Dataset, name: str) -> Iterator[Any]:
     """Yield the values of a field, one an orbit."""
     if name in _TABLES:
         kind = _TABLES[name]
         names = _columns_of(kind)
-        parts = [list(_split(data, name, f"{name}.{column}")) for column in names]
+        parts = [list(parted(data, name, f"{name}.{column}")) for column in names]
         yield from (kind(*columns) for columns in zip(*parts, strict=True))
     elif f"{name}_count" in data:
-        yield from _split(data, name, name)
+        yield from parted(data, name, name)
     else:
         kinds = {field.name: field.type for field in dataclasses.fields(PeriodicOrbit)}
         for value in data[name].values.tolist():
             yield _number(value, str(kinds[name]), name)
-
-
-def _split(data: xr.Dataset, name: str, path: str) -> Iterator[Any]:
-    whole = data[path].values
-    if name == "multipliers":
-        whole = np.ascontiguousarray(whole).view(np.complex128)[..., 0]
-    if path.endswith((".stop", "_sequence", "_marks")):
-        whole = whole.astype(np.int64)
-    ends = np.cumsum(data[f"{name}_count"].values)
-    if ends[-1] != len(whole):
-        raise ValueError(f"{path} has {len(whole)} rows, not {ends[-1]}")
-    yield from (part.copy() for part in np.split(whole, ends[:-1]))
 
 
 def _number(value: Any, kind: str, name: str) -> Any:

@@ -540,7 +540,6 @@ _KINDS: dict[str, ResultKind] = {
             "impacts": lambda orbit: _table("impacts", STRUCTURE_IMPACTS)(orbit.run),
             "motion": lambda orbit: _motion_columns(orbit.run),
         },
-        is_whole=False,
     ),
     "StructureBranch": ResultKind(
         "branch",
@@ -549,7 +548,6 @@ _KINDS: dict[str, ResultKind] = {
         _nothing,
         lambda branch: {"branch": branch.to_xarray()},
         {"branch": structure_branch_columns, "special_points": _structure_special_columns},
-        is_whole=False,
     ),
     "StructureCurve": ResultKind(
         "curve",
@@ -558,7 +556,6 @@ _KINDS: dict[str, ResultKind] = {
         _nothing,
         lambda curve: {"curve": curve.to_xarray()},
         {"curve": structure_curve_columns},
-        is_whole=False,
     ),
     "Curve": ResultKind(
         "curve",
@@ -591,7 +588,6 @@ _KINDS: dict[str, ResultKind] = {
                 response.branches
             ),
         },
-        is_whole=False,
     ),
     "Design": ResultKind(
         "design",
@@ -667,6 +663,5 @@ _LISTS: dict[str, ResultKind] = {
         _nothing,
         _tables_of_each("curve"),
         {"curves": _many(structure_curve_columns, "curve")},
-        is_whole=False,
     ),
 }
