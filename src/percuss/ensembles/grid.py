@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -600,7 +601,7 @@ def _units_of_named(moved: Mapping[str, Expression], osc: Any, force: Any) -> st
         if is_frequency and value.is_reciprocal:
             return "time"
         if factor is not None:
-            counts_cycles = is_frequency and factor.angle() == (2, 0)
+            counts_cycles = is_frequency and factor.angle() == (Fraction(2), Fraction(0))
             return CYCLES if counts_cycles else units_of(path, osc, force)
     return ""
 

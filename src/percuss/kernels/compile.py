@@ -80,14 +80,18 @@ class _ColdPartCompiler(_PartCompiler):
 
     def compile_extra(self, func: Callable[..., Any]) -> Any:
         result = super().compile_extra(func)
-        function = result.library._final_module.get_function(result.fndesc.llvm_func_name)
-        function.add_function_attribute("noinline")
-        function.add_function_attribute("cold")
+        result.library.keep_apart(result.fndesc.llvm_func_name)
         return result
 
 
 class _PartLibrary(JITCodeLibrary):
     """The code of a part, to be linked into that of its callers and optimised there."""
+
+    def keep_apart(self, name: str) -> None:
+        """Let a function of the part never be written out in its callers."""
+        function = self._final_module.get_function(name)
+        function.add_function_attribute("noinline")
+        function.add_function_attribute("cold")
 
     def _optimize_final_module(self) -> None:
         pass
