@@ -14,8 +14,8 @@ PIP = $$($(BIN)/python -c 'import pip' 2>/dev/null && echo $(BIN)/python || echo
 
 STUDIES = examples/n3_above.toml examples/n3_below.toml examples/half_harmonic.toml
 
-.PHONY: paper demo test frozen nightly docs benchmark wasm check checks-and-large-kernels
-.PHONY: doctests floors dist lock clean numbers numbers-of-motions numbers-of-grids
+.PHONY: paper demo test frozen nightly docs benchmark wasm large-kernels doctests types style
+.PHONY: floors dist lock clean numbers numbers-of-motions numbers-of-grids
 .DELETE_ON_ERROR:
 
 paper: .venv/run.stamp
@@ -36,15 +36,15 @@ unexport PYTHONDONTWRITEBYTECODE
 # another's.
 TESTS = $(BIN)/python -m pytest -n logical --dist worksteal
 
-# The examples of docstrings compile the kernels for all on one core; mypy has another meanwhile,
-# and then pytest, which keeps all tests compiled for the workers: what is wrong with one these tell.
-# The largest kernels of structures are compiled while the doctests run, by the tests that need them.
+# The examples of docstrings compile the kernels of one displacement on one core, on the other two
+# tests compile those of structures, the largest, before an example asks for them: each is compiled
+# once, and all tests find it. Types and style are checked by whichever core is first done.
 LARGE_KERNELS = tests/structures/test_ensembles.py tests/fitting/test_structure_shooting.py
 test: .venv/dev.stamp
-	$(MAKE) --jobs 2 checks-and-large-kernels doctests
+	$(MAKE) --jobs 2 large-kernels doctests types style
 	$(TESTS) tests $(LARGE_KERNELS:%=--ignore=%)
 
-checks-and-large-kernels: check
+large-kernels: .venv/dev.stamp
 	$(BIN)/python -m pytest -q $(LARGE_KERNELS)
 
 # What a change of the house must not change; after a change that is meant, `make frozen KEEP=--write`.
@@ -57,15 +57,18 @@ PLAIN = OPENBLAS_CORETYPE=Prescott NUMBA_CPU_NAME=generic \
 	NPY_DISABLE_CPU_FEATURES="X86_V3 X86_V4 AVX512_ICL" \
 	GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX2,-FMA,-FMA4,-AVX2_Usable,-FMA_Usable
 nightly: .venv/dev.stamp
-	$(MAKE) --jobs 2 check doctests
+	$(MAKE) --jobs 2 doctests types style
 	$(TESTS) -m "nightly or not nightly" tests
 	OPENBLAS_CORETYPE=SkylakeX $(TESTS) $(SOME)
 	$(PLAIN) $(TESTS) $(SOME)
 
-check: .venv/dev.stamp
+types: .venv/dev.stamp
+	$(BIN)/mypy
+
+# The last line keeps all tests compiled for the workers: what is wrong with one these tell.
+style: .venv/dev.stamp
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
-	$(BIN)/mypy
 	$(BIN)/lint-imports
 	-@$(BIN)/python -m pytest --collect-only -q tests >/dev/null
 
@@ -73,11 +76,10 @@ doctests: .venv/dev.stamp
 	MPLBACKEND=agg $(BIN)/python -m pytest src
 
 # What hangs on numbers, for a second run as on a machine of another kind: the digests of results,
-# motions by closed forms, orbits and verdicts on the paper; they call each kernel. The rest runs so
-# at night. One half compiles the kernels of a motion, the other begins with those of grids.
-MOTIONS = closed_forms edges extremes growth half_harmonic patterns restitution_by_speed sections
-ORBITS = edges grazing manifolds reference_orbits special_points symmetry
-VERDICTS = half_harmonic harmonics oscillator_statements periodicity smooth_law
+# motions by closed forms, orbits and verdicts on the paper. The rest runs so at night. One half compiles the kernels of a motion, the other begins with those of grids.
+MOTIONS = closed_forms edges growth half_harmonic
+ORBITS = edges grazing reference_orbits special_points symmetry
+VERDICTS = half_harmonic harmonics oscillator_statements smooth_law
 numbers: .venv/dev.stamp
 	$(MAKE) --jobs 2 numbers-of-motions numbers-of-grids
 

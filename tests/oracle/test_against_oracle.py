@@ -66,7 +66,7 @@ def test_events_and_motion_under_a_record_are_those_of_the_oracle(
 
 
 @pytest.mark.parametrize(
-    "seeds", [range(6), pytest.param(range(400), marks=pytest.mark.nightly)], ids=len
+    "seeds", [range(3), pytest.param(range(400), marks=pytest.mark.nightly)], ids=len
 )
 def test_restitutions_over_the_speed_are_those_of_the_oracle(seeds: range) -> None:
     motions = [with_tables(random_motion(seed), seed) for seed in seeds]
