@@ -22,6 +22,10 @@ N, CHECKED = 5_000, 20
 # By how much heyoka's instants may differ: its steps add up.
 TOLERANCE = 1e-9
 MODES = (1, 2, 5, 10, 20, 40)
+# Special points of NLvib's example 03 from w = 0.8 down to 0.5.
+NLVIB_POINTS = [
+    "grazing", "fold", "fold", "period_doubling", "period_doubling", "torus", "torus", "grazing",
+]  # fmt: skip
 
 
 def run(report: Report) -> None:
@@ -32,7 +36,8 @@ def run(report: Report) -> None:
         "before the second, driven. Beam: a cantilever of n modes with damping ratios of 0.005, "
         "driven at its middle, with a soft stop of 50 at the tip. An event is an impact, or an "
         "entry or exit of a soft stop. heyoka: Taylor steps at full tolerance, events with "
-        "callbacks; each mode is an equation of its own.",
+        "callbacks; each mode is an equation of its own. Least processor time of seven turns. NLvib 03 "
+        "is the branch of docs/nlvib-example.md, at the default largest step of 0.02 and at 0.1.",
     )
     cases = {"two masses": two_masses(), "a beam of 10 modes": beam(10)}
     for name, motion in cases.items():
@@ -46,14 +51,14 @@ def run(report: Report) -> None:
             off = float(np.abs(times - event_times(follow(motion, 2 * CHECKED))[:CHECKED]).max())
             assert off < TOLERANCE, f"heyoka's instants of {name} differ by {off}"
             contenders["heyoka"] = partial(peer.run, N // 10)
-        taken = race(contenders)
+        taken = race(contenders, of_processor=True)
         each = taken["percuss"] / len(event_times(follow(motion, N)))
         report.line(f"percuss, {name}, us an event", f"{each * 1e6:.2f} us")
         if "heyoka" in taken:
             theirs = taken["heyoka"] / (N // 10)
             report.line(f"heyoka, {name}, us an event", f"{theirs * 1e6:.1f} us")
             report.ratio(f"heyoka : percuss, {name}", theirs / each, 10)
-    costs = race({f"{n}": partial(follow, beam(n), N) for n in MODES})
+    costs = race({f"{n}": partial(follow, beam(n), N) for n in MODES}, of_processor=True)
     counts = {f"{n}": len(event_times(follow(beam(n), N))) for n in MODES}
     for n in MODES:
         each = costs[f"{n}"] / counts[f"{n}"]
@@ -61,6 +66,26 @@ def run(report: Report) -> None:
             report.below("percuss, a beam of 2 modes, us an event (aim)", each * 1e6, 1.0, "us")
         else:
             report.line(f"percuss, a beam of {n} modes, us an event", f"{each * 1e6:.2f} us")
+    orbit = pc.find_orbit(*nlvib_03())
+    over = {"loads.0.omega": (0.8, 0.5)}
+    for step in (0.02, 0.1):
+        branch = pc.continue_orbit(orbit, over=over, largest_step=step)
+        kinds = [point.kind for point in branch.special_points]
+        assert kinds == NLVIB_POINTS, f"special points of NLvib 03: {kinds}"
+        closing = max(each.residual for each in branch.orbits)
+        assert closing < 1e-12, f"orbits of NLvib 03 fail to close by {closing}"
+        follow_it = partial(pc.continue_orbit, orbit, over, largest_step=step)
+        taken = race({"branch": follow_it}, of_processor=True)["branch"]
+        name = f"NLvib 03, frequency response 0.8 to 0.5, {len(branch)} orbits"
+        report.line(f"{name}, largest residual", f"{closing:.1e}")
+        report.below(name, taken, 1.0, "s")
+
+
+def nlvib_03() -> tuple[pc.Structure, pc.Loads]:
+    """Return the structure of NLvib's example 03 and its loads at w = 0.8."""
+    stop = pc.SoftStop(at=1, side="above", stiffness=100, on=0)
+    chain = pc.chain([1, 1], [0, 1, 1], [0, "0.03", "0.03"], [stop])
+    return chain, pc.Loads({1: pc.cosine("0.8", amplitude="0.1")})
 
 
 def two_masses() -> Motion:

@@ -314,6 +314,12 @@ def test_the_rows_of_the_comparison_are_those_of_the_benchmarks() -> None:
             ("Near-grazing first events", f"{name}, us per case", 1.0)
             for name in ("percuss", "heyoka", "SciPy")
         ]),
+        *((f"an event of {motion}", [
+            ("Structures", f"{name}, {short}, us an event", 1.0) for name in ("percuss", "heyoka")
+        ]) for motion, short in (
+            ("two masses with a soft stop and a wall", "two masses"),
+            ("a beam of 10 modes at a stop", "a beam of 10 modes"),
+        )),
     ]  # fmt: skip
     for name, cells in rows:
         line = next(line for line in text.splitlines() if line.startswith(f"| {name} |"))

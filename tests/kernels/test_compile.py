@@ -9,6 +9,7 @@ import subprocess
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pytest
 from tests.kernels.uncompiled import python_of
@@ -308,6 +309,28 @@ def test_a_kernel_called_by_kernels_can_be_called_from_python_too() -> None:
         return half(half(x))
 
     assert (quarter(8.0), half(8.0), quarter(1), half(1)) == (2.0, 4.0, 0.25, 0.5)
+
+
+def test_a_cold_kernel_stays_a_call_of_its_caller() -> None:
+    @compile_module.cold
+    def of_a_cold_path(x: float) -> float:
+        return x * x + 1.0
+
+    @compile_module.kernel
+    def of_a_warm_one(x: float) -> float:
+        return x * x + 2.0
+
+    @compile_module.kernel
+    def caller(x: float) -> float:
+        return of_a_cold_path(x) if x > 2.0 else of_a_warm_one(x)
+
+    assert (caller(3.0), caller(2.0)) == (10.0, 6.0)
+    compiled: Any = caller
+    if hasattr(compiled, "inspect_llvm"):
+        (text,) = compiled.inspect_llvm().values()
+        calls = [line for line in text.splitlines() if " call " in line]
+        assert any("of_a_cold_path" in line for line in calls)
+        assert not any("of_a_warm_one" in line for line in calls)
 
 
 def test_the_python_function_behind_a_kernel_gives_the_same_value() -> None:

@@ -230,3 +230,40 @@ def test_a_load_on_another_mass_makes_no_corner(loaded: int) -> None:
     last = branch[len(branch) - 1]
     run = pc.simulate(chain, last.loads, x0=last.x0, v0=last.v0, t_end=last.period)
     assert np.abs(np.concatenate(run(run.t_end)) - np.concatenate([last.x0, last.v0])).max() < 1e-9
+
+
+def check_end_at_a_jump(curve: pc.Curve, cycle: float, multiplier: float) -> None:
+    """Check that a curve ends where its impact meets a jump, with the multiplier it is made of."""
+    assert "an event meets a jump of the force, where the multipliers jump" in curve.end_reason
+    ends = [each.impacts.t[0] / each.period % 1.0 for each in (curve[0], curve[-1])]
+    row = int(np.argmin(np.abs(np.array(ends) - cycle)))
+    assert ends[row] == pytest.approx(cycle, abs=1e-7)
+    end = curve[-row]
+    assert np.abs(end.multipliers - multiplier).min() < 1e-6
+    # The values are those of the sentence.
+    assert f"{curve.paths[0]} = {curve.values[-row][0]:.12g}" in curve.end_reason
+
+
+@pytest.mark.parametrize(
+    "other",
+    [("oscillator.stops.0.restitution", "0.2", "0.6"), ("oscillator.stops.0.at", "-0.8", "0")],
+)
+def test_a_curve_of_folds_ends_at_a_jump_and_says_so(other: tuple[str, str, str]) -> None:
+    path, low, high = other
+    osc = pc.impact_oscillator("0.55", wall="-0.45", side="above", damping=DAMPING)
+    orbit = pc.find_orbit(osc, pc.square_wave("2.5"))
+    branch = pc.continue_orbit(orbit, over={OMEGA: ("2.5", "2.2")})
+    (fold,) = [point for point in branch.special_points if point.kind == "fold"]
+    curve = pc.continue_curve(fold, over={OMEGA: ("2", "3"), path: (low, high)})
+    check_end_at_a_jump(curve, 0.5, 1.0)
+
+
+def test_a_curve_of_doublings_ends_at_a_jump_and_says_so() -> None:
+    # Held samples: the force steps by a little at 0.7 of the period.
+    force = pc.record(["0", "1.33", "1.862", "2.66"], [1, -1, "-0.95", 1], kind="hold", repeat=True)
+    over = {"oscillator.stops.0.at": ("0.24", "0.2")}
+    osc = pc.impact_oscillator(R, wall="0.24", side="above", damping=DAMPING)
+    branch = pc.continue_orbit(pc.find_orbit(osc, force), over=over)
+    (doubling,) = [point for point in branch.special_points if point.kind == "period_doubling"]
+    ranges = {"oscillator.stops.0.at": ("0.1", "0.3"), "oscillator.damping": ("0.05", "0.3")}
+    check_end_at_a_jump(pc.continue_curve(doubling, over=ranges), 0.7, -1.0)

@@ -57,6 +57,27 @@ def test_special_points_are_marked_and_labelled(branch: Branch) -> None:
     assert [text.get_text() for text in ax.texts] == ["fold", "grazing", "period doubling"]
 
 
+@pytest.mark.parametrize(
+    ("omega", "label"),
+    [
+        (pc.parameter("w", "1.2"), "w (1/s)"),
+        (pc.pi_times(2) * pc.parameter("f", "0.2"), "f (Hz)"),
+        (pc.pi_times(2) / pc.parameter("T", 3), "T (s)"),
+        (2 * pc.parameter("w", "0.6"), "w (1/s)"),
+        (pc.parameter("q", "0.2") + 1, "q"),
+    ],
+)
+def test_a_named_parameter_has_the_unit_of_what_it_is_times_a_number(
+    omega: pc.Expression, label: str
+) -> None:
+    osc = pc.impact_oscillator("0.8", wall=5, side="above", damping="0.05")
+    calm = pc.find_orbit(osc, pc.cosine(omega), n_impacts=0)
+    ((name, value),) = omega.parameters
+    over = {name: (value, 1.01 * float(value))}
+    ax = plot_branch(pc.continue_orbit(calm, over=over), new_axes(), units=Units("m", "s"))
+    assert ax.get_xlabel() == label
+
+
 def test_axes_name_the_parameter_and_the_quantity(branch: Branch) -> None:
     ax = plot_branch(branch, new_axes(), units=Units("mm", "s"))
     margin = plot_branch(branch, new_axes(), quantity="grazing_margin", units=Units("mm", "s"))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import percuss as pc
-from percuss.ensembles import structure_batch
+from percuss.ensembles import lyapunov, structure_batch
 
 OMEGA = "loads.0.omega"
 ABSORBER = pc.vibro_impact_absorber(
@@ -442,6 +442,25 @@ def test_an_integrable_structure_has_exponents_of_zero() -> None:
 
     assert exponents.total == 0.0
     assert np.abs(exponents.exponents).max() < 2e-3
+
+
+def test_areas_shrink_over_chatters_as_the_multipliers_say(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """What is carried along the motion, without the orbit that would be found at its end.
+
+    Over whole periods the plane that the wall leaves comes back to itself: the sum of two exponents
+    has no scatter.
+    """
+    orbit = pc.find_orbit(MIXED, PUSHED)
+    assert len(orbit.run.contacts) == 1
+    (a, b) = np.abs(orbit.multipliers[:2])
+    monkeypatch.setattr(lyapunov, "_of_structure_orbit", lambda *_: None)
+
+    start = (orbit.x0.tolist(), orbit.v0.tolist())
+    exponents = pc.lyapunov_exponents(MIXED, PUSHED, start=start, transient=4, periods=64)
+
+    assert exponents.exponents[:2].sum() == pytest.approx(np.log(a * b) / orbit.period, abs=2e-13)
 
 
 def test_a_wall_that_holds_takes_two_exponents() -> None:

@@ -41,10 +41,9 @@ CALLS: dict[str, Callable[[Any], Any]] = {
         orbit, over={"loads.0.omega": (0.8, 1.0)}
     ),
     "not the run of an oscillator": lambda orbit: pc.spectrum(orbit.run),
-    "not a Trajectory; of a structure": lambda orbit: pp.plot_impact_velocities(orbit.run),
-    "not a Trajectory; of a structure plot": lambda orbit: pp.plot_staircase(orbit.run),
-    "not a Trajectory; of a structure plot_c": lambda orbit: pp.plot_spectrum(orbit.run),
-    "not a PeriodicOrbit; of a structure": pp.plot_orbit,
+    "a structure has several resonant frequencies": lambda orbit: pp.plot_staircase(orbit.run),
+    "no spectrum of a structure is drawn": lambda orbit: pp.plot_spectrum(orbit.run),
+    "not a Manifolds, which structures do not have": pp.plot_manifolds,
 }
 
 
@@ -55,6 +54,19 @@ def test_what_is_not_there_is_told(sentence: str, orbit: pc.StructureOrbit) -> N
 
 
 def test_pictures_of_a_run_take_an_orbit(orbit: pc.StructureOrbit) -> None:
-    for plot in (pp.plot_displacement, pp.plot_velocity, pp.plot_phase_portrait):
+    for plot in (
+        pp.plot_displacement,
+        pp.plot_velocity,
+        pp.plot_phase_portrait,
+        pp.plot_impact_velocities,
+    ):
         own, other = (plot(one, on=(1, -1)) for one in (orbit, orbit.run))
-        assert len(own.lines) == len(other.lines) > 0
+        assert len(own.get_children()) == len(other.get_children()) > 10
+
+
+def test_what_structures_lack_is_one_sentence() -> None:
+    pair = pc.Structure([1, 1], [[2, -1], [-1, 2]])
+    with pytest.raises(pc.ParameterError, match=r"t_end = None: needed for a structure"):
+        pc.simulate(pair, x0=[1, 0])
+    with pytest.raises(pc.ParameterError, match="results of structures have no certificates"):
+        pc.certify(pc.simulate(pair, x0=[1, 0], t_end=1))  # type: ignore[call-overload]

@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 import percuss as pc
+from percuss.kernels.structure import march as engine
+from percuss.motion import structures
 
 # Unsymmetric coupling by dashpots, a wall on a mass, one between two, a soft stop with a dashpot.
 STOPS = (
@@ -245,3 +247,39 @@ def test_periods_are_those_of_the_oscillator_to_the_bit_and_have_its_faults() ->
     ):
         with pytest.raises(pc.ParameterError, match=reason):
             pc.simulate(free, loads, periods=periods)
+
+
+def interrupted_at(monkeypatch: pytest.MonkeyPatch, call: int) -> None:
+    """Let Ctrl-C come in a call of the kernel, as while it is compiled."""
+    march, calls = engine.march, iter(range(1, 10**9))
+
+    def stopped(*arguments: Any) -> int:
+        if next(calls) == call:
+            raise KeyboardInterrupt
+        return int(march(*arguments))
+
+    monkeypatch.setattr(structures, "PATIENCE", 1)
+    monkeypatch.setattr(engine, "march", stopped)
+
+
+def test_ctrl_c_in_the_first_compilation_is_ctrl_c(monkeypatch: pytest.MonkeyPatch) -> None:
+    pair = pc.impact_pair(masses=[1, 1], gap="0.5", restitution="0.8")
+    interrupted_at(monkeypatch, 1)
+    with pytest.raises(KeyboardInterrupt):
+        pc.simulate(pair, v0=[1, 0], t_end=10)
+
+
+def test_ctrl_c_later_keeps_what_is_known(monkeypatch: pytest.MonkeyPatch) -> None:
+    pair = pc.impact_pair(masses=[1, 1], gap="0.5", restitution="0.8")
+    interrupted_at(monkeypatch, 4)
+    run = pc.simulate(pair, v0=[1, 0], t_end=1e6)
+    assert run.outcome is pc.Outcome.interrupted
+    assert run.t_end < 1e6
+
+
+def test_ctrl_c_ends_the_search_of_an_orbit(monkeypatch: pytest.MonkeyPatch) -> None:
+    wall = pc.Wall(at=0, side="above", restitution="0.7", on=0)
+    two = pc.chain(masses=[1, 1], springs=[1, 1, 1], dashpots="0.1", stops=[wall])
+    interrupted_at(monkeypatch, 5)
+    with pytest.raises(KeyboardInterrupt):
+        pc.find_orbit(two, pc.Loads({0: pc.cosine(2)}))

@@ -28,6 +28,10 @@ TWO_HARMONICS = "".join(
             's.toml:2: oscillator.Stiffnes: unknown key; did you mean "stiffness"?',
         ),
         (
+            'kind = "motion"\n' + HEAD + RUN,
+            "s.toml:1: kind: unknown key; it belongs to the table [study]",
+        ),
+        (
             HEAD + RUN + "[oscilator]\n",
             's.toml:7: oscilator: unknown key; did you mean "oscillator"?',
         ),

@@ -228,9 +228,9 @@ def test_the_summary_of_a_motion_has_its_extremes(tmp_path: Path) -> None:
 
     pull = done.answer.extremes("stop_force")
     assert pull.minimum < -100.0
-    assert f"{pull.minimum:.10g} kN at t = {pull.t_minimum:.10g}" in rows["force of stop 0"]
+    assert f"{pull.minimum:.10g} kN at t = {pull.t_minimum:.10g} s" in rows["force of stop 0"]
     x = done.answer.extremes("displacement")
-    assert f"to {x.maximum:.10g} m at t = {x.t_maximum:.10g}" in rows["displacement"]
+    assert f"to {x.maximum:.10g} m at t = {x.t_maximum:.10g} s" in rows["displacement"]
     saved = load_netcdf(tmp_path / "out" / "motion.nc").to_dataset()
     np.testing.assert_array_equal(saved.stop_force, done.answer.forces(saved.t.values).stops)
     assert saved.stop_force.attrs["units"] == "kN"

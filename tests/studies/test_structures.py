@@ -327,6 +327,23 @@ def test_matrices_of_numpy_and_sparse_ones_are_read(tmp_path: Path) -> None:
     assert study.model == parse_study(TWO + "[run]\nt_end = 1\n").model
 
 
+def test_one_file_of_numpy_holds_all_matrices_by_their_names(tmp_path: Path) -> None:
+    model = parse_study(TWO + "[run]\nt_end = 1\n").model
+    assert isinstance(model, pc.Structure)
+    stiffness, mass = model.stiffness_matrix, model.mass_matrix
+    np.savez(tmp_path / "all.npz", K=stiffness, mass=mass, other=mass)
+    text = MATRICES.replace("M.mtx", "all.npz").replace("K.csv", "all.npz") + "[run]\nt_end = 1\n"
+    assert load_study(written(tmp_path, {}, text)).model == model
+
+    np.savez(tmp_path / "all.npz", A=stiffness, mass=mass)
+    with pytest.raises(StudyError) as refused:
+        load_study(written(tmp_path, {}, text))
+    assert (
+        'structure.stiffness = "all.npz": one array, or one named K or stiffness, is wanted, '
+        "the file has 2: A, mass" in str(refused.value)
+    )
+
+
 @pytest.mark.parametrize(
     ("name", "content", "told"),
     [

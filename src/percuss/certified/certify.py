@@ -292,9 +292,10 @@ def certify(
         if over is not None:
             raise ParameterError("over", dict(over), "a special point has a parameter of its own")
         return certify_point(what, digits, most_bits, bits)
-    raise ParameterError(
-        "what", what, "neither a run, nor an orbit, nor a special point, nor a branch"
-    )
+    reason = "neither a run, nor an orbit, nor a special point, nor a branch"
+    if type(what).__name__.startswith("Structure"):
+        reason += " of an oscillator; results of structures have no certificates"
+    raise ParameterError("what", what, reason)
 
 
 def _check(digits: object, most_bits: object, bits: object) -> None:

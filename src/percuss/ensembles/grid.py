@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -27,7 +28,7 @@ from percuss.model.paths import long_form, moved_fields, replace_parameters
 from percuss.model.start import Start, start_of
 from percuss.model.structure import Structure, StructureStart, check_start
 from percuss.model.system import law, region_rows, stop_rows
-from percuss.model.units import FORCE, in_units
+from percuss.model.units import CYCLES, FORCE, in_units
 
 __all__ = [
     "POINTS", "AnyGroup", "Axis", "Grid", "Group", "StructureGroup", "make_grid", "off_the_walls",
@@ -591,10 +592,18 @@ def _axis(osc: Any, force: Any, start: Any, name: str, values: tuple[Phase, ...]
 
 
 def _units_of_named(moved: Mapping[str, Expression], osc: Any, force: Any) -> str:
-    """Return the dimensions of the field that is a named parameter alone; "" for none."""
-    alone = (field for field, value in moved.items() if value.is_parameter)
-    field = next(alone, None)
-    return "" if field is None else units_of(field, osc, force)
+    """Return the dimensions of the field that is a multiple of a named parameter; "" for none.
+
+    In a frequency 2 pi f the parameter counts cycles, and in 2 pi / T it is a time.
+    """
+    for path, value in moved.items():
+        factor, is_frequency = value.factor, path.endswith(".omega")
+        if is_frequency and value.is_reciprocal:
+            return "time"
+        if factor is not None:
+            counts_cycles = is_frequency and factor.angle() == (Fraction(2), Fraction(0))
+            return CYCLES if counts_cycles else units_of(path, osc, force)
+    return ""
 
 
 def values_of(path: str, values: object, points: int = POINTS) -> tuple[Phase, ...]:
@@ -653,12 +662,14 @@ def units_of(path: str, osc: object = None, force: Forcing | Loads | None = None
     >>> units_of("oscillator.stiffness", Oscillator.from_mass(2, 50))
     'mass/time^2'
 
-    A named parameter has those of the number that it alone is:
+    A named parameter has those of the number that it is, but for a factor:
 
     >>> import percuss as pc
     >>> w = pc.parameter("w", 2)
     >>> units_of("w", Oscillator(), pc.cosine(w, amplitude=w**2))
     '1/time'
+    >>> units_of("f", Oscillator(), pc.cosine(pc.pi_times(2) * pc.parameter("f", 2)))
+    'cycle/time'
     """
     if "." not in path and isinstance(osc, Oscillator | Structure):
         return _units_of_named(moved_fields(osc, force, None, path).fields, osc, force)

@@ -47,15 +47,14 @@ OPTIONS: dict[str, Any] = {
 }
 
 
-def as_part(compiled: Any, options: Mapping[str, Any]) -> None:
+def as_part(compiled: Any, options: Mapping[str, Any], is_cold: bool = False) -> None:
     """Let kernels that call ``compiled`` take its code in, instead of calling its machine code."""
 
     @functools.cache
     def part() -> Any:
         njit: Any = numba.njit
-        return njit(pipeline_class=_PartCompiler, no_cpython_wrapper=True, **options)(
-            compiled.py_func
-        )
+        compiler = _ColdPartCompiler if is_cold else _PartCompiler
+        return njit(pipeline_class=compiler, no_cpython_wrapper=True, **options)(compiled.py_func)
 
     # These two are what numba asks of a function that is called by one it compiles.
     compiled.get_call_template = lambda args, kws: part().get_call_template(args, kws)
@@ -76,8 +75,23 @@ class _PartCompiler(Compiler):
         return result._replace(entry_point=key)
 
 
+class _ColdPartCompiler(_PartCompiler):
+    """Compiles to a part that stays a call, known to the optimiser as one of a cold path."""
+
+    def compile_extra(self, func: Callable[..., Any]) -> Any:
+        result = super().compile_extra(func)
+        result.library.keep_apart(result.fndesc.llvm_func_name)
+        return result
+
+
 class _PartLibrary(JITCodeLibrary):
     """The code of a part, to be linked into that of its callers and optimised there."""
+
+    def keep_apart(self, name: str) -> None:
+        """Let a function of the part never be written out in its callers."""
+        function = self._final_module.get_function(name)
+        function.add_function_attribute("noinline")
+        function.add_function_attribute("cold")
 
     def _optimize_final_module(self) -> None:
         pass
@@ -211,6 +225,34 @@ def formula(function: Callable[P, R]) -> Callable[P, R]:
     return _compiled(function, OPTIONS | {"forceinline": True})
 
 
+def cold(function: Callable[P, R]) -> Callable[P, R]:
+    """Compile a kernel that is called seldom, and is never written out where it is called.
+
+    What most calls of a loop pass by takes registers from the loop where it is written out: the
+    forces of records so slowed motions that have none. The arguments are numbers, or few arrays,
+    for they are kept at hand on the way to the call.
+
+    Parameters
+    ----------
+    function
+        As that of `kernel`.
+
+    Returns
+    -------
+    Callable
+        Called as the function is.
+
+    Examples
+    --------
+    >>> @cold
+    ... def series(x: float) -> float:
+    ...     return x - x**3 / 6.0
+    >>> series(0.0)
+    0.0
+    """
+    return _compiled(function, OPTIONS, is_cold=True)
+
+
 @functools.cache
 def uncompiled(function: Callable[P, R]) -> Callable[P, R]:
     """Return a kernel as plain Python, those that it calls included.
@@ -237,7 +279,9 @@ def uncompiled(function: Callable[P, R]) -> Callable[P, R]:
     return cast("Callable[P, R]", types.FunctionType(plain.__code__, around, plain.__name__))
 
 
-def _compiled(function: Callable[P, R], options: dict[str, Any]) -> Callable[P, R]:
+def _compiled(
+    function: Callable[P, R], options: dict[str, Any], is_cold: bool = False
+) -> Callable[P, R]:
     compiled: Any = numba.njit(**options)(function)
     # With the compiler off it is the function itself.
     if hasattr(compiled, "py_func"):
@@ -245,7 +289,7 @@ def _compiled(function: Callable[P, R], options: dict[str, Any]) -> Callable[P, 
         with contextlib.suppress(RuntimeError, OSError):
             compiled._cache = KernelCache(function)
         compiled._compile_for_args = _undisturbed(compiled._compile_for_args)
-        as_part(compiled, options)
+        as_part(compiled, options, is_cold)
     return cast("Callable[P, R]", compiled)
 
 

@@ -31,7 +31,7 @@ from percuss.kernels.arithmetic import (
     exponentials,
     hypotenuse,
 )
-from percuss.kernels.compile import formula, kernel
+from percuss.kernels.compile import cold, formula, kernel
 from percuss.kernels.law_columns import (
     AMPLITUDE,
     BOUND_OF_V,
@@ -193,15 +193,32 @@ def slope_response(law: Law, region: int, s: float, impulse: float, rise: float)
     """
     damping = law[region, DAMPING]
     stiffness = law[region, STIFFNESS]
-    if law[region, QUICKEST] * s < SLOPE_SERIES_LIMIT:
-        first = s * s * s / 6.0
-        return response_series(damping, stiffness, s, first, 4.0, MOST_SLOPE_TERMS)
+    quickest = law[region, QUICKEST]
     slow = law[region, SLOW_ROOT]
     fast = law[region, FAST_ROOT]
-    if law[region, OVERDAMPED] == 1.0 and are_apart(slow, fast):
-        return (twice_integrated(slow, s) - twice_integrated(fast, s)) / (2.0 * law[region, RATE])
+    if quickest * s < SLOPE_SERIES_LIMIT or (
+        law[region, OVERDAMPED] == 1.0 and are_apart(slow, fast)
+    ):
+        return slope_response_of(damping, stiffness, quickest, slow, fast, law[region, RATE], s)
     # S + 2 a D + K E = s, the equation of D integrated.
     return (s - impulse - 2.0 * damping * rise) * law[region, PER_STIFFNESS]
+
+
+@cold
+def slope_response_of(
+    damping: float,
+    stiffness: float,
+    quickest: float,
+    slow: float,
+    fast: float,
+    rate: float,
+    s: float,
+) -> float:
+    """Return E(s) where the equation of D integrated would lose digits: a short time, two rates."""
+    if quickest * s < SLOPE_SERIES_LIMIT:
+        first = s * s * s / 6.0
+        return response_series(damping, stiffness, s, first, 4.0, MOST_SLOPE_TERMS)
+    return (twice_integrated(slow, s) - twice_integrated(fast, s)) / (2.0 * rate)
 
 
 @kernel

@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 
 from percuss.kernels.arithmetic import Pair, two_product, two_sum
-from percuss.kernels.compile import kernel
+from percuss.kernels.compile import cold, kernel
 from percuss.kernels.law_columns import (
     FIRST_HARMONIC,
     FIRST_KNOT,
@@ -88,7 +88,7 @@ def piece_at(law: Law, t: float, t_low: float) -> tuple[int, float]:
     return low, turn
 
 
-@kernel
+@cold
 def record_at(law: Law, t: float, t_low: float) -> Pair:
     """Return the force of the record and its slope at an instant, at a knot those after it."""
     k, turn = piece_at(law, t, t_low)

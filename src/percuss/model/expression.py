@@ -36,6 +36,7 @@ from percuss.model.expression_tree import (
     Node,
     derivative_of,
     evaluated,
+    names_of,
     number_node,
     power_of,
     read,
@@ -162,6 +163,40 @@ class Expression(Computed):
     def is_parameter(self) -> bool:
         """Whether it is a parameter alone."""
         return self.names == (self.text,)
+
+    @property
+    def factor(self) -> Expression | None:
+        """The number that it is times its one parameter; None where it is no such multiple.
+
+        Examples
+        --------
+        >>> print(expression("2*pi*f", f=3).factor, expression("f + 1", f=3).factor)
+        2*pi None
+        """
+        if len(self.names) != 1:
+            return None
+        (name,) = self.names
+        factor = self.derivative(name)
+        try:
+            rest = self.replaced({name: 0}).angle()
+        except NoNumber:
+            return None
+        return None if factor.names or any(rest) else factor
+
+    @property
+    def is_reciprocal(self) -> bool:
+        """Whether it is a number divided by its one parameter.
+
+        Examples
+        --------
+        >>> expression("2*pi/T", T=3).is_reciprocal, expression("2*pi*f", f=3).is_reciprocal
+        (True, False)
+        """
+        tree = tree_of(self.text)
+        if tree.kind != "/":
+            return False
+        above, below = tree.parts
+        return not names_of(above) and text_of(below) in self.names
 
     @property
     def is_exact(self) -> bool:

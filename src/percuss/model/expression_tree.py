@@ -28,6 +28,7 @@ __all__ = [
     "Node",
     "derivative_of",
     "evaluated",
+    "names_of",
     "number_node",
     "power_of",
     "read",
@@ -189,6 +190,7 @@ def power_of(node: Node) -> int:
 
 
 def names_of(node: Node) -> frozenset[str]:
+    """Return the names of the parameters in a tree."""
     if node.kind == "name":
         return frozenset({node.text})
     return frozenset().union(*(names_of(part) for part in node.parts))

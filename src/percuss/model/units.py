@@ -8,10 +8,12 @@ from dataclasses import dataclass
 from percuss.errors import ParameterError
 from percuss.model.faults import UNITS, unit_problem
 
-__all__ = ["FORCE", "Units", "in_units", "is_unit"]
+__all__ = ["CYCLES", "FORCE", "Units", "in_units", "is_unit"]
 
 # Dimensions of what a mass is part of.
 FORCE = "mass length/time^2"
+# Dimensions of a frequency f that counts periods, where omega = 2 pi f counts radians.
+CYCLES = "cycle/time"
 _PREFIXES = {9: "G", 6: "M", 3: "k", 0: "", -3: "m", -6: "µ", -9: "n"}
 _WORD = re.compile(r"(length|time|mass)(?:\^(\d))?")
 
@@ -88,7 +90,11 @@ class Units:
         --------
         >>> Units("m", "s").of("length/time^2"), Units("m", "s", "kg").of("mass length^2/time^3")
         ('m/s^2', 'W')
+        >>> Units("m", "s").of("1/time"), Units("m", "s").of("cycle/time")
+        ('1/s', 'Hz')
         """
+        if dimensions == CYCLES and self.time in _HERTZ:
+            return _HERTZ[self.time]
         return self._named(dimensions) or _WORD.sub(self._replaced, dimensions)
 
     def _replaced(self, word: re.Match[str]) -> str:
@@ -111,6 +117,7 @@ class Units:
         return ""
 
 
+_HERTZ = {"s": "Hz", "ms": "kHz", "us": "MHz", "ns": "GHz"}
 # Name, powers of mass, length and time, and what stands beside the name.
 _NAMED = (
     ("N", (1, 1, -2), ""),

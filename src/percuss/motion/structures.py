@@ -81,10 +81,10 @@ def follow_structure(
     if periods is not None:
         raise_first(periods_faults(system.loads, periods, t_end))
         t_end = end_after_periods(system.loads, start.t0, periods)
-    raise_first(limit_faults(start.t0, t_end, max_impacts))
     if t_end is None:
         reason = "needed for a structure, whose motion may meet no stop for ever"
         raise ParameterError("t_end", None, reason)
+    raise_first(limit_faults(start.t0, t_end, max_impacts))
     limit = most_impacts if max_impacts is None else min(int(max_impacts), 2**62)
     end = as_float(t_end)
     progress_of_run = RunProgress(progress, begin, end, limit)
@@ -105,7 +105,10 @@ def followed(
     limit: int,
     progress: RunProgress | None = None,
 ) -> tuple[StructureRun, Outcome]:
-    """March from (x, v, t) to the limits, making sets of acting stops as they are met."""
+    """March from (x, v, t) to the limits, making sets of acting stops as they are met.
+
+    With progress Ctrl-C ends the run there, and what it holds is kept.
+    """
     x, v, t = start
     key = system.key_at(x, v)
     system.add(key)
@@ -130,6 +133,9 @@ def followed(
             if not progress.reach_event(here, int(run.counters[columns.N_IMPACTS])):
                 return _as_far_as_filled(run), Outcome.interrupted
     except KeyboardInterrupt:
+        # In the first compilation nothing is known yet, and of an orbit a part is of no use.
+        if progress is None or run.counters[columns.N_EVENTS] == 0:
+            raise
         return _as_far_as_filled(run), Outcome.interrupted
     finally:
         if progress is not None:

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 
 from percuss.ensembles.grid import units_of as dimensions_of
 from percuss.model.oscillator import Oscillator
-from percuss.model.units import Units, is_unit
+from percuss.model.units import CYCLES, Units, is_unit
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
 
@@ -100,6 +100,8 @@ def with_unit(name: str, dimensions: str, units: Units | None) -> str:
     ('force (dimensionless)', 'force (mm)')
     >>> with_unit("rate", "1/time", Units("m", "s")), with_unit("period", "1", None)
     ('rate (1/s)', 'period')
+    >>> with_unit("f", "cycle/time", Units("m", "s")), with_unit("f", "cycle/time", None)
+    ('f (Hz)', 'f (dimensionless)')
     """
     if dimensions in ("", "1"):
         return name
@@ -111,6 +113,8 @@ def with_unit(name: str, dimensions: str, units: Units | None) -> str:
         kept = (match[0] for match in POWER.finditer(side) if getattr(given, match[1]))
         parts.append(" ".join(kept))
     known = "/".join([parts[0] or "1", *filter(None, parts[1:])])
+    if dimensions == CYCLES and given.time:
+        known = CYCLES
     return f"{name} ({'dimensionless' if known == '1' else given.of(known)})"
 
 

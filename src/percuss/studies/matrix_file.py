@@ -17,12 +17,14 @@ __all__ = ["read_matrix"]
 # A matrix as rows, or its diagonal alone.
 MatrixOfFile: TypeAlias = "tuple[tuple[float, ...], ...] | tuple[float, ...]"
 MARKS = ("#", "%")
+# Names of arrays in one file, in lower case.
+LETTERS = {"mass": "m", "damping": "c", "stiffness": "k"}
 BANNER = "%%MatrixMarket matrix"
 # Entries of the largest matrix that is read, as exact numbers of 100 bytes each.
 MOST_ENTRIES = 4_000_000
 
 
-def read_matrix(file: Path) -> MatrixOfFile:
+def read_matrix(file: Path, name: str = "") -> MatrixOfFile:
     """Return the matrix in a file, a single row or column of several numbers as a diagonal.
 
     Parameters
@@ -31,6 +33,9 @@ def read_matrix(file: Path) -> MatrixOfFile:
         A table of numbers with commas, semicolons or blanks between them (``.csv``, ``.txt``); a
         file of NumPy (``.npy``), or of a sparse matrix of SciPy (``.npz``: csr, csc or coo); or a
         file of Matrix Market (``.mtx``). Lines of tables that begin with # or % are notes.
+    name
+        What it is, "mass", "damping" or "stiffness": of several arrays in one ``.npz`` the one of
+        this name, or M, C or K.
 
     Returns
     -------
@@ -44,7 +49,8 @@ def read_matrix(file: Path) -> MatrixOfFile:
     ValueError
         If it holds no matrix of real, finite numbers; in one sentence.
     """
-    array = np.asarray(_READERS[file.suffix.lower()](file))
+    suffix = file.suffix.lower()
+    array = np.asarray(_arrays(file, name) if suffix == ".npz" else _READERS[suffix](file))
     if array.dtype.kind not in "biuf":
         raise ValueError(f"holds no real numbers, but values of type {array.dtype}")
     if array.ndim not in (1, 2) or array.size == 0:
@@ -105,17 +111,22 @@ def _array_file(file: Path) -> Any:
         raise ValueError("not a file of NumPy with an array of numbers") from None
 
 
-def _sparse_file(file: Path) -> Floats:
+def _arrays(file: Path, name: str) -> Floats:
     try:
         with np.load(file, allow_pickle=False) as parts:
             parts_by_name = {name: parts[name] for name in parts.files}
     except (ValueError, EOFError, zipfile.BadZipFile):
         raise ValueError("not a file of NumPy with arrays of numbers") from None
     if "format" not in parts_by_name:
-        if len(parts_by_name) != 1:
+        own = [key for key in parts_by_name if key.lower() in (name, LETTERS.get(name))]
+        wanted = own if len(parts_by_name) > 1 else list(parts_by_name)
+        if len(wanted) != 1:
             names = ", ".join(parts_by_name) or "none"
-            raise ValueError(f"one array is wanted, the file has {len(parts_by_name)}: {names}")
-        return np.asarray(next(iter(parts_by_name.values())))
+            which = f", or one named {LETTERS[name].upper()} or {name}," if name in LETTERS else ""
+            raise ValueError(
+                f"one array{which} is wanted, the file has {len(parts_by_name)}: {names}"
+            )
+        return np.asarray(parts_by_name[wanted[0]])
     layout = parts_by_name["format"].item()
     layout = layout.decode() if isinstance(layout, bytes) else str(layout)
     try:
@@ -210,10 +221,10 @@ def _places(size: tuple[int, int], symmetry: str) -> tuple[Any, Any]:
     return row[lower[symmetry]], column[lower[symmetry]]
 
 
+# How a matrix is read, by the end of its file's name; of an .npz `_arrays` finds it.
 _READERS: dict[str, Callable[[Path], Any]] = {
     ".csv": _table,
     ".txt": _table,
     ".npy": _array_file,
-    ".npz": _sparse_file,
     ".mtx": _matrix_market,
 }

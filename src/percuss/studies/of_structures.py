@@ -19,7 +19,7 @@ from percuss.model.structure import (
     on_faults,
     structure_fields,
 )
-from percuss.model.units import in_units
+from percuss.model.units import FORCE, in_units
 from percuss.studies.structure_tables import has_size
 from percuss.studies.study import (
     Study,
@@ -27,6 +27,7 @@ from percuss.studies.study import (
     counted,
     ends_in_words,
     multiplier_text,
+    span_in_words,
     with_unit,
 )
 from percuss.studies.tables import MISSING, Limits, NumbersKey, Path, StartState, StudyFaults, shown
@@ -258,10 +259,9 @@ def report_of_motion(run: StructureTrajectory) -> dict[str, str]:
     """Return extremes, forces and impulses of the stops, the events, and how it ended."""
     structure = run.structure
     rows = {"record": run.beyond_record} if run.beyond_record else {}
-    length = in_units(structure.units, "length")
     for on in _displacements(structure):
         name = f"at {on}" if isinstance(on, str) else f"coordinate {on}"
-        rows[name] = ends_in_words(run.extremes("displacement", on=on), length)
+        rows[name] = ends_in_words(run.extremes("displacement", on=on), structure.units, "length")
     rows |= _stops_in_words(run)
     contacts = run.contacts
     first = f", the first from t = {contacts.start[0]:.10g}" if len(contacts) else ""
@@ -271,20 +271,19 @@ def report_of_motion(run: StructureTrajectory) -> dict[str, str]:
         "contacts": f"{len(contacts)}{first}",
         "grazes": str(len(run.grazes)),
         "outcome": str(run.outcome.value),
-        "time": f"t = {run.t0:.10g} to {run.t_end:.10g}",
+        "time": span_in_words(run.t0, run.t_end, structure.units),
     }
 
 
 def _stops_in_words(run: StructureTrajectory) -> dict[str, str]:
     """Return the forces of soft stops that were met, and the impulses of walls."""
     structure, rows = run.structure, {}
-    force = in_units(structure.units, "mass length/time^2")
     impulse = in_units(structure.units, "mass length/time")
     for i, stop in enumerate(structure.stops):
         if isinstance(stop, SoftStop):
             extrema = run.extremes("stop_force", stop=i)
             if extrema.peak > 0.0:
-                rows[f"force of stop {i}"] = ends_in_words(extrema, force)
+                rows[f"force of stop {i}"] = ends_in_words(extrema, structure.units, FORCE)
         elif isinstance(stop, Wall):
             own = abs(run.impacts.impulse[run.impacts.stop == i])
             if len(own):
@@ -305,10 +304,10 @@ def report_of_orbit(orbit: StructureOrbit) -> dict[str, str]:
         "orbit": f"{impacts} in {turns} of the loads, period {orbit.period:.10g}",
         "stability": f"{stability}, multipliers {values}{more}",
     }
-    length = in_units(orbit.structure.units, "length")
+    units = orbit.structure.units
     for on in _displacements(orbit.structure):
         name = f"at {on}" if isinstance(on, str) else f"coordinate {on}"
-        rows[name] = ends_in_words(orbit.run.extremes("displacement", on=on), length)
+        rows[name] = ends_in_words(orbit.run.extremes("displacement", on=on), units, "length")
     return rows | _stops_in_words(orbit.run) | {"residual": f"{orbit.residual:.2g}"}
 
 

@@ -276,7 +276,7 @@ class _StructureReader:
         else:
             try:
                 self.files[name] = value
-                return read_matrix(self.folder / value)
+                return read_matrix(self.folder / value, name)
             except OSError as error:
                 problem = (error.strerror or "cannot be read").lower()
             except ValueError as error:

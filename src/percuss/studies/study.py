@@ -18,7 +18,7 @@ from percuss.model.loads import Loads
 from percuss.model.oscillator import Oscillator, Stop
 from percuss.model.start import Start, start_faults
 from percuss.model.structure import Structure
-from percuss.model.units import is_unit
+from percuss.model.units import Units, in_units, is_unit
 from percuss.studies.tables import (
     DRAW_ALL,
     MISSING,
@@ -302,10 +302,23 @@ def with_unit(value: float, unit: str, digits: int = 10) -> str:
     return f"{value:.{digits}g} {unit}" if is_unit(unit) else f"{value:.{digits}g}"
 
 
-def ends_in_words(extrema: Extrema, unit: str) -> str:
+def ends_in_words(extrema: Extrema, units: Units | None, dimensions: str) -> str:
     """Return the least and the largest value of a quantity with their instants."""
+    unit, time = in_units(units, dimensions), in_units(units, "time")
     low, high = (with_unit(value, unit) for value in (extrema.minimum, extrema.maximum))
-    return f"{low} at t = {extrema.t_minimum:.10g} to {high} at t = {extrema.t_maximum:.10g}"
+    first, last = (with_unit(t, time) for t in (extrema.t_minimum, extrema.t_maximum))
+    return f"{low} at t = {first} to {high} at t = {last}"
+
+
+def span_in_words(t0: float, t_end: float, units: Units | None) -> str:
+    """Return from when to when a run lasts.
+
+    Examples
+    --------
+    >>> span_in_words(0.0, 30.0, Units("m", "s")), span_in_words(0.0, 30.0, None)
+    ('t = 0 to 30 s', 't = 0 to 30')
+    """
+    return f"t = {t0:.10g} to {with_unit(t_end, in_units(units, 'time'))}"
 
 
 def multiplier_text(value: complex) -> str:

@@ -184,6 +184,8 @@ def words_of_file(reason: str) -> str:
 
 def unknown_key(key: object, known: list[str]) -> str:
     """Return the sentence about an unknown key, with the known key that resembles it."""
+    if "study" in known and key in ("kind", "title"):
+        return "unknown key; it belongs to the table [study]"
     close = difflib.get_close_matches(str(key).lower(), known, n=1)
     if close:
         return f'unknown key; did you mean "{close[0]}"?'

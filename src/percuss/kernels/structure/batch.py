@@ -95,6 +95,7 @@ from percuss.kernels.structure.tangent import (
     cross,
     kept_of_volume,
     set_of_flight,
+    settle,
     to_modes,
     to_places,
 )
@@ -511,6 +512,8 @@ def strobe_tangents(
         b = set_of_flight(viewer, row, before == math.inf)
         s = (instant - viewer.events[row, EVENT_T]) - viewer.events[row, EVENT_T_LOW]
         copy_tangents(members.tangents[i], members.logs[i], space)
+        if b != viewer.marks[row, NEXT_REGION]:
+            settle(viewer, row, space.place, space.paces[0, 0])
         carry_in_pieces(viewer.sets, b, max(s, 0.0), space)
         to_places(viewer.sets, b, space.columns, space.place)
         orthonormalise(space.place, space.logs, 0.0)
@@ -533,6 +536,8 @@ def carry_tangents(
     s += events[row + 1, EVENT_T_LOW] - events[row, EVENT_T_LOW]
     b = set_of_flight(viewer, row, False)
     copy_tangents(members.tangents[i], members.logs[i], space)
+    if b != marks[row, NEXT_REGION]:
+        settle(viewer, row, space.place, space.paces[0, 0])
     carry_in_pieces(sets, b, s, space)
     cross(viewer, row, s, space.place, space.columns, space.paces)
     kind = marks[row + 1, KIND]

@@ -142,10 +142,23 @@ class OrbitEquations:
 
         The equations are smooth where none of these numbers, (n + 1,), changes.
         """
+        return self.sides_under(unknowns, self.law_at(values))
+
+    def sides_under(self, unknowns: Floats, law: Law) -> Integers:
+        """Return what `sides` does, under a law."""
         if not self.jumps:
             return np.zeros(self.n + 1, dtype=np.int64)
         t = np.cumsum(unknowns[: 1 + self.n]) * self.scale[0]
-        return self.jumps.passed(self.law_at(values), t)
+        return self.jumps.passed(law, t)
+
+    def nearest_jump(self, unknowns: Floats, law: Law) -> float:
+        """Return the part of the period between a jump of the force and the event nearest to one."""
+        if not self.jumps or self.n == 0:
+            return math.inf
+        t = np.cumsum(unknowns[: self.n]) * self.scale[0]
+        return min(self.jumps.nearest(law, instant) for instant in t.tolist()) / float(
+            law[0, PERIOD]
+        )
 
     def shot(self, unknowns: Floats, law: Law) -> tuple[Floats, Floats]:
         """Return scaled residuals and their derivative by the scaled unknowns, under a law."""

@@ -190,11 +190,11 @@ class CurveDetector:
 
     def stopped(
         self,
-        here: CurvesPoint,  # noqa: ARG002
+        here: CurvesPoint,
         reason: str,
     ) -> Segment[CurveEquations, CurvePoint]:
         """Return no points: none lies beyond the last."""
-        return Segment([], reason)
+        return Segment([], here.problem.jump_met(here) or reason)
 
     def between(self, here: CurvesPoint, new: CurvesPoint) -> Segment[CurveEquations, CurvePoint]:
         """Return the points of codimension two between two points, up to the end of the curve."""

@@ -47,6 +47,9 @@ HARDLY, NEAR_END = 1e-4, 1e-5
 TURNED = 0.97
 # Scaled steps of central differences, where h^2 and 1e-16/h are both small, and of one-sided ones.
 CENTRAL, ONE_SIDED = 1e-5, 1e-7
+# The part of the period between an event and a jump of the force at which a curve has come to it:
+# beyond it a step cannot be told from one across.
+AT_JUMP = 1e-4
 
 
 class CurveEquations(ABC):
@@ -187,6 +190,13 @@ class CurveEquations(ABC):
         changes = bool((sides[0] != sides[1]).any())
         return changes and (self.of_multipliers or dot(before.tangent, point.tangent) < TURNED)
 
+    def jump_met(self, last: Point[Self]) -> str:
+        """Return the sentence of a curve that ends at a jump of the force, "" where it does not."""
+        if self.orbits.nearest_jump(last.z[:-2], self.law_of(last.z)) > AT_JUMP:
+            return ""
+        met = f"beyond {last.text} an event meets a jump of the force, where the multipliers jump"
+        return f"{met}: the curve ends there"
+
     def lost_stop(self, tests: Mapping[str, float]) -> str:
         """Return the soft stop that is hardly met, "" for none.
 
@@ -308,10 +318,16 @@ class MultiplierCurve(CurveEquations):
 
     def _change(self, unknowns: Floats, law: Law, direction: Floats) -> Floats:
         """Return the derivative of the matrix along a direction of the unknowns."""
-        ahead, behind = (
-            self._returns(unknowns + step * direction, law) for step in (CENTRAL, -CENTRAL)
-        )
-        return np.asarray((ahead - behind) / (2.0 * CENTRAL))
+        steps = [CENTRAL, -CENTRAL]
+        if self.equations.jumps:
+            # Beyond a jump of the force the matrix is another one.
+            side = self.equations.sides_under(unknowns, law)
+            for k, step in enumerate(steps):
+                there = self.equations.sides_under(unknowns + step * direction, law)
+                if (there != side).any():
+                    steps[k] = 0.0
+        ahead, behind = (self._returns(unknowns + step * direction, law) for step in steps)
+        return np.asarray((ahead - behind) / (steps[0] - steps[1] or CENTRAL))
 
     def solution(self, z: Floats) -> PeriodicOrbit:
         """Return the orbit of a point."""

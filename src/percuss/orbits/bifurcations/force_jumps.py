@@ -99,6 +99,11 @@ class ForceJumps:
         before = np.searchsorted(first, inside, side="right")
         return np.asarray(turns.astype(np.int64) * len(first) + before)
 
+    def nearest(self, law: Law, t: float) -> float:
+        """Return how far an instant is from the nearest jump."""
+        count = int(self.passed(law, np.array([t]))[0])
+        return min(abs(t - self.instant(law, jump)) for jump in (count - 1, count))
+
 
 def crossings(before: Integers, after: Integers) -> list[Crossing]:
     """Return which events pass a jump, from the numbers of jumps that lie before them."""

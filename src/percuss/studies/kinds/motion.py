@@ -13,8 +13,8 @@ from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads
 from percuss.model.oscillator import Oscillator, SoftStop
 from percuss.model.start import end_after_periods, periods_faults, start_faults
-from percuss.model.units import FORCE, in_units
-from percuss.studies.study import Question, StudyDraft, ends_in_words, known_walls
+from percuss.model.units import FORCE
+from percuss.studies.study import Question, StudyDraft, ends_in_words, known_walls, span_in_words
 from percuss.studies.tables import Limits, StartState, shown, table
 
 if TYPE_CHECKING:
@@ -211,7 +211,7 @@ class Motion(Question):
                     classify_impact_times(result)
                 ),
                 "outcome": str(result.outcome.value),
-                "time": f"t = {result.t0:.10g} to {result.t_end:.10g}",
+                "time": span_in_words(result.t0, result.t_end, result.oscillator.units),
             }
         )
 
@@ -229,13 +229,11 @@ def _extremes_in_words(run: Trajectory) -> dict[str, str]:
     """Return the least and the largest displacement, and force of each stop that bears one."""
     osc = run.oscillator
     force = FORCE if osc.mass is not None else FORCE.removeprefix("mass ")
-    rows = {
-        "displacement": ends_in_words(run.extremes("displacement"), in_units(osc.units, "length"))
-    }
+    rows = {"displacement": ends_in_words(run.extremes("displacement"), osc.units, "length")}
     for stop in range(len(osc.stops)):
         extrema = run.extremes("stop_force", stop=stop)
         if extrema.peak > 0.0:
-            rows[f"force of stop {stop}"] = ends_in_words(extrema, in_units(osc.units, force))
+            rows[f"force of stop {stop}"] = ends_in_words(extrema, osc.units, force)
     return rows
 
 
