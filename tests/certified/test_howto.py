@@ -25,7 +25,7 @@ def test_the_code_of_the_howto_runs(
     for block in blocks:
         exec(compile(block, "certified-howto.md", "exec"), {})  # noqa: S102  our own text
 
-    assert len(blocks) == 15
+    assert len(blocks) == 16
     shown = capsys.readouterr().out
     assert "429.795037514336" in shown
     assert "True True True asymptotic" in shown

@@ -14,7 +14,7 @@ except ImportError:  # pragma: no cover
 
 from percuss.certified.ball_arithmetic import Ball, Balls, ComplexBall
 from percuss.certified.certificates import certificate
-from percuss.certified.certified_branch import BranchPoint, BranchStretch, CertifiedBranch
+from percuss.certified.certified_branch import BranchStretch, CertifiedBranch, EnclosedPoint
 from percuss.certified.certify import certify
 from percuss.certified.chaos import CertifiedChaos, prove_chaos
 from percuss.certified.march import Ending
@@ -32,7 +32,6 @@ from percuss.certified.statements import (
 __all__ = [
     "Ball",
     "Balls",
-    "BranchPoint",
     "BranchStretch",
     "CertifiedBranch",
     "CertifiedChaos",
@@ -40,6 +39,7 @@ __all__ = [
     "CertifiedPoint",
     "CertifiedRun",
     "ComplexBall",
+    "EnclosedPoint",
     "Ending",
     "Verdict",
     "certificate",

@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from fractions import Fraction
 from itertools import groupby, pairwise
 
 from flint import arb
 
 from percuss.certified.ball_arithmetic import Ball, Balls, Undecided
 from percuss.certified.fold import OrbitCurve
-from percuss.certified.numbers import ball, precision
+from percuss.certified.numbers import ball, exact_value, precision
 from percuss.certified.results import doubles_of, in_words
 from percuss.certified.shooting import OrbitEvent, events_of, guess_of, vector_of
 from percuss.certified.strips import Strip, chain_of
@@ -25,7 +26,7 @@ from percuss.orbits.bifurcations.branch import Branch
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.progress import Progress, Report
 
-__all__ = ["BranchPoint", "BranchStretch", "CertifiedBranch", "certify_branch"]
+__all__ = ["BranchStretch", "CertifiedBranch", "EnclosedPoint", "certify_branch"]
 
 BITS = 96
 # Width of strips that are not divided any more, as a part of the range of the parameter and of the
@@ -60,7 +61,7 @@ class BranchStretch:
 
 
 @dataclass(frozen=True, slots=True)
-class BranchPoint:
+class EnclosedPoint:
     """A special point that is proven to lie on the curve, between two stretches.
 
     Attributes
@@ -108,7 +109,7 @@ class CertifiedBranch:
     forcing: Forcing | None
     path: str
     stretches: tuple[BranchStretch, ...]
-    special_points: tuple[BranchPoint, ...]
+    special_points: tuple[EnclosedPoint, ...]
     complete: bool
     reason: str
     precision: int
@@ -143,8 +144,8 @@ class CertifiedBranch:
         >>> orbit = pc.find_orbit(pc.impact_oscillator("0.8"), pc.cosine("2.5"))
         >>> branch = pc.continue_orbit(orbit, over={"forcing.omega": (2.5, 2.6)})
         >>> ((t, v),) = pc.certify(branch).events_at("2.505")
-        >>> print(v.text(4)[0])
-        [2.8 +/- 0.0436]
+        >>> print(v[0].text(4))
+        [0.510 +/- 5.77e-4]
         """
         at, found = as_fraction(value), []
         with precision(self.precision):
@@ -277,24 +278,24 @@ def _nearest(points: Sequence[Sequence[float]], at: Sequence[float], scale: Sequ
 
     def distance(point: Sequence[float]) -> float:
         parts = zip(point, at, scale, strict=True)
-        return math.hypot(*((value - own) / size for value, own, size in parts))
+        return sum(((value - own) / size) ** 2 for value, own, size in parts)
 
     return min(range(len(points)), key=lambda i: distance(points[i]))
 
 
 def _told(
     chains: Sequence[Sequence[Strip]], path: str
-) -> tuple[tuple[BranchStretch, ...], tuple[BranchPoint, ...]]:
+) -> tuple[tuple[BranchStretch, ...], tuple[EnclosedPoint, ...]]:
     """Return the stretches of the same properties, and the special points between them."""
     stretches, points = [], []
     for chain in chains:
         groups = [list(group) for _, group in groupby(chain, lambda s: (s.stability, s.admissible))]
         for k, group in enumerate(groups):
-            parameter = _parameters(group)
+            low, high = _ends(group)
             stretches.append(
                 BranchStretch(
-                    low=float(parameter.lower()),
-                    high=float(parameter.upper()),
+                    low=float(low),
+                    high=float(high),
                     stability=group[0].stability,
                     admissible=group[0].admissible,
                     n_strips=len(group),
@@ -309,29 +310,35 @@ def _told(
     return tuple(stretches), tuple(points)
 
 
-def _parameters(strips: Sequence[Strip]) -> arb:
-    whole = strips[0].tube.box()[-1]
-    for strip in strips[1:]:
-        whole = whole.union(strip.tube.box()[-1])
-    return whole
+def _ends(strips: Sequence[Strip]) -> tuple[Fraction, Fraction]:
+    """Return numbers between which all parameters of some strips lie."""
+    ends = []
+    for tube in (strip.tube for strip in strips):
+        if tube.along == len(tube.middle) - 1:
+            ends += [tube.low, tube.high]
+        else:
+            value = tube.box()[-1]
+            ends += [exact_value(value.lower()), exact_value(value.upper())]
+    return min(ends), max(ends)
 
 
 def _points(
     ends: tuple[Strip, Strip], between: Sequence[Strip], path: str
-) -> Iterator[BranchPoint]:
+) -> Iterator[EnclosedPoint]:
     """Yield what is proven to lie between two strips of a curve."""
-    value = Ball(_parameters(between))
+    low, high = _ends(between)
+    value = Ball(ball(low).union(ball(high)))
     doubling = [1 + end.trace + end.determinant for end in ends]
     fold = [1 - end.trace + end.determinant for end in ends]
     if _change(doubling):
-        yield BranchPoint(
+        yield EnclosedPoint(
             "period_doubling", value, "a multiplier goes through -1 on the curve, which is smooth"
         )
     if _change(fold):
         reason = f"a multiplier goes through 1 on the curve, along which {path} is extremal"
-        yield BranchPoint("fold", value, reason)
+        yield EnclosedPoint("fold", value, reason)
     if {end.admissible for end in ends} == {True, False}:
-        yield BranchPoint(
+        yield EnclosedPoint(
             "grazing", value, "the orbits on one side of it are motions, on the other formal"
         )
 

@@ -22,7 +22,7 @@ from percuss.certified.numbers import ball, exact_value, span
 from percuss.certified.properties import admissible_of, monodromy_of
 from percuss.certified.shooting import Image, Shooting, Vector, matrix_of, pairs, residual_of
 
-__all__ = ["Chain", "Strip", "Tube", "chain_of"]
+__all__ = ["Strip", "StripChain", "Tube", "chain_of"]
 
 # How often the box around the tangent is made wider, and by how much beyond its image.
 TRIALS, WIDER = 5, 1.5
@@ -130,7 +130,7 @@ def _around(along: int, eta: arb, middle: Vector, tangent: Vector, sizes: Vector
     return box
 
 
-class _Equations:
+class _CurveEquations:
     """The equations F(z; p) - z of a curve and their derivatives by all coordinates."""
 
     def __init__(self, curve: OrbitCurve) -> None:
@@ -182,7 +182,7 @@ def _with(vector: list[arb], along: int, entry: arb) -> Vector:
 
 
 @dataclass
-class Chain:
+class StripChain:
     """Strips of one curve, each of which goes on in the next one; made by `chain_of`.
 
     Attributes
@@ -209,7 +209,7 @@ class _Walk:
         Width of strips, as a part of the scale, that is not divided any more.
     """
 
-    equations: _Equations
+    equations: _CurveEquations
     scale: Vector
     finest: float
 
@@ -392,7 +392,7 @@ class _Walk:
 
 def _dyadic(step: float, size: Fraction) -> Fraction:
     """Return a part of a size as a number that the working precision holds."""
-    return Fraction(math.ldexp(1.0, round(math.log2(step)))) * size
+    return Fraction(math.ldexp(1.0, math.frexp(0.75 * step)[1])) * size
 
 
 def _dot(one: list[float], other: list[float]) -> float:
@@ -400,7 +400,7 @@ def _dot(one: list[float], other: list[float]) -> float:
 
 
 def _norm(vector: list[float]) -> float:
-    return math.hypot(*vector)
+    return math.sqrt(_dot(vector, vector))
 
 
 def chain_of(
@@ -409,7 +409,7 @@ def chain_of(
     scale: Sequence[float],
     finest: float,
     go_on: Callable[[float], bool],
-) -> Chain:
+) -> StripChain:
     """Return strips of the curve from the first to the last of some points, as far as they lead.
 
     Parameters
@@ -423,8 +423,8 @@ def chain_of(
     go_on
         Called with the parameter after each strip; stops the chain by returning False.
     """
-    walk = _Walk(_Equations(curve), [arb(size) for size in scale], finest)
-    chain = Chain()
+    walk = _Walk(_CurveEquations(curve), [arb(size) for size in scale], finest)
+    chain = StripChain()
     try:
         for strip in walk.strips(rows):
             chain.strips.append(strip)
