@@ -117,9 +117,10 @@ def test_what_a_graze_ends_is_no_whole_branch() -> None:
         (SOFT, pc.cosine("1.1"), "forcing.omega", 1.09, 1.12, 2),
         (BETWEEN, pc.cosine("1.3"), "oscillator.damping", 0.02, 0.03, 2),
         (DAMPED, pc.fourier(2, cos=(1, "0.2")), "forcing.cos.1", 0.15, 0.25, 1),
+        (DAMPED, pc.cosine("1.5"), "oscillator.stops.0.restitution", 0.69, 0.72, 1),
         (DAMPED, pc.square_wave("2.1"), "forcing.record.amplitude", 0.99, 1.02, 1),
     ],
-    ids=["soft stop", "two walls", "two harmonics", "square wave"],
+    ids=["soft stop", "two walls", "two harmonics", "restitution", "square wave"],
 )
 def test_branches_of_other_systems(
     osc: pc.Oscillator, force: pc.Forcing, path: str, low: float, high: float, events: int
@@ -151,6 +152,17 @@ def test_an_orbit_that_is_not_on_the_curve_is_not_reached(doubling: Branch) -> N
 
     assert not proven.complete
     assert "does not come to the last of the orbits" in proven.reason
+
+
+def test_it_goes_to_the_end_of_what_a_restitution_may_be() -> None:
+    osc = pc.impact_oscillator("0.99", damping="0.2", wall="-0.1")
+    orbit = pc.find_orbit(osc, pc.cosine("1.5"))
+    branch = pc.continue_orbit(orbit, over={"oscillator.stops.0.restitution": (0.98, 1.0)})
+
+    proven = pc.certify(branch)
+
+    assert proven.complete, proven.reason
+    assert max(stretch.high for stretch in proven.stretches) == 1.0
 
 
 def test_it_can_be_stopped_and_refuses_what_it_cannot_prove(doubling: Branch) -> None:

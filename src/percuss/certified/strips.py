@@ -17,10 +17,12 @@ from itertools import pairwise
 from flint import arb, arb_mat, ctx
 
 from percuss.certified.ball_arithmetic import Undecided
+from percuss.certified.branch import system_over
 from percuss.certified.fold import OrbitCurve
 from percuss.certified.numbers import ball, exact_value, span
 from percuss.certified.properties import admissible_of, monodromy_of
 from percuss.certified.shooting import Image, Shooting, Vector, matrix_of, pairs, residual_of
+from percuss.errors import ParameterError
 
 __all__ = ["Strip", "StripChain", "Tube", "chain_of"]
 
@@ -136,7 +138,7 @@ class _CurveEquations:
     def __init__(self, curve: OrbitCurve) -> None:
         self.curve = curve
         self.durations: list[arb] = []
-        # Those of a point and of a box: each is asked for several times.
+        # Those of a point and of a box, and of the end before: each is asked for several times.
         self._known: list[tuple[arb, Shooting]] = []
 
     def at(self, value: arb) -> Shooting:
@@ -144,9 +146,21 @@ class _CurveEquations:
         for known, equations in self._known:
             if known.contains(value) and value.contains(known):
                 return equations
-        equations = self.curve.equations(value)
-        self._known = [*self._known[-1:], (value, equations)]
+        try:
+            equations = self.curve.equations(value)
+        except ParameterError as fault:
+            raise Undecided("precision", f"next to it there is no such system; {fault}") from None
+        self._keep(value, equations)
         return equations
+
+    def put(self, value: arb, low: Fraction, high: Fraction) -> None:
+        """Note the equations between two values of the parameter, for a ball that holds them."""
+        curve = self.curve
+        system = system_over(curve.system, curve.path, low, high)
+        self._keep(value, Shooting.of(system, curve.events, curve.n_periods))
+
+    def _keep(self, value: arb, equations: Shooting) -> None:
+        self._known = [*self._known[-3:], (value, equations)]
 
     def _images(self, u: Vector) -> tuple[Shooting, list[Image]]:
         equations = self.at(u[-1])
@@ -253,6 +267,8 @@ class _Walk:
                 tube = self._tube(along, min(near, far), max(near, far), guess)
                 if before is not None:
                     self._check_joined(before, end, position, tube)
+                elif not tube.has_only(position):
+                    self._refuse("first")
             except Undecided:
                 step, held = length / 2, 0
                 if length <= (LEAST_STEP if phase == 2 else NARROW):
@@ -266,12 +282,14 @@ class _Walk:
             if not strip.is_decided and length > self.finest:
                 step, held = length / 2, 0
                 continue
+            if is_last and not tube.has_only([arb(value) for value in last]):
+                self._refuse("last")
             yield strip
             if is_last:
                 return
             left -= _norm(self._scaled([float(part) for part in tube.end(far)], position))
             if left < 0.0:
-                raise Undecided("precision", "the curve does not come to the last of the orbits")
+                self._refuse("last")
             before, end, position = tube, far, tube.end(far)
             direction = self._direction(tube, direction)
             since += 1
@@ -280,6 +298,10 @@ class _Walk:
             # Wider only after some of one width: a failure costs as much as a strip.
             held += 1
             step, held = (2 * length, 0) if held > PATIENCE else (length, held)
+
+    @staticmethod
+    def _refuse(which: str) -> None:
+        raise Undecided("precision", f"the curve does not come to the {which} of the orbits")
 
     def _closer(self, tube: Tube, end: Fraction, position: Vector) -> Vector:
         """Return a small box with the orbit at the end of a tube."""
@@ -307,7 +329,11 @@ class _Walk:
         """Return the coordinate along which a strip is best, or the next one."""
         sizes = [abs(part) for part in direction]
         steep = sizes[self.n] < STEEP * max(sizes)
-        return sizes.index(max(sizes[:-1])) if steep != other else self.n
+        best, next_one = sizes.index(max(sizes[:-1])), self.n
+        if not steep:
+            best, next_one = next_one, best
+        # Along a coordinate that hardly changes there is no strip.
+        return next_one if other and sizes[next_one] > LEAST_STEP else best
 
     def _scaled(self, point: Sequence[float], origin: Vector) -> list[float]:
         """Return how far a point is from another, in units of the scales."""
@@ -352,6 +378,9 @@ class _Walk:
         tangent = _with(free, along, arb(1))
         missed = inverse * self.equations.value(centre)
         whole = ball(low).union(ball(high))
+        if along == self.n and low < high:
+            # A restitution may be 1 at the end of a strip, and no more.
+            self.equations.put(whole, low, high)
         half = ball((high - low) / 2)
         least = sum(self.scale, arb(0)) * 2 ** -(ctx.prec // 2)
         sizes = [
