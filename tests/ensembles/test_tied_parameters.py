@@ -32,7 +32,8 @@ def test_every_point_of_a_sweep_is_the_motion_of_a_model_without_expressions() -
                 own = data["peak_displacement"].sel({"w": w, "d": d, "start.t0": t0})
                 assert float(own) == float(plain["peak_displacement"][0])
     assert data["w"].attrs["units"] == "1/time"
-    assert data["d"].attrs["units"] == ""
+    # The wall is at -d.
+    assert data["d"].attrs["units"] == "length"
 
 
 def test_a_diagram_over_a_tied_parameter_is_that_of_models_made_at_each_value() -> None:
