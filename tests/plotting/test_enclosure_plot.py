@@ -173,3 +173,23 @@ def test_an_orbit_that_is_not_proven_is_refused() -> None:
 
     with pytest.raises(ParameterError, match="not proven"):
         plot_enclosure(open_)
+
+
+def test_strips_of_a_branch_are_drawn_at_their_size_with_what_lies_on_it() -> None:
+    orbit = pc.find_orbit(pc.impact_oscillator("0.8"), pc.cosine("2.65"))
+    branch = pc.continue_orbit(orbit, over={"forcing.omega": (2.645, 2.66)})
+    proven = pc.certify(branch)
+
+    ax = plot_enclosure(proven, offscreen_figure().add_subplot())
+
+    assert len(ax.patches) == len(proven)
+    for row in range(0, len(branch), 7):
+        at = branch.values[row], float(branch.orbits[row].itinerary.vector[2])
+        assert any(patch.get_path().contains_point(at, radius=1e-9) for patch in ax.patches), row
+    assert "period doubling\n[2.6533" in ax.texts[0].get_text()
+    assert ax.get_title() == f"proven in {len(proven)} strips, from end to end"
+    names = {str(line.get_label()) for line in ax.lines}
+    assert {"asymptotically stable", "unstable", "stability open"} <= names
+
+    nothing = pc.certify(branch, progress=lambda *_: False)
+    assert plot_enclosure(nothing, offscreen_figure().add_subplot()).get_title().endswith("gaps")

@@ -8,8 +8,10 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import groupby, pairwise
 
+import numpy as np
 from flint import arb
 
+from percuss.arrays import Floats
 from percuss.certified.ball_arithmetic import Ball, Balls, Undecided
 from percuss.certified.fold import OrbitCurve
 from percuss.certified.numbers import ball, exact_value, precision
@@ -22,6 +24,7 @@ from percuss.model.exact import Exact, as_fraction
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.model.paths import long_form
+from percuss.model.system import System
 from percuss.orbits.bifurcations.branch import Branch
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.progress import Progress, Report
@@ -160,6 +163,38 @@ class CertifiedBranch:
         if not found:
             ends = ", ".join(f"{s.low:.9g} to {s.high:.9g}" for s in self.stretches) or "nothing"
             raise ParameterError("value", value, f"no strip has an orbit there; proven is {ends}")
+        return found
+
+    @property
+    def system(self) -> System:
+        """The oscillator and the forcing together."""
+        return System(self.oscillator, self.forcing)
+
+    def outlines(self) -> list[tuple[Floats, str, bool | None]]:
+        """Return what each strip encloses, as floats for pictures.
+
+        Returns
+        -------
+        list of (array, str, bool or None)
+            The corners of a quadrangle that holds the parameter and the velocity after the first
+            event of all orbits of the strip, (4, 2), their stability, and whether they are
+            admissible; in order.
+        """
+        found = []
+        with precision(self.precision):
+            for strip in (strip for chain in self._strips for strip in chain):
+                tube = strip.tube
+                if tube.along == len(tube.middle) - 1:
+                    sides = [(value, tube.end(value)[1]) for value in (tube.low, tube.high)]
+                else:
+                    low, high = _ends([strip])
+                    sides = [(value, tube.box()[1]) for value in (low, high)]
+                (p, v), (q, w) = sides
+                corners = [
+                    (float(p), float(v.lower())), (float(q), float(w.lower())),
+                    (float(q), float(w.upper())), (float(p), float(v.upper())),
+                ]  # fmt: skip
+                found.append((np.array(corners), strip.stability, strip.admissible))
         return found
 
     @property

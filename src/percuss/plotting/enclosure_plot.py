@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.patches import Circle
+from matplotlib.patches import Circle, Polygon
+from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 
 from percuss.arrays import Floats
@@ -17,7 +18,8 @@ from percuss.errors import ParameterError
 from percuss.model.units import Units
 from percuss.numerics import hypot
 from percuss.orbits.bifurcations.branch import Branch
-from percuss.plotting.branch_plot import plot_branch
+from percuss.plotting.branch_plot import MARKERS, plot_branch
+from percuss.plotting.labels import parameter_label
 from percuss.plotting.marks import CONTACT_STYLE, GRAZE_STYLE, draw_jumps, draw_stops, stop_places
 from percuss.plotting.section_plot import explain, label_impact_surface
 from percuss.plotting.style import (
@@ -38,6 +40,7 @@ if TYPE_CHECKING:
     # Needs python-flint, without which there is no certified result.
     from percuss.certified import (
         Balls,
+        CertifiedBranch,
         CertifiedChaos,
         CertifiedOrbit,
         CertifiedPoint,
@@ -60,6 +63,14 @@ MOST, LEAST = 3.0, 0.025
 # The corners of a set in its coordinates, closed; colours of the loops of a proof of chaos.
 CORNERS = ((-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1))
 LOOPS = (GREEN, ORANGE, SKY_BLUE)
+# Colour and name of strips by what is proven of all of their orbits.
+STRIPS = {
+    "asymptotic": (BLUE, "asymptotically stable"),
+    "elliptic": (GREEN, "elliptic"),
+    "unstable": (VERMILION, "unstable"),
+    "undecided": (BLACK, "stability open"),
+}
+FORMAL = {False: "formal: through a stop", None: "open whether through a stop"}
 # Sets nearer to the saddle than this part of the picture have no numbers.
 CROWDED = 0.04
 # Digits of a number in the picture.
@@ -71,6 +82,7 @@ def plot_enclosure(
     | CertifiedOrbit
     | CertifiedPoint
     | Sequence[CertifiedPoint]
+    | CertifiedBranch
     | CertifiedChaos,
     ax: Axes | None = None,
     *,
@@ -82,14 +94,15 @@ def plot_enclosure(
     The radii are those of the balls, far below what a float resolves. In a motion over time a
     straight rise is an error that grows exponentially, as in chaos. An orbit is drawn as a phase
     portrait, with its multipliers in the complex plane: blue if they certainly lie inside the unit
-    circle, red if outside, and black if their ball meets it. The sets of a proof of chaos are drawn in
+    circle, red if outside, and black if their ball meets it. A branch is drawn as its strips, at
+    their size, in the parameter and the velocity after the first event. The sets of a proof of chaos are drawn in
     the impact surface, at their size and with their numbers; best on the axes of `plot_manifolds`.
 
     Parameters
     ----------
     proven
-        What `percuss.certify` has returned for a run, an orbit, a special point, or a list of
-        those for the special points of one branch; or what `percuss.certified.prove_chaos` has.
+        What `percuss.certify` has returned for a run, an orbit, a branch, a special point, or a list
+        of those for the special points of one branch; or what `percuss.certified.prove_chaos` has.
     ax
         Axes to draw on; default: those of a new figure. An orbit and special points leave a part
         of their area to further axes, to the right or below.
@@ -108,17 +121,25 @@ def plot_enclosure(
     Raises
     ------
     ParameterError
-        If it is not a certified result, or an orbit or chaos that is not proven; if the branch is missing or
+        If it is not a certified result, or an orbit, a branch or chaos that is not proven; if the branch is missing or
         over another parameter.
     MissingExtraError
         If python-flint is not installed.
     """
-    from percuss.certified import CertifiedChaos, CertifiedOrbit, CertifiedPoint, CertifiedRun
+    from percuss.certified import (
+        CertifiedBranch,
+        CertifiedChaos,
+        CertifiedOrbit,
+        CertifiedPoint,
+        CertifiedRun,
+    )
 
     if isinstance(proven, CertifiedChaos):
         return _draw_chaos(proven, ax, units)
     if isinstance(proven, CertifiedOrbit):
         return draw_certified_orbit(proven, ax, units_of(units, proven.oscillator))
+    if isinstance(proven, CertifiedBranch):
+        return _draw_branch(proven, ax, units)
     if isinstance(proven, CertifiedPoint):
         return draw_certified_points([proven], branch, ax, units_of(units))
     if isinstance(proven, list | tuple) and all(isinstance(p, CertifiedPoint) for p in proven):
@@ -158,6 +179,45 @@ def _draw_chaos(proven: CertifiedChaos, ax: Axes | None, units: Units | None) ->
         label_impact_surface(ax, units)
         bound = math.floor(1e4 * proven.entropy.mid()) / 1e4
         ax.set_title(f"proven: topological entropy $\\geq$ {bound:g} an impact")
+        explain(ax, alone=is_alone)
+    return ax
+
+
+def _draw_branch(proven: CertifiedBranch, ax: Axes | None, units: Units | None) -> Axes:
+    """Draw the strips of a branch, at their size, and the special points that lie on it."""
+    if not proven.stretches:
+        raise ParameterError("proven", proven, f"nothing of the branch is proven: {proven.reason}")
+    units, is_alone = units_of(units, proven.oscillator), ax is None
+    outlines = proven.outlines()
+    with picture(ax) as ax:
+        for corners, stability, admissible in outlines:
+            colour, name = STRIPS.get(stability, STRIPS["undecided"])
+            if not admissible:
+                colour, name = GREY, FORMAL[admissible]
+            ax.add_patch(
+                Polygon(corners, facecolor=colour, edgecolor=colour, linewidth=0.8, alpha=0.8)
+            )
+            # Its name in the legend, and a size for the axes: a patch has none.
+            ax.plot(*corners.T, color=colour, linewidth=0.8, label=label_once(ax, name))
+        for point in proven.special_points:
+            value = point.value.mid()
+            at = min(outlines, key=lambda it: float(abs(it[0][:, 0].mean() - value)))[0]
+            place = (value, float(at[:, 1].mean()))
+            ax.plot(*place, MARKERS[point.kind], color=BLACK, markersize=4.5, zorder=4.0)
+            low, high = ax.get_xlim()
+            right = value > 0.5 * (low + high)
+            ax.annotate(
+                f"{point.kind.replace('_', ' ')}\n{point.value.text(MOST_DIGITS)}", place,
+                (-8.0 if right else 8.0, -4.0), textcoords="offset points", va="top",
+                ha="right" if right else "left", fontsize="x-small", zorder=4.0,
+                path_effects=[withStroke(linewidth=2.5, foreground="white")],
+            )  # fmt: skip
+        ax.set_xlabel(parameter_label(cast("Any", proven), proven.path, units))
+        ax.set_ylabel(f"velocity after event 0 ({units.velocity})")
+        ends = "from end to end" if proven.complete else "with gaps"
+        ax.set_title(f"proven in {len(proven)} strips, {ends}")
+        ax.margins(0.08)
+        fix_ticks(ax)
         explain(ax, alone=is_alone)
     return ax
 
