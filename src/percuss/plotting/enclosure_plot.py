@@ -208,7 +208,8 @@ def _draw_branch(proven: CertifiedBranch, ax: Axes | None, units: Units | None) 
             right = value > 0.5 * (low + high)
             ax.annotate(
                 f"{point.kind.replace('_', ' ')}\n{point.value.text(MOST_DIGITS)}", place,
-                (-8.0 if right else 8.0, -4.0), textcoords="offset points", va="top",
+                (-10.0 if right else 10.0, -4.0 * (point.kind != "fold")),
+                textcoords="offset points", va="center" if point.kind == "fold" else "top",
                 ha="right" if right else "left", fontsize="x-small", zorder=4.0,
                 path_effects=[withStroke(linewidth=2.5, foreground="white")],
             )  # fmt: skip
