@@ -154,6 +154,21 @@ def test_an_orbit_that_is_not_on_the_curve_is_not_reached(doubling: Branch) -> N
     assert "does not come to the last of the orbits" in proven.reason
 
 
+def test_an_orbit_with_events_of_its_own_is_a_gap(doubling: Branch) -> None:
+    doubled = pc.find_orbit(
+        pc.impact_oscillator("0.8"), pc.cosine("2.67"), n_impacts=2, n_periods=2
+    )
+    assert len(doubled.itinerary) == 2
+
+    proven = pc.certify(
+        dataclasses.replace(doubling, orbits=(*doubling.orbits[:-1], doubled)),
+        progress=lambda done, _: done < 3,
+    )
+
+    assert not proven.complete
+    assert f"the orbit of row {len(doubling) - 1} alone has its events" in proven.reason
+
+
 def test_it_goes_to_the_end_of_what_a_restitution_may_be() -> None:
     osc = pc.impact_oscillator("0.99", damping="0.2", wall="-0.1")
     orbit = pc.find_orbit(osc, pc.cosine("1.5"))

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
-from itertools import groupby, pairwise
+from itertools import chain, groupby, pairwise
 
 import numpy as np
 from flint import arb
@@ -14,7 +14,7 @@ from flint import arb
 from percuss.arrays import Floats
 from percuss.certified.ball_arithmetic import Ball, Balls, Undecided
 from percuss.certified.fold import OrbitCurve
-from percuss.certified.numbers import ball, exact_value, precision
+from percuss.certified.numbers import ball, precision
 from percuss.certified.results import doubles_of, in_words
 from percuss.certified.shooting import OrbitEvent, events_of, guess_of, vector_of
 from percuss.certified.strips import Strip, chain_of
@@ -120,7 +120,7 @@ class CertifiedBranch:
 
     def __len__(self) -> int:
         """Return the number of strips."""
-        return sum(len(chain) for chain in self._strips)
+        return sum(map(len, self._strips))
 
     def events_at(self, value: Exact) -> list[tuple[Balls, Balls]]:
         """Return instants and velocities after the events of the orbits at a value of the parameter.
@@ -152,13 +152,10 @@ class CertifiedBranch:
         """
         at, found = as_fraction(value), []
         with precision(self.precision):
-            for strip in (strip for chain in self._strips for strip in chain):
-                tube = strip.tube
-                if tube.along == len(tube.middle) - 1:
-                    box = tube.end(at) if tube.low <= at <= tube.high else None
-                else:
-                    box = tube.box() if tube.box()[-1].overlaps(ball(at)) else None
-                if box is not None:
+            for tube in (strip.tube for strip in chain.from_iterable(self._strips)):
+                low, high = tube.parameters
+                if low <= at <= high:
+                    box = tube.end(at) if tube.is_along_parameter else tube.box()
                     found.append((Balls.of(box[:-1:2]), Balls.of(box[1:-1:2])))
         if not found:
             ends = ", ".join(f"{s.low:.9g} to {s.high:.9g}" for s in self.stretches) or "nothing"
@@ -182,14 +179,11 @@ class CertifiedBranch:
         """
         found = []
         with precision(self.precision):
-            for strip in (strip for chain in self._strips for strip in chain):
+            for strip in chain.from_iterable(self._strips):
                 tube = strip.tube
-                if tube.along == len(tube.middle) - 1:
-                    sides = [(value, tube.end(value)[1]) for value in (tube.low, tube.high)]
-                else:
-                    low, high = _ends([strip])
-                    sides = [(value, tube.box()[1]) for value in (low, high)]
-                (p, v), (q, w) = sides
+                p, q = tube.parameters
+                v, w = ((tube.end(value) if tube.is_along_parameter else tube.box())[1]
+                        for value in (p, q))  # fmt: skip
                 corners = [
                     (float(p), float(v.lower())), (float(q), float(w.lower())),
                     (float(q), float(w.upper())), (float(p), float(v.upper())),
@@ -240,18 +234,18 @@ def certify_branch(branch: Branch, report: Report = None) -> CertifiedBranch:
             scale = _scale(orbit, points, high - low)
             begin = 0
             while begin + 1 < len(points) and not progress.is_stopped:
-                chain = chain_of(curve, points[begin:], scale, FINEST, tell)
-                if chain.strips:
-                    chains.append(tuple(chain.strips))
-                if not chain.reason:
+                part = chain_of(curve, points[begin:], scale, FINEST, tell)
+                if part.strips:
+                    chains.append(tuple(part.strips))
+                if not part.reason:
                     break
-                at = points[begin]
-                if chain.strips:
-                    at = [float(value) for value in chain.strips[-1].tube.middle]
+                at, nearest = points[begin], begin
+                if part.strips:
+                    at = [float(value) for value in part.strips[-1].tube.middle]
+                    nearest = _nearest(points, at, scale)
                 # Of the orbits next to one that is told of it goes without saying.
-                if chain.strips or begin == 0:
-                    reasons.append(f"at {path} = {at[-1]:.9g}: {chain.reason}")
-                nearest = _nearest(points, at, scale) if chain.strips else begin
+                if part.strips or begin == 0:
+                    reasons.append(f"at {path} = {at[-1]:.9g}: {part.reason}")
                 begin = max(begin, nearest) + 1
         if len(sections) > 1:
             reasons.append("the orbits have other events after a graze")
@@ -293,10 +287,11 @@ def _sections(branch: Branch, reasons: list[str]) -> Iterator[tuple[list[OrbitEv
         if isinstance(found, str):
             reasons.append(found)
         else:
-            # A graze may be the one row of its events: there is no stretch to prove.
             numbers = list(rows)
             if len(numbers) > 1:
                 yield list(found), numbers
+            else:
+                reasons.append(f"the orbit of row {numbers[0]} alone has its events")
 
 
 def _point(orbit: PeriodicOrbit, value: float) -> list[float]:
@@ -323,14 +318,16 @@ def _told(
 ) -> tuple[tuple[BranchStretch, ...], tuple[EnclosedPoint, ...]]:
     """Return the stretches of the same properties, and the special points between them."""
     stretches, points = [], []
-    for chain in chains:
-        groups = [list(group) for _, group in groupby(chain, lambda s: (s.stability, s.admissible))]
+    for strips in chains:
+        groups = [
+            list(group) for _, group in groupby(strips, lambda s: (s.stability, s.admissible))
+        ]
         for k, group in enumerate(groups):
             low, high = _ends(group)
             stretches.append(
                 BranchStretch(
-                    low=float(low),
-                    high=float(high),
+                    low=_outward(low, -math.inf),
+                    high=_outward(high, math.inf),
                     stability=group[0].stability,
                     admissible=group[0].admissible,
                     n_strips=len(group),
@@ -347,14 +344,15 @@ def _told(
 
 def _ends(strips: Sequence[Strip]) -> tuple[Fraction, Fraction]:
     """Return numbers between which all parameters of some strips lie."""
-    ends = []
-    for tube in (strip.tube for strip in strips):
-        if tube.along == len(tube.middle) - 1:
-            ends += [tube.low, tube.high]
-        else:
-            value = tube.box()[-1]
-            ends += [exact_value(value.lower()), exact_value(value.upper())]
-    return min(ends), max(ends)
+    lows, highs = zip(*(strip.tube.parameters for strip in strips), strict=True)
+    return min(lows), max(highs)
+
+
+def _outward(value: Fraction, side: float) -> float:
+    """Return a float next to a number, not on its inner side."""
+    nearest = float(value)
+    inside = nearest > value if side < 0 else nearest < value
+    return math.nextafter(nearest, side) if inside else nearest
 
 
 def _points(

@@ -73,6 +73,19 @@ class Tube:
     sizes: Vector
     trial: Vector
 
+    @property
+    def is_along_parameter(self) -> bool:
+        """Whether the parameter is the coordinate that is given."""
+        return self.along == len(self.middle) - 1
+
+    @property
+    def parameters(self) -> tuple[Fraction, Fraction]:
+        """Two numbers between which the parameters of all its orbits lie."""
+        if self.is_along_parameter:
+            return self.low, self.high
+        value = self.box()[-1]
+        return exact_value(value.lower()), exact_value(value.upper())
+
     def box(self) -> Vector:
         """Return a box that holds all its orbits."""
         ends = ball(self.low).union(ball(self.high))

@@ -17,7 +17,7 @@ from percuss.errors import PercussError, check_installed
 from percuss.io.exact_json import decoded, encoded
 from percuss.io.files import OutputFiles, say_size
 from percuss.io.fit_tables import fit_datasets
-from percuss.io.joined import joined_columns, parted
+from percuss.io.ragged import parted, ragged_columns
 from percuss.io.record import NETCDF_ATTRIBUTE, Record, make_record
 from percuss.io.results import SAMPLES, Columns, ResultKind, kind_of, table_of
 from percuss.io.structure_orbits import structure_orbits_dataset, structure_orbits_of_dataset
@@ -306,10 +306,10 @@ def orbits_dataset(orbits: Sequence[PeriodicOrbit]) -> xr.Dataset:
         values = [getattr(orbit, name) for orbit in orbits]
         if name in _TABLES:
             columns = _columns_of(_TABLES[name])
-            data |= joined_columns(name, {f"{name}.{column}": [getattr(value, column) for value in values]
+            data |= ragged_columns(name, {f"{name}.{column}": [getattr(value, column) for value in values]
                                    for column in columns})  # fmt: skip
         elif isinstance(first, np.ndarray):
-            data |= joined_columns(name, {name: values})
+            data |= ragged_columns(name, {name: values})
         else:
             data[name] = ("orbit", _column(values))
     return xr.Dataset(data)

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from percuss.io.exact_json import decoded, encoded
-from percuss.io.joined import joined_columns, parted
+from percuss.io.ragged import parted, ragged_columns
 from percuss.kernels.record import N_EVENTS, N_GRAZES, NEXT_REGION
 from percuss.kernels.structure.run import SET, StructureRun, new_run
 from percuss.model.acting_sets import StructureSystem
@@ -55,10 +55,10 @@ def structure_orbits_dataset(orbits: Sequence[StructureOrbit]) -> xr.Dataset:
         stored = np.int8 if kind is bool else np.int64 if kind is int else np.float64
         data[name] = ("orbit", np.array(values, dtype=stored))
     for name in ARRAYS:
-        data |= joined_columns(name, {name: [getattr(orbit, name) for orbit in orbits]})
+        data |= ragged_columns(name, {name: [getattr(orbit, name) for orbit in orbits]})
     for name in RECORD:
         arrays = [_array_of(orbit.run.record, name) for orbit in orbits]
-        data |= joined_columns(f"run_{name}", {f"run_{name}": arrays})
+        data |= ragged_columns(f"run_{name}", {f"run_{name}": arrays})
     start = [orbit.run.start for orbit in orbits]
     ends = [(orbit.run.t0, orbit.run.t_end) for orbit in orbits]
     data["run_start"] = ("orbit", np.array([json.dumps(encoded(s)) for s in start], dtype=object))

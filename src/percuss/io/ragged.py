@@ -1,4 +1,4 @@
-"""Arrays whose length differs from orbit to orbit, joined into one column of a file."""
+"""Ragged columns: arrays whose length differs from orbit to orbit, joined into one (CF conventions, 9.3)."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-__all__ = ["joined_columns", "parted"]
+__all__ = ["parted", "ragged_columns"]
 
 
-def joined_columns(name: str, columns: dict[str, list[Any]]) -> dict[str, Any]:
+def ragged_columns(name: str, columns: dict[str, list[Any]]) -> dict[str, Any]:
     """Return arrays of different lengths joined into one, for columns that share the lengths.
 
     Parameters
@@ -38,7 +38,7 @@ def joined_columns(name: str, columns: dict[str, list[Any]]) -> dict[str, Any]:
 
 
 def parted(data: xr.Dataset, name: str, path: str) -> Iterator[Any]:
-    """Yield the parts of a column that `joined_columns` has made, one an orbit.
+    """Yield the parts of a column that `ragged_columns` has made, one an orbit.
 
     Raises
     ------
