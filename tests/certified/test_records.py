@@ -365,10 +365,13 @@ def test_the_strength_of_a_record_may_be_a_range() -> None:
         pc.triangle_wave("1.7", amplitude=2) + pc.cosine("1.7"),
         pc.pulses(2, "0.1", 5),
         pc.square_wave(pc.expression("sqrt(3)")),
+        pc.triangle_wave("0.6*pi", 2) + pc.cosine("1.2*pi", "0.3"),
+        # The record in seconds, the harmonic in hertz.
+        pc.record([0, "0.5", 2], [0, 2, 0], repeat=True) + pc.cosine("pi"),
         # Its impact comes just after a knot.
         pc.record([0, 1, 2.5, 4], [0, 1, -1, 0.5], repeat=True),
     ],
-    ids=["square", "triangle", "pulses", "irrational", "jump"],
+    ids=["square", "triangle", "pulses", "irrational", "pi", "hertz", "jump"],
 )
 def test_an_orbit_is_proven_and_is_that_of_floats(force: pc.Forcing) -> None:
     osc = pc.impact_oscillator("0.8", wall="0.2", side="above", damping="0.05")

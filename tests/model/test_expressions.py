@@ -32,6 +32,33 @@ def _working_precision() -> Iterator[None]:
         yield
 
 
+def test_a_number_may_be_written_as_the_expression_that_it_is() -> None:
+    osc = pc.Oscillator(
+        stiffness="4*pi**2", damping="0.1*sqrt(2)", stops=(pc.Wall("pi/4", "above"),)
+    )
+    assert osc.stiffness == expression("4*pi**2")
+    assert osc.stops[0].at == expression("pi/4")
+    place: Any = pc.pi_times(1, 4)
+    assert pc.Wall(place, "above") == pc.Wall(expression("1/4*pi"), "above")
+    _, shaking = pc.ball_on_table(1, "2*pi", restitution="0.5")
+    assert shaking.components()[0].sin == 4 * math.pi**2
+    assert pc.cosine("2*pi").exact_period == pc.pi_times(0) + 1
+    assert str(pc.cosine("50*pi").exact_period) == "1/25"
+    assert pc.Oscillator.from_mass(2, "8*pi**2", damping_ratio="0.5").damping == expression(
+        "sqrt(1*8*pi**2*2)"
+    )
+    # Numbers stay as they were written, phases what they are, and what is neither is refused.
+    assert (pc.Harmonic("1/2", "2.8", "pi/2").amplitude, pc.Start(0, 0, "pi/2").t0) == (
+        "1/2",
+        "pi/2",
+    )
+    for wrong in ("2*w", "exp(1)", "high", "", "pi pi", "1/0", "nan"):
+        with pytest.raises(
+            ParameterError, match=r"stiffness = .*(not a number|division|not finite)"
+        ):
+            pc.Oscillator(stiffness=wrong)
+
+
 class Balls:
     """An independent arithmetic, of Arb at 400 bits."""
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -18,6 +19,7 @@ from percuss.model import (
     parameter_paths,
     replace_parameter,
 )
+from percuss.model.exact import PiTimes
 from percuss.model.force_record import ForceRecord
 
 
@@ -79,6 +81,27 @@ def test_a_sum_has_a_period_only_if_its_parts_agree() -> None:
         pc.Forcing(period=1, record=once.record)
     with pytest.raises(pc.ParameterError, match="both forces have a record"):
         _ = wave + once
+
+
+def test_a_record_in_seconds_shares_its_period_with_harmonics_in_hertz() -> None:
+    swell = pc.record([0, "0.5", 2], [0, 1, 0], repeat=True)
+    f = pc.parameter("f", "1.5")
+    omegas: tuple[Any, ...] = (
+        "pi",
+        "2*pi",
+        pc.pi_times(3),
+        2 * pc.pi_times(1) * f,
+        pc.expression("pi"),
+    )
+    for omega in omegas:
+        both = swell + pc.cosine(omega)
+        assert both.exact_period == PiTimes(Fraction(0), Fraction(2))
+    assert (swell + pc.cosine("2*pi") + pc.cosine("3*pi")).period == 2
+    assert (swell + pc.cosine("1.25*pi")).period is None
+    # A double next to pi is not pi.
+    assert (swell + pc.cosine(math.pi)).period is None
+    assert (pc.square_wave(2) + pc.cosine(4)).period == math.pi
+    assert (pc.square_wave(2) + pc.fourier(4, cos=(0, 1))).exact_period == pc.pi_times(1)
 
 
 def test_a_record_is_kept_when_something_else_is_replaced() -> None:

@@ -222,6 +222,28 @@ def test_start_and_run_may_be_expressions() -> None:
     assert parse_study(study.text()) == study
 
 
+def test_a_number_may_be_a_multiple_of_pi_without_parameters() -> None:
+    text = """
+[oscillator]
+stiffness = "4*pi**2"
+damping = "pi/10"
+[[forcing.harmonics]]
+amplitude = 1
+omega = "2*pi"
+phase = "pi/2"
+[start]
+x0 = 0
+v0 = "pi"
+[run]
+periods = 3
+"""
+    study = parse_study(text)
+    assert study.forcing == pc.cosine(pc.expression("2*pi"), phase="pi/2")
+    assert float(study.oscillator.damping) == np.pi / 10
+    assert study.question.answer(study, _execution()).t_end == 3.0
+    assert parse_study(study.text()) == study
+
+
 def test_a_model_with_a_mass_keeps_its_parameters() -> None:
     text = """
 [parameters]

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import reduce
 from itertools import pairwise
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias, cast
 
 from flint import arb, ctx
 
@@ -28,7 +28,7 @@ from percuss.certified.numbers import (
 from percuss.certified.pieces import BallRecord, Moment, Ramp
 from percuss.certified.system import BallSystem, Region, Tone
 from percuss.errors import ParameterError
-from percuss.model.exact import Exact, Phase, PiTimes, angle, as_fraction
+from percuss.model.exact import Exact, Phase, PiTimes, angle, as_fraction, pi_times
 from percuss.model.expression import Expression
 from percuss.model.paths import long_form, moved_in_law, replace_parameter
 
@@ -322,15 +322,24 @@ class BallLaw:
                 if plus or whole.denominator != 1:
                     raise unknown
                 continue
-            # Both of one and the same number.
             omega = self.system.irrational.get(tone.omega)
+            if record.exact_pace and _makes_turns(omega, tone, exact):
+                continue
             times, plus = (turns * part for part in record.length)
-            if wave is None or omega is None or omega != wave or plus:
-                raise unknown
-            if (tone.times * times / 2).denominator != 1:
+            by = self._multiple(omega, wave)
+            if by is None or plus or (by * tone.times * times / 2).denominator != 1:
                 raise unknown
         length = time_ball(PiTimes(*record.length)) * turns.numerator
         return length if record.pace is None else length / record.pace
+
+    def _multiple(self, omega: Expression | None, wave: Exact | None) -> Fraction | None:
+        """Return the rational by which an irrational frequency is that of the record, or None."""
+        if omega is None or not isinstance(wave, Expression):
+            return None
+        if omega == wave:
+            return Fraction(1)
+        are_numbers = omega.is_exact and wave.is_exact and self.system.moved is None
+        return _ratio(angle(omega), angle(wave)) if are_numbers else None
 
     def _mass(self, path: str | None, value: Number | None) -> Number:
         """Return the mass by which forces per unit mass are multiplied; 1 without one."""
@@ -342,16 +351,29 @@ class BallLaw:
             return in_balls(mass, known)
         return ball(as_fraction(mass))
 
-    @property
-    def has_exact_frequencies(self) -> bool:
-        """Whether all frequencies of the forcing are rational numbers, and its period is one."""
+    def exact_period(self) -> PiTimes | None:
+        """Return the period of the forcing where it is a number known exactly, not by a ball."""
+        force = self.system.forcing
+        if force is None:
+            return None
         if self.record is not None:
             try:
                 self._period_of_record(self.record)
             except Undecided:
-                return False
-            return self.record.exact_pace
-        return not any(tone.omega in self._values for tone in self.system.tones)
+                return None
+            return force.exact_period if self.record.exact_pace else None
+        if force.frequency is None:
+            return None
+        balls = [tone for tone in self.system.tones if tone.omega in self._values]
+        if not balls:
+            # One that was given need not be exactly one of the harmonics.
+            return pi_times(2 / force.frequency)
+        period = cast("PiTimes", force.exact_period)
+        whole = self.system.moved is None and all(
+            _makes_turns(self.system.irrational.get(tone.omega), tone, period)
+            for tone in self.system.tones
+        )
+        return period if whole else None
 
     def number(self, path: str) -> Number:
         """Return a number by its path."""
@@ -498,6 +520,14 @@ class BallLaw:
 
 def _hull(balls: list[arb]) -> arb:
     return reduce(arb.union, balls)
+
+
+def _makes_turns(omega: Expression | None, tone: Tone, period: PiTimes) -> bool:
+    """Return whether a frequency that is a multiple of pi makes whole turns in a rational period."""
+    if omega is None or not omega.is_exact or period.times:
+        return False
+    times, plus = omega.angle()
+    return not plus and (tone.times * times * period.plus / 2).denominator == 1
 
 
 def _ratio(one: tuple[Fraction, Fraction], other: tuple[Fraction, Fraction]) -> Fraction | None:

@@ -13,7 +13,7 @@ from percuss.certified.branch import system_at
 from percuss.certified.contact import Hold
 from percuss.certified.families import family_orbit
 from percuss.certified.march import Ending, MarchLimits, MarchRecord, march
-from percuss.certified.numbers import ball, precision, upper
+from percuss.certified.numbers import precision, upper
 from percuss.certified.orbit_result import CertifiedOrbit, orbit_of_proof, unproven
 from percuss.certified.properties import Monodromy, Proof, admissible_of, monodromy_of
 from percuss.certified.shooting import (
@@ -28,7 +28,7 @@ from percuss.certified.shooting import (
 )
 from percuss.certified.steady import steady_proof
 from percuss.certified.system import BallSystem, system_of
-from percuss.model.exact import pi_times
+from percuss.model.exact import PiTimes
 from percuss.model.start import Start
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
@@ -140,8 +140,8 @@ def _sticking(system: BallSystem, orbit: PeriodicOrbit, digits: int) -> Proof:
     Undecided
         If the motion from the middle of a contact is not proven to come back to it.
     """
-    frequency = None if orbit.forcing is None else orbit.forcing.frequency
-    if frequency is None or not law_of(system).has_exact_frequencies:
+    period = law_of(system).exact_period()
+    if period is None:
         raise Undecided("precision", "the period of the forcing is not known exactly")
     contacts = orbit.trajectory(2).contacts
     rows = [
@@ -155,7 +155,8 @@ def _sticking(system: BallSystem, orbit: PeriodicOrbit, digits: int) -> Proof:
     # Any instant of the contact, exactly.
     middle = float(0.5 * (begin + end))
     start = Start(orbit.oscillator.stops[int(stop)].at, 0, middle)
-    after = pi_times(Fraction(2 * orbit.n_periods) / frequency) + middle
+    n = orbit.n_periods
+    after = PiTimes(n * period.times, n * period.plus) + middle
     finest = Fraction(1, 2 * 10**digits)
     record = march(system, start, MarchLimits(after, None, finest))
     ends = [record.pieces[0].what, record.pieces[-1].what] if record.pieces else [None]
@@ -167,25 +168,23 @@ def _sticking(system: BallSystem, orbit: PeriodicOrbit, digits: int) -> Proof:
     first, last = record.contacts[0], record.contacts[-1]
     if first.stop != last.stop or len(record.contacts) < 2:
         raise Undecided("precision", "the motion comes back to another contact")
-    return _proof_of_contact(system, orbit, record, frequency)
+    return _proof_of_contact(system, orbit, record)
 
 
-def _proof_of_contact(
-    system: BallSystem, orbit: PeriodicOrbit, record: MarchRecord, frequency: Fraction
-) -> Proof:
+def _proof_of_contact(system: BallSystem, orbit: PeriodicOrbit, record: MarchRecord) -> Proof:
     zero = arb(0)
     bounds = {bound.wall: i for i, bound in enumerate(system.bounds)}
     events = [OrbitEvent(bounds[row.stop], 0, 0, row.stop, wall=True) for row in record.impacts]
     monodromy = Monodromy.of(((zero, zero), (zero, zero)), zero, conservative=False)
     release = record.contacts[0].release
     assert release is not None
-    place = law_of(system).places[bounds[record.contacts[0].stop]]
-    period = 2 * orbit.n_periods * arb.pi() / ball(frequency)
+    law = law_of(system)
+    place = law.places[bounds[record.contacts[0].stop]]
     return Proof(
         events=events,
         states=[(row.t, row.v_after) for row in record.impacts],
         before=[row.v_before for row in record.impacts],
-        period=period,
+        period=law.period(orbit.n_periods),
         monodromy=monodromy,
         admissible=True,
         start=(place, zero, release),

@@ -37,7 +37,7 @@ from percuss.certified.tables import (
     impacts_of,
 )
 from percuss.errors import ParameterError
-from percuss.model.exact import Phase, PiTimes, as_float, pi_times, whole
+from percuss.model.exact import Phase, PiTimes, as_float, whole
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.model.paths import get_parameter, parameter_paths
@@ -283,13 +283,8 @@ class CertifiedRun:
         >>> dict(pc.certify(run).stroboscopic().sizes)
         {'period': 10}
         """
-        period = None if self.forcing is None else self.forcing.exact_period
-        law = law_of(self.system)
-        if self.forcing is not None and self.forcing.record is None:
-            # A period that was given need not be exactly one of the harmonics.
-            frequency = self.forcing.frequency
-            period = None if frequency is None else pi_times(2 / frequency)
-        if period is None or not law.has_exact_frequencies:
+        period = law_of(self.system).exact_period()
+        if period is None:
             reason = "a stroboscopic view needs a forcing whose period is known exactly"
             raise ParameterError("forcing.period", None, reason)
         last = self._last_time()

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from percuss.model.exact import Exact, Phase, kept, operand, plain, scaled
+from percuss.model.exact import Exact, Phase, kept, operand, scaled
+from percuss.model.expression import plain_number
 from percuss.model.faults import not_negative_faults, number_faults, raise_first
 from percuss.model.forcing import Forcing, frequency_faults, sine
 from percuss.model.oscillator import Oscillator, impact_oscillator
@@ -58,12 +59,13 @@ def ball_on_table(
     >>> force.constant, force.components()
     (-1.0, (Component(omega=Fraction(2, 1), cos=0.0, sin=5.0),))
     """
+    amplitude, omega, gravity = (plain_number(value) for value in (amplitude, omega, gravity))
     raise_first(
         [
-            *number_faults("amplitude", plain(amplitude)),
-            *frequency_faults("omega", plain(omega)),
+            *number_faults("amplitude", amplitude),
+            *frequency_faults("omega", omega),
             *not_negative_faults(
-                "gravity", plain(gravity), "negative; it points down to the table, give its size"
+                "gravity", gravity, "negative; it points down to the table, give its size"
             ),
         ]
     )

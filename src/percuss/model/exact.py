@@ -139,7 +139,7 @@ OUT_OF_RANGE = "beyond the range of floats, 5e-324 to 1.8e308"
 class PiTimes:
     """The number ``times * pi + plus``, exactly.
 
-    Made by `pi_times`; numbers can be added to it and subtracted from it.
+    Made by `pi_times`; it can be multiplied by numbers, and these added and subtracted.
 
     Parameters
     ----------
@@ -152,6 +152,8 @@ class PiTimes:
     --------
     >>> pi_times(1, 2) + "0.25"
     pi_times(1, 2) + 0.25
+    >>> 3 * pi_times(1, 2)
+    pi_times(3, 2)
     """
 
     times: Fraction
@@ -162,6 +164,14 @@ class PiTimes:
             return NotImplemented
         times, plus = angle(other)
         return PiTimes(self.times + times, self.plus + plus)
+
+    def __mul__(self, factor: Exact) -> Any:
+        if isinstance(factor, Computed | PiTimes):
+            return NotImplemented
+        by = as_fraction(factor)
+        return PiTimes(by * self.times, by * self.plus)
+
+    __rmul__ = __mul__
 
     def __neg__(self) -> PiTimes:
         return PiTimes(-self.times, -self.plus)
@@ -187,6 +197,8 @@ class PiTimes:
 
     def __str__(self) -> str:
         """Return the text that a phase of the same value can be given as."""
+        if not self.times:
+            return str(self.plus)
         plus = f"{self.plus} + " if self.plus else ""
         return f"{plus}{self.times}*pi".replace("+ -", "- ")
 

@@ -17,12 +17,14 @@ from typing import Any, Self, TypeVar, cast
 
 from percuss.errors import ParameterError
 from percuss.model.exact import (
+    NOT_A_NUMBER,
     Computed,
     Exact,
     Phase,
     PiTimes,
     angle,
     computed_in,
+    number_problem,
     phase_problem,
     plain,
     range_problem,
@@ -360,6 +362,22 @@ def expression(text: str, **parameters: Phase) -> Expression:
 def as_expression(value: Phase) -> Expression:
     """Return a number as an expression."""
     return value if isinstance(value, Expression) else _made(*_operand(value))
+
+
+def plain_number(value: object) -> Any:
+    """Return a scalar as `plain` does; a multiple of pi, and the text of an expression, as that.
+
+    Examples
+    --------
+    >>> plain_number("4*pi**2"), plain_number("2.8"), plain_number("high")
+    (expression('4*pi**2'), '2.8', 'high')
+    """
+    number = plain(value)
+    if type(number) is PiTimes:
+        return as_expression(number)
+    if type(number) is not str or number_problem(number) != NOT_A_NUMBER:
+        return number
+    return number if expression_problem(number, []) else Expression(number)
 
 
 def name_problem(name: object) -> str | None:

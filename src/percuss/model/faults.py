@@ -13,6 +13,7 @@ from typing import Any, TypeVar, cast
 
 from percuss.errors import ParameterError
 from percuss.model.exact import Exact, as_float, number_problem, phase_problem, plain
+from percuss.model.expression import plain_number
 
 __all__ = ["Fault", "draft", "faults"]
 
@@ -139,9 +140,15 @@ def raise_first(problems: Iterable[Fault]) -> None:
 
 
 def make_plain(value: object, *names: str) -> None:
-    """Turn NumPy scalars in the fields of a frozen value into Python numbers."""
+    """Turn NumPy scalars in the fields of a frozen value into Python numbers, texts kept."""
     for name in names:
         object.__setattr__(value, name, plain(getattr(value, name)))
+
+
+def make_numbers(value: object, *names: str) -> None:
+    """Turn the fields of a frozen value that are numbers into Python's, or into expressions."""
+    for name in names:
+        object.__setattr__(value, name, plain_number(getattr(value, name)))
 
 
 def as_tuple(value: object) -> object:

@@ -29,6 +29,8 @@ from percuss.model.faults import (
     Fault,
     dotted,
     faults,
+    make_numbers,
+    make_plain,
     number_faults,
     positive_faults,
     raise_first,
@@ -93,8 +95,8 @@ class ForceRecord:
     def __post_init__(self) -> None:
         for name in ("t", "f"):
             object.__setattr__(self, name, _samples(getattr(self, name)))
-        for name in ("kind", "repeat", "outside", "amplitude", "omega"):
-            object.__setattr__(self, name, plain(getattr(self, name)))
+        make_plain(self, "kind", "repeat", "outside")
+        make_numbers(self, "amplitude", "omega")
         raise_first(faults(self))
 
     def __repr__(self) -> str:

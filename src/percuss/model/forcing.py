@@ -26,12 +26,14 @@ from percuss.model.exact import (
     plain,
     scaled,
 )
+from percuss.model.expression import plain_number
 from percuss.model.faults import (
     Fault,
     as_tuple,
     dotted,
     draft,
     faults,
+    make_numbers,
     make_plain,
     number_faults,
     phase_faults,
@@ -105,7 +107,8 @@ class Harmonic:
     phase: Phase = 0.0
 
     def __post_init__(self) -> None:
-        make_plain(self, "amplitude", "omega", "phase")
+        make_numbers(self, "amplitude", "omega")
+        make_plain(self, "phase")
         raise_first(faults(self))
 
 
@@ -135,7 +138,8 @@ class FourierTerm:
     sin: Exact = 0.0
 
     def __post_init__(self) -> None:
-        make_plain(self, "n", "cos", "sin")
+        make_plain(self, "n")
+        make_numbers(self, "cos", "sin")
         raise_first(faults(self))
 
 
@@ -198,9 +202,9 @@ class Forcing:
         is_per_mass: bool = False,
     ) -> None:
         object.__setattr__(self, "harmonics", as_tuple(harmonics))
-        object.__setattr__(self, "constant", plain(constant))
+        object.__setattr__(self, "constant", plain_number(constant))
         object.__setattr__(self, "given_period", plain(period))
-        object.__setattr__(self, "base", plain(base))
+        object.__setattr__(self, "base", plain_number(base))
         object.__setattr__(self, "record", record)
         object.__setattr__(self, "is_per_mass", is_per_mass)
         raise_first(faults(self, ""))
@@ -341,7 +345,8 @@ class Forcing:
         >>> force.harmonics, force.is_per_mass
         ((Harmonic(amplitude=2.5, omega=3.0, phase=0.0),), True)
         """
-        raise_first(positive_faults("mass", plain(mass)))
+        mass = plain_number(mass)
+        raise_first(positive_faults("mass", mass))
         if self.is_per_mass:
             raise ParameterError("mass", mass, "the force is per unit mass already")
         return self._times(1 / operand(mass), is_per_mass=True)
@@ -361,7 +366,8 @@ class Forcing:
         """
         if isinstance(factor, Forcing):
             return NotImplemented
-        raise_first(number_faults("factor", plain(factor)))
+        factor = plain_number(factor)
+        raise_first(number_faults("factor", factor))
         return self._times(operand(factor), is_per_mass=self.is_per_mass)
 
     __rmul__ = __mul__
@@ -678,11 +684,22 @@ def _exact_period(forcing: Forcing) -> PiTimes | None:
         own = forcing.record.period
         if not forcing.harmonics or own is None:
             return own
+        if all(_turns(omega, own).denominator == 1 for omega in _omegas(forcing)):
+            return own
+        # Both may be of one irrational parameter.
         harmonics = Forcing(forcing.harmonics, base=forcing.base)
         return own if _exact_period(harmonics) == own else None
     if forcing.frequency is not None:
-        return PiTimes(2 / forcing.frequency)
+        return _period_of(forcing.frequency)
     return None if forcing.given_period is None else PiTimes(*angle(forcing.given_period))
+
+
+def _period_of(frequency: Fraction) -> PiTimes:
+    """Return 2 pi over a frequency; that of a multiple of pi is rational."""
+    per_pi = frequency / PI
+    if per_pi.denominator < frequency.denominator:
+        return PiTimes(Fraction(0), 2 / per_pi)
+    return PiTimes(2 / frequency)
 
 
 # Every run asks for the next two, which depend on the frozen value alone.

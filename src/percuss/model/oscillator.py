@@ -19,12 +19,14 @@ from percuss.model.exact import (
     scaled,
     square_root,
 )
+from percuss.model.expression import plain_number
 from percuss.model.faults import (
     Fault,
     as_tuple,
     dotted,
     draft,
     faults,
+    make_numbers,
     make_plain,
     not_negative_faults,
     number_faults,
@@ -94,7 +96,8 @@ class Wall:
     on: On | None = None
 
     def __post_init__(self) -> None:
-        make_plain(self, "at", "side", "restitution")
+        make_plain(self, "side")
+        make_numbers(self, "at", "restitution")
         object.__setattr__(self, "on", plain_on(self.on))
         raise_first(faults(self))
 
@@ -143,7 +146,8 @@ class SoftStop:
     on: On | None = None
 
     def __post_init__(self) -> None:
-        make_plain(self, "at", "side", "stiffness", "damping")
+        make_plain(self, "side")
+        make_numbers(self, "at", "stiffness", "damping")
         object.__setattr__(self, "on", plain_on(self.on))
         raise_first(faults(self))
 
@@ -215,7 +219,7 @@ class Oscillator:
     units: Units | None = None
 
     def __post_init__(self) -> None:
-        make_plain(self, "stiffness", "damping", "mass")
+        make_numbers(self, "stiffness", "damping", "mass")
         object.__setattr__(self, "stops", _without_on(as_tuple(self.stops)))
         raise_first(faults(self, ""))
 
@@ -276,11 +280,14 @@ class Oscillator:
         >>> Oscillator.from_mass(mass=2.0, stiffness=50.0, damping_ratio="0.25").damping
         5.0
         """
-        raise_first(positive_faults("mass", plain(mass)))
-        raise_first(number_faults("stiffness", plain(stiffness)))
+        mass, stiffness, damping_coefficient, damping_ratio = (
+            plain_number(value) for value in (mass, stiffness, damping_coefficient, damping_ratio)
+        )
+        raise_first(positive_faults("mass", mass))
+        raise_first(number_faults("stiffness", stiffness))
         if damping_ratio is None:
             damping: Exact = 0.0 if damping_coefficient is None else damping_coefficient
-            raise_first(scale_faults("damping_coefficient", plain(damping)))
+            raise_first(scale_faults("damping_coefficient", damping))
         elif damping_coefficient is None:
             damping = _damping_of_ratio(damping_ratio, stiffness, mass)
         else:
@@ -416,12 +423,10 @@ def bilinear_oscillator(
     >>> bilinear_oscillator(stiffness_below=400.0).stops
     (SoftStop(at=0.0, side='below', stiffness=399.0, damping=0.0),)
     """
-    for name, value in (
-        ("stiffness_above", stiffness_above),
-        ("stiffness_below", stiffness_below),
-    ):
-        raise_first(number_faults(name, plain(value)))
-    difference = kept(operand(stiffness_below) - operand(stiffness_above))
+    above, below = (plain_number(k) for k in (stiffness_above, stiffness_below))
+    raise_first(number_faults("stiffness_above", above))
+    raise_first(number_faults("stiffness_below", below))
+    difference = kept(operand(below) - operand(above))
     return Oscillator(stiffness_above, damping, (SoftStop(0.0, "below", difference),))
 
 
@@ -463,7 +468,8 @@ def backlash_oscillator(
     >>> [(stop.at, stop.side) for stop in backlash_oscillator(gap=1.0, stiffness=100.0).stops]
     [(-1.0, 'below'), (1.0, 'above')]
     """
-    raise_first(not_negative_faults("gap", plain(gap), "negative; the stops would overlap"))
+    gap = plain_number(gap)
+    raise_first(not_negative_faults("gap", gap, "negative; the stops would overlap"))
     stops = (
         SoftStop(kept(-operand(gap)), "below", stiffness, stop_damping),
         SoftStop(gap, "above", stiffness, stop_damping),
@@ -617,7 +623,7 @@ def _side_faults(name: str, side: object) -> list[Fault]:
 
 
 def _damping_of_ratio(ratio: Exact, stiffness: Exact, mass: Exact) -> Exact:
-    raise_first(scale_faults("damping_ratio", plain(ratio)))
+    raise_first(scale_faults("damping_ratio", ratio))
     if as_fraction(stiffness) <= 0:
         reason = f"needs a stiffness above 0, not {stiffness}; give damping_coefficient"
         raise ParameterError("damping_ratio", ratio, reason)

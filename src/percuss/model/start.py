@@ -21,6 +21,7 @@ from percuss.model.faults import (
     Fault,
     dotted,
     faults,
+    make_numbers,
     make_plain,
     number_faults,
     phase_faults,
@@ -74,7 +75,8 @@ class Start:
     t0: Phase = 0.0
 
     def __post_init__(self) -> None:
-        make_plain(self, "x0", "v0", "t0")
+        make_numbers(self, "x0", "v0")
+        make_plain(self, "t0")
         raise_first(faults(self, ""))
 
 

@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from percuss.model.exact import NOT_A_PHASE, Phase, phase_problem
+from percuss.model.exact import NOT_A_PHASE, Phase, number_problem, phase_problem
 from percuss.model.expression import (
     Expression,
     expression_problem,
@@ -63,6 +63,9 @@ _KEYS = frozenset(
         "loads_period",
     ]
 )
+
+# Those of them that are kept as multiples of pi: angles and times.
+_PHASES = frozenset(["phase", "period", "t0", "t_end", "loads_period"])
 
 _OPERATION = re.compile(r"[\w.)]\s*[-+*/]\s*[A-Za-z(]|[a-z]\(")
 NO_NAMES = "an expression; a parameter is a number, and others are expressions of it"
@@ -135,7 +138,9 @@ class _ExpressionReader:
         return self._number(value, path) if keys[-1] in _KEYS and not is_file else value
 
     def _number(self, value: Any, path: Path) -> Any:
-        if not isinstance(value, str) or phase_problem(exact_phase(value)) is None:
+        if not isinstance(value, str) or number_problem(exact_phase(value)) is None:
+            return value
+        if path[-1] in _PHASES and phase_problem(exact_phase(value)) is None:
             return value
         problem = expression_problem(value, list(self.numbers))
         if problem is not None:
