@@ -204,15 +204,21 @@ def test_csv_of_crossings_holds_them_to_the_bit_and_names_their_units(
 
 def test_pandas_and_spreadsheets_find_the_header_first(run: Trajectory, tmp_path: Path) -> None:
     save_csv(run, tmp_path / "run.csv", table="motion")
+    save_csv(run, tmp_path / "few.csv", table="motion", samples=3)
 
     # What xarray brings along, untyped.
     pandas: Any = importlib.import_module("pandas")
     found = pandas.read_csv(tmp_path / "run.csv")
 
-    assert list(found.columns) == ["t", "x", "v"]
+    assert list(found.columns) == ["t", "x", "v", "stop_force_0", "stop_force_1"]
     sample = run.sample(2001)
-    for name in found.columns:
+    for name in "txv":
         np.testing.assert_array_equal(found[name], sample[name])
+    forces = run.forces(sample.t.values).stops
+    np.testing.assert_array_equal(found[["stop_force_0", "stop_force_1"]].T, forces)
+    assert len(pandas.read_csv(tmp_path / "few.csv")) == 3
+    with pytest.raises(pc.ParameterError, match="samples = 1: not a whole number of at least 2"):
+        save_csv(run, tmp_path / "none.csv", table="motion", samples=1)
 
 
 def test_the_record_in_a_csv_file_of_an_older_version_is_read(

@@ -24,6 +24,22 @@ def test_the_sea_has_its_wave_height_and_its_peak(kind: SeaKind) -> None:
     assert sea.period is None
 
 
+def test_height_and_period_of_a_sea_may_be_parameters() -> None:
+    tp, hs = pc.parameter("tp", 9), pc.parameter("hs", "2.5")
+    tied = pc.parameter("a", "20e3") * pc.sea_state(hs, tp, n=30, seed=3)
+    plain = 20e3 * pc.sea_state("2.5", 9, n=30, seed=3)
+    for mine, theirs in zip(tied.components(), plain.components(), strict=True):
+        assert mine.cos == pytest.approx(theirs.cos, rel=1e-14, abs=1e-11)
+        assert float(mine.omega) == pytest.approx(float(theirs.omega), rel=1e-15)
+    assert tied.constant == 0
+    buoy = pc.Oscillator.from_mass(50e3, 20e3, 4e3, stops=(pc.SoftStop(0.5, "above", 400e3, 10e3),))
+    found = pc.sweep("peak_stop_force", buoy, tied, over={"tp": [8, "10.5"]}, between=(0, 60))
+    for value, pull in zip(("8", "10.5"), found.peak_stop_force.values, strict=True):
+        sea = 20e3 * pc.sea_state("2.5", value, n=30, seed=3)
+        run = pc.simulate(buoy, sea, t_end=60)
+        assert pull == pytest.approx(-run.extremes("stop_force").minimum, rel=1e-9)
+
+
 def test_the_band_holds_nearly_all_of_the_energy() -> None:
     """Of the Pierson-Moskowitz spectrum in closed form: exp(-1.25 w^-4) of it lies below w."""
     share = math.exp(-1.25 * HIGHEST**-4) - math.exp(-1.25 * LOWEST**-4)

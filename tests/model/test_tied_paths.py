@@ -148,6 +148,26 @@ def test_the_period_is_a_path_where_there_is_one_frequency() -> None:
     assert long_form("forcing.period", osc, two) == "forcing.period"
 
 
+def test_the_frequency_of_a_wave_is_a_path_as_that_of_a_harmonic() -> None:
+    osc = pc.impact_oscillator("0.8")
+    wave = pc.square_wave(2, "0.5")
+    assert get_parameter(osc, wave, None, "forcing.omega") == 2
+    assert get_parameter(osc, wave, None, "forcing.amplitude") == "0.5"
+    assert get_parameter(osc, wave, None, "forcing.period") == pc.pi_times(1)
+    _, moved, _ = replace_parameter(osc, wave, None, "forcing.period", 2)
+    assert moved.period == 2.0
+    for path, meant in (
+        ("forcing.omegaa", "did you mean forcing.omega"),
+        ("oscillator.stops.3.at", "did you mean oscillator.stops.0.at"),
+    ):
+        with pytest.raises(pc.ParameterError, match=meant):
+            get_parameter(osc, wave, None, path)
+    # Of a wave and a harmonic there are two frequencies; a record in seconds has none.
+    for force in (wave + pc.cosine(2), pc.record([0, 1, 2], [0, 1, 0], repeat=True)):
+        with pytest.raises(pc.ParameterError, match="no such parameter"):
+            get_parameter(osc, force, None, "forcing.omegaa")
+
+
 def test_a_shaking_base_keeps_its_amplitude() -> None:
     osc = pc.impact_oscillator(stiffness=0)
     force = pc.base_excitation("0.15", "1.7", constant=-1)

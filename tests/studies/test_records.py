@@ -52,6 +52,21 @@ def test_a_study_that_is_written_holds_its_samples(tmp_path: Path) -> None:
     assert state["study"]["forcing"]["record"]["f"] == [1, "-1/3", 1]
 
 
+def test_tables_of_spreadsheets_are_read_as_they_are_saved(tmp_path: Path) -> None:
+    tables = {
+        "semicolons": b"t;f\r\n0;0,5\r\n1,5;-1e-1\r\n",
+        "tabs": b"t\tf\n0\t0.5\n1.5\t-0.1\n",
+        "wide": "t;f\n0;0,5\n1,5;-0,1\n".encode("utf-16"),
+        "old": "# Höhe\nt,f\n0,0.5\n1.5,-0.1\n".encode("cp1252"),
+    }
+    for name, table in tables.items():
+        path = study_file(tmp_path, 'file = "waves.csv"\n')
+        (tmp_path / "waves.csv").write_bytes(table)
+        study = load_study(path)
+        assert study.forcing is not None, name
+        assert study.forcing.record == pc.model.ForceRecord((0.0, 1.5), (0.5, -0.1)), name
+
+
 @pytest.mark.parametrize(
     ("table", "words"),
     [
@@ -62,8 +77,8 @@ def test_a_study_that_is_written_holds_its_samples(tmp_path: Path) -> None:
         ("time,f\n0,0\n", ['no column "t"; its columns are time, f']),
         ("t,f\n0,0\n", ["1 sample; a record needs two at least"]),
         ("", ['no column "t", "f"; it is empty']),
-        ("t;f\n0;1\n1;2\n", ["its columns are separated by semicolons; write commas, and points"]),
-        ("t\tf\n0\t1\n1\t2\n", ["its columns are separated by tabs"]),
+        ("t;force\n0;1\n1;2\n", ['no column "f"; its columns are t, force']),
+        ("t;f\n0;1,5\n1;x\n", ['line 3: f = "x" is no finite number']),
         ("0,1\n1,2\n", ["its first line holds numbers; write the names above them"]),
         ("t,f\n2,0\n1,2\n0,3\n", ["the samples are in reverse order, the last one first"]),
         ("t,f\n" + "x,y\n" * 20, ["line 2: t", "line 6: f", "and 30 more"]),
@@ -141,4 +156,12 @@ def test_units_in_the_names_of_columns_have_to_fit_the_model(tmp_path: Path) -> 
     assert ": ms is 0.001 of the unit of the model" in str(other.value)
     assert "convert the column, or give amplitude = 1000" in str(other.value)
     assert read("t (s)", "f (kN)", "amplitude = 1000\n") is not None
+    # Taken as a force, an acceleration would be divided by the mass.
+    with pytest.raises(
+        StudyError, match=r"m/s2 is no unit of force; with per_mass = true it is an"
+    ):
+        read("t (s)", "f (m/s2)")
+    head += "[forcing]\nper_mass = true\n"
     assert read("t (s)", "f (m/s2)") is not None
+    with pytest.raises(StudyError, match="N is no unit of acceleration"):
+        read("t (s)", "f (N)")

@@ -148,7 +148,11 @@ def test_crossings_are_written_where_there_are_soft_stops(tmp_path: Path) -> Non
     assert [path.name for path in seen] == names
     text = (tmp_path / "out" / "crossings.csv.toml").read_text()
     assert 'columns = "t [s], v [mm/s], stop, direction"' in text
-    assert (tmp_path / "out" / "motion.csv").read_text().startswith("t,x,v\n")
+    assert (
+        (tmp_path / "out" / "motion.csv")
+        .read_text()
+        .startswith("t,x,v,stop_force_0,stop_force_1\n")
+    )
     assert load_study(tmp_path / "out" / "crossings.csv") == study
 
 

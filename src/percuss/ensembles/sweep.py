@@ -203,10 +203,12 @@ def sweep(
     return dataset_of(work.dimensions, work.columns, answer, about)
 
 
-def check_counted(force: Forcing | Loads | None, path: str = "forcing.period") -> None:
+def check_counted(
+    force: Forcing | Loads | None, path: str = "forcing.period", *, instead: str = "give between="
+) -> None:
     """Raise a `ParameterError` if a forcing has no period in which time could be counted."""
     if force is not None and not is_free(force) and force.period is None:
-        reason = "time is counted in forcing periods, and this forcing has none; give between="
+        reason = f"time is counted in forcing periods, and this forcing has none; {instead}"
         raise ParameterError(path, None, reason)
 
 

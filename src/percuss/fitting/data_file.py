@@ -17,7 +17,14 @@ from percuss.arrays import Floats
 from percuss.model.faults import UNITS
 from percuss.model.units import Units
 
-__all__ = ["columns_of_file", "columns_of_text", "known_names", "misfit_of_unit", "quantity_named"]
+__all__ = [
+    "columns_of_file",
+    "columns_of_text",
+    "known_names",
+    "misfit_of_unit",
+    "quantity_named",
+    "text_of_file",
+]
 
 # Other names of columns.
 ALIASES = {
@@ -86,16 +93,28 @@ def columns_of_file(
     ValueError
         With all its faults.
     """
+    return columns_of_text(text_of_file(path), units, columns)
+
+
+def text_of_file(path: Path) -> str:
+    """Return the text of a table, as spreadsheets of any age encode it.
+
+    Raises
+    ------
+    OSError
+        If it cannot be read.
+    ValueError
+        If it is no text.
+    """
     raw = path.read_bytes()
     is_wide = raw.startswith((b"\xff\xfe", b"\xfe\xff"))
     if b"\0" in raw[:1000] and not is_wide:
         raise ValueError("no text, but a binary file; save it as CSV")
     try:
-        text = raw.decode("utf-16" if is_wide else "utf-8-sig")
+        return raw.decode("utf-16" if is_wide else "utf-8-sig")
     except UnicodeDecodeError:
         # Of older spreadsheets.
-        text = raw.decode("cp1252", errors="replace")
-    return columns_of_text(text, units, columns)
+        return raw.decode("cp1252", errors="replace")
 
 
 def columns_of_text(
@@ -385,7 +404,7 @@ def misfit_of_unit(title: str, quantity: str, units: Units | None) -> str:
     title
         Its name, with a unit in brackets or none.
     quantity
-        "t" or "stop_force": a force, or one per unit mass.
+        "t", "force", "acceleration", or "stop_force": either of the two.
     units
         Those of the model.
 
@@ -402,12 +421,13 @@ def misfit_of_unit(title: str, quantity: str, units: Units | None) -> str:
     parsed = _unit(unit, quantity)
     if unit in NO_UNIT or parsed is None:
         return ""
-    if parsed[1] not in POWERS[quantity]:
+    if parsed[1] not in ((_FORCE,) if quantity == "force" else POWERS[quantity]):
         return f"{unit} is no unit of {_thing(quantity)}"
-    factor, _ = _factor(FileColumn(0, title, quantity, unit), units)
+    of = "stop_force" if quantity == "force" else quantity
+    factor, _ = _factor(FileColumn(0, title, of, unit), units)
     if units is None or factor == 1.0:
         return ""
-    also = f", or give amplitude = {factor:g}" if quantity == "stop_force" else ""
+    also = f", or give amplitude = {factor:g}" if quantity != "t" else ""
     theirs = f"{unit} is {factor:g} of the unit of the model, and no sample is converted"
     return f"{theirs}; convert the column{also}"
 

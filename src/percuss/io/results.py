@@ -63,6 +63,7 @@ DIMENSIONS = {
     "x": "length",
     "x0": "length",
     "grazing_margin": "length",
+    "stop_force": "mass length/time^2",
 }
 
 
@@ -89,7 +90,7 @@ def units_of_columns(result: Any, columns: Columns, units: Units | None = None) 
     units_by_name = {}
     own_dimensions = _dimensions_of_designs(result)
     for name in columns:
-        dimensions = DIMENSIONS.get(name, DIMENSIONS.get(name.rstrip("0123456789"), ""))
+        dimensions = DIMENSIONS.get(name, DIMENSIONS.get(name.rstrip("0123456789").rstrip("_"), ""))
         dimensions = own_dimensions.get(name, dimensions)
         unit = units.of(dimensions if has_mass else dimensions.removeprefix("mass "))
         if is_unit(unit):
@@ -401,7 +402,16 @@ def _motion_columns(result: Any, samples: int = SAMPLES) -> Columns:
         # Those of a structure are a column for each coordinate.
         own = {f"{name}{i}": column for i, column in enumerate(values.T)}
         columns |= {name: values} if values.ndim == 1 else own
+    model = getattr(run, "structure", None) or run.oscillator
+    if model.stops:
+        forces = run.forces(columns["t"]).stops.transpose("stop", "t").values
+        columns |= dict(zip(_names_of_forces(len(forces)), forces, strict=True))
     return columns
+
+
+def _names_of_forces(n: int) -> list[str]:
+    """Return the names of the columns of the forces of stops."""
+    return ["stop_force"] if n == 1 else [f"stop_force_{i}" for i in range(n)]
 
 
 def _table(name: str, columns: Sequence[str]) -> Callable[[Any], Columns]:

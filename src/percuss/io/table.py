@@ -15,6 +15,7 @@ from percuss.errors import OutputError, ParameterError
 from percuss.io.files import OutputFiles, record_file, say_size
 from percuss.io.record import Record, make_record
 from percuss.io.results import Columns, kind_of, table_of, units_of_columns
+from percuss.model.exact import whole
 
 # Rows converted to text at a time: one by one is slow, all at once takes much memory.
 ROWS = 20_000
@@ -27,6 +28,7 @@ def save_csv(
     path: Path | str,
     *,
     table: str | None = None,
+    samples: int | None = None,
     study: str | None = None,
     command: str | None = None,
     force: bool = False,
@@ -44,10 +46,13 @@ def save_csv(
     path
         The file, with the suffix ``.csv``.
     table
-        Which table: "impacts", "crossings" or "motion" (x and v at equally spaced times) of a run;
+        Which table: "impacts", "crossings" or "motion" (x, v and the forces of stops at
+        equally spaced times) of a run;
         "impacts", "orbit" or "motion" of an orbit;
         "branch" or "special_points" of a branch; "searches" or "best" of a design;
         "parameters", "covariance", "residuals", "impacts" or "profiles" of a fit. Default: the first, or the only one.
+    samples
+        Number of times of a motion, at least 2; default 2001.
     study, command
         As in `percuss.io.make_record`.
     force
@@ -58,17 +63,19 @@ def save_csv(
     OutputError
         If the suffix is another one, a file exists and `force` is false, or cannot be written.
     ParameterError
-        If it is no result of percuss, or has no such table.
+        If it is no result of percuss, has no such table, or the number of samples is none.
     """
     check_suffix(path, ".csv")
     tables = kind_of(result).columns
     name = next(iter(tables)) if table is None else table
     if name not in tables:
         raise ParameterError("table", table, f"none of {', '.join(tables)}")
+    if samples is not None:
+        samples = whole("samples", samples, 2)
     record = make_record(result, study=study, command=command)
     record_path = record_file(path)
     with OutputFiles(path, record_path, force=force) as files:
-        columns = table_of(result, name)
+        columns = table_of(result, name, samples)
         units = units_of_columns(result, columns)
         write_columns(columns, files[path], record, units=units, record_path=files[record_path])
 

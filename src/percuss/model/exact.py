@@ -591,6 +591,8 @@ def kept(value: Any) -> Any:
 def scaled(value: Exact, factor: Any) -> Any:
     """Return the exact product of a kept number and a factor."""
     if isinstance(factor, Computed):
+        if not isinstance(value, Computed) and as_fraction(value) == 0:
+            return value
         # With the number as it was written.
         return plain(value) * factor
     return kept(operand(value) * factor)

@@ -18,6 +18,7 @@ from typing import Any, Self, TypeVar, cast
 from percuss.errors import ParameterError
 from percuss.model.exact import (
     NOT_A_NUMBER,
+    NOT_A_PHASE,
     Computed,
     Exact,
     Phase,
@@ -264,7 +265,10 @@ class Expression(Computed):
     def __rsub__(self, other: object) -> Expression:
         return _combined("-", other, self)
 
-    def __mul__(self, other: object) -> Expression:
+    def __mul__(self, other: object) -> Any:
+        # A force is multiplied by its own rule.
+        if not isinstance(other, str | Expression) and phase_problem(plain(other)) == NOT_A_PHASE:
+            return NotImplemented
         return _combined("*", self, other)
 
     def __rmul__(self, other: object) -> Expression:
@@ -383,7 +387,7 @@ def plain_number(value: object) -> Any:
 def name_problem(name: object) -> str | None:
     """Return why a parameter cannot have a name, None if it can."""
     if not isinstance(name, str) or _NAME.fullmatch(name) is None:
-        return "no name; letters, digits and underscores make one, such as w or base_amplitude"
+        return "no name; letters of ASCII, digits and underscores make one, such as w or base_amplitude"
     if name in WORDS:
         return "a word of paths, results or expressions; give it another name, such as w"
     return None

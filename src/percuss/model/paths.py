@@ -289,13 +289,15 @@ def _long_form(
         return path
     short_forms: dict[str, str] = {}
     for name, forcing in _forcings(force).items():
-        if forcing.base is None and len(forcing.harmonics) == 1:
-            short_forms |= {f"{name}.{word}": f"{name}.harmonics.0.{word}" for word in _SHORT_FORMS}
+        part = _only_part(forcing)
+        if part is not None:
+            forms = {f"{name}.{word}": f"{name}.{part}.{word}" for word in _SHORT_FORMS}
+            short_forms |= {form: path for form, path in forms.items() if path in fields}
     if "oscillator.mass" in fields:
         short_forms["oscillator.damping_coefficient"] = "oscillator.damping"
     long = _upper(short_forms.get(path, path))
     owner = _owner_of_period(path, force)
-    if owner is not None and owner[1].given_period is None and owner[1].frequency:
+    if owner is not None and _has_one_frequency(owner[1]):
         long, _ = _one_frequency(*owner)
         if not _is_tied(fields[long]):
             return path
@@ -311,9 +313,7 @@ def _long_form(
     periods = [
         f"{name}.period"
         for name, forcing in _forcings(force).items()
-        if forcing.given_period is None
-        and forcing.frequency
-        and not _is_tied(fields[_one_frequency(name, forcing)[0]])
+        if _has_one_frequency(forcing) and not _is_tied(fields[_one_frequency(name, forcing)[0]])
     ]
     alike = [*known, *short_forms, *periods]
     raise ParameterError("path", path, _unknown(path, alike, force, _tables_of(osc)))
@@ -468,10 +468,26 @@ def _upper(path: str) -> str:
     return f"structure.mass.{entry[2]}.{entry[1]}"
 
 
+def _only_part(force: Forcing) -> str | None:
+    """Return the path of the one part of a forcing that is one harmonic or one record alone."""
+    if force.base is None and len(force.harmonics) == 1:
+        return "harmonics.0"
+    return "record" if force.record is not None and not force.harmonics else None
+
+
+def _has_one_frequency(force: Forcing) -> bool:
+    """Return whether a forcing repeats by one frequency, which its period is a parameter for."""
+    record = force.record
+    is_one = record is None or (not force.harmonics and record.omega is not None)
+    return force.given_period is None and force.frequency is not None and is_one
+
+
 def _one_frequency(name: str, force: Forcing) -> tuple[str, Any]:
     """Return path and value of the one frequency of a forcing whose path begins with a name."""
     if force.base is not None:
         return f"{name}.omega", force.base
+    if not force.harmonics and force.record is not None:
+        return f"{name}.record.omega", force.record.omega
     return f"{name}.harmonics.0.omega", getattr(force.harmonics[0], "omega", None)
 
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 
 from percuss.arrays import Floats
 from percuss.errors import ParameterError
-from percuss.model.exact import Exact, as_float, plain, whole
+from percuss.model.exact import Computed, Exact, as_float, whole
+from percuss.model.expression import plain_number
 from percuss.model.faults import positive_faults, raise_first
 from percuss.model.forcing import Forcing, Harmonic
 from percuss.numerics import exp, power
@@ -42,6 +43,7 @@ def sea_state(
     ----------
     hs
         Significant wave height [length], > 0: four times the standard deviation of the elevation.
+        It may be an expression of parameters, and so may the period.
     tp
         Period of the peak of the spectrum [time], > 0.
     kind
@@ -68,20 +70,26 @@ def sea_state(
     >>> len(sea.harmonics), round(sum(h.amplitude**2 for h in sea.harmonics), 12)
     (30, 0.5)
     """
-    hs, tp = plain(hs), plain(tp)  # type: ignore[assignment]
+    hs, tp = plain_number(hs), plain_number(tp)
     raise_first([*positive_faults("hs", hs), *positive_faults("tp", tp)])
     if kind not in get_args(SeaKind):
         raise ParameterError("kind", kind, f"none of {', '.join(get_args(SeaKind))}")
     n, seed = whole("n", n, 1, 10_000), whole("seed", seed, 0)
     peak = 2.0 * math.pi / as_float(tp)
+    period = tp if isinstance(tp, Computed) else None
     draw = np.random.Generator(np.random.PCG64(seed)).random((2, n))
     # In units of the peak's frequency.
     places = LOWEST + (HIGHEST - LOWEST) * (np.arange(n) + draw[0]) / n
     energy = np.array([spectrum_at(float(w), kind) for w in places])
-    amplitudes: Floats = as_float(hs) * np.sqrt(energy / (8.0 * math.fsum(energy)))
+    shares: Floats = np.sqrt(energy / (8.0 * math.fsum(energy)))
+    size: Any = hs if isinstance(hs, Computed) else as_float(hs)
     return Forcing(
-        Harmonic(float(a), float(w) * peak, 2.0 * math.pi * float(phase))
-        for a, w, phase in zip(amplitudes, places, draw[1], strict=True)
+        Harmonic(
+            size * float(a),
+            float(w) * peak if period is None else 2.0 * math.pi * float(w) / period,
+            2.0 * math.pi * float(phase),
+        )
+        for a, w, phase in zip(shares, places, draw[1], strict=True)
     )
 
 

@@ -31,7 +31,8 @@ def record(
     t
         Instants [time], each after the one before; two at least.
     f
-        The force per unit mass at these instants [length/time^2].
+        The force at these instants: of an oscillator with a mass a force, otherwise per unit mass
+        [length/time^2]; ``record(t, a).per_mass(1)`` marks an acceleration.
     kind
         "linear" between the samples, or "hold": each value from its instant to the next.
     repeat

@@ -376,7 +376,14 @@ def forcing_of(
     given = [name for name in _FOURIER if name in table]
     record = None
     if isinstance(table.get("record"), Mapping):
-        record = record_of(table["record"], folder, faults, (*path, "record"), units=units)
+        record = record_of(
+            table["record"],
+            folder,
+            faults,
+            (*path, "record"),
+            units=units,
+            is_per_mass=_is_per_mass(table),
+        )
     if not given:
         harmonics = tuple(_harmonic(row) for row in list_of(table, "harmonics"))
         harmonics += _sea(table, path, faults)

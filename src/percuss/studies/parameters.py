@@ -44,6 +44,8 @@ _KEYS = frozenset(
         "omega",
         "phase",
         "constant",
+        "hs",
+        "tp",
         "period",
         "cos",
         "sin",

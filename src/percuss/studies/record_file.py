@@ -19,6 +19,7 @@ __all__ = ["columns_of", "record_of"]
 Samples: TypeAlias = tuple[tuple[Any, ...], tuple[Any, ...]]
 
 PATH: Path = ("forcing", "record")
+SEPARATORS = (",", ";", "\t")
 # Lines of a table whose faults are told.
 MOST_TOLD = 10
 NO_PLACE = "a study that is no file has no files beside it; give t and f"
@@ -31,6 +32,7 @@ def record_of(
     path: Path = PATH,
     *,
     units: Units | None = None,
+    is_per_mass: bool = False,
 ) -> ForceRecord | None:
     """Return the record of a table, not checked by the model; None where it has no samples.
 
@@ -46,10 +48,12 @@ def record_of(
         Where the table stands.
     units
         Those of the model, which units in the heads of columns have to fit.
+    is_per_mass
+        Whether the force is an acceleration of a model with a mass.
     """
     samples = _samples(table, folder, faults, path)
     if samples is not None and "file" in table:
-        _check_units(table, faults, path, units)
+        _check_units(table, faults, path, units, is_per_mass)
     if samples is None:
         return None
     defaults = {"kind": "linear", "repeat": False, "outside": "end", "amplitude": 1, "omega": None}
@@ -82,19 +86,26 @@ def _columns(file: FilePath, table: RawTable, faults: StudyFaults, path: Path) -
     """Return the columns of a CSV file that a record names, or add all its faults as one."""
     names = table.get("time", "t"), table.get("force", "f")
     try:
-        text = file.read_bytes().decode("utf-8-sig")
-        return columns_of(text, *map(str, names))
-    except (OSError, UnicodeDecodeError) as error:
-        words = getattr(error, "strerror", None) or "not a table in UTF-8"
+        # Few studies need it.
+        from percuss.fitting.data_file import text_of_file
+
+        return columns_of(text_of_file(file), *map(str, names))
+    except OSError as error:
+        words = error.strerror or "not readable"
         faults.add((*path, "file"), words.lower(), shown(str(table["file"])))
     except ValueError as error:
         faults.add((*path, "file"), str(error), shown(str(table["file"])))
     return None
 
 
-def _check_units(table: RawTable, faults: StudyFaults, path: Path, units: Units | None) -> None:
+def _check_units(
+    table: RawTable, faults: StudyFaults, path: Path, units: Units | None, is_per_mass: bool
+) -> None:
     """Add the faults of units in the names of columns: no number of a record is converted."""
-    for key, quantity, factor in (("time", "t", "omega"), ("force", "stop_force", "amplitude")):
+    force = "stop_force"
+    if units is not None:
+        force = "force" if units.mass and not is_per_mass else "acceleration"
+    for key, quantity, factor in (("time", "t", "omega"), ("force", force, "amplitude")):
         title = str(table.get(key, ""))
         # Of phases, and of a force with a factor of its own, the size is the caller's.
         given = None if factor in table else units
@@ -104,17 +115,21 @@ def _check_units(table: RawTable, faults: StudyFaults, path: Path, units: Units 
         from percuss.fitting.data_file import misfit_of_unit
 
         misfit = misfit_of_unit(title, quantity, given)
+        if misfit and " is no unit of " in misfit and units is not None and units.mass:
+            hint = "with per_mass = true it is an acceleration, without it a force"
+            misfit = f"{misfit}; {hint}" if key == "force" else misfit
         if misfit:
             faults.add((*path, key), misfit, shown(title))
 
 
 def columns_of(text: str, time: str = "t", force: str = "f") -> Samples:
-    r"""Return instants and forces of a record in a table of comma-separated values.
+    r"""Return instants and forces of a record in a table of separated values.
 
     Parameters
     ----------
     text
         The table: a line of names, then a line for each sample. Lines that begin with # are notes.
+        Commas separate the columns, or semicolons or tabs, with decimal commas as well.
     time, force
         Names of the columns.
 
@@ -130,15 +145,10 @@ def columns_of(text: str, time: str = "t", force: str = "f") -> Samples:
 
     Examples
     --------
-    >>> columns_of("t,f\n0,1.5\n1,2.5\n")
+    >>> columns_of("t;f\n0;1,5\n1;2.5\n")
     ((0.0, 1.0), (1.5, 2.5))
     """
-    try:
-        rows = [[cell.strip() for cell in row] for row in csv.reader(io.StringIO(text))]
-    except csv.Error as error:
-        raise ValueError(f"not a table of comma-separated values: {error}") from error
-    numbered = [(line, row) for line, row in enumerate(rows, 1)
-                if any(row) and not row[0].startswith("#")]  # fmt: skip
+    separator, numbered = _rows(text, {time, force})
     head = numbered[0][1] if numbered else []
     if time not in head or force not in head:
         raise ValueError(_no_columns([name for name in (time, force) if name not in head], head))
@@ -147,7 +157,7 @@ def columns_of(text: str, time: str = "t", force: str = "f") -> Samples:
     columns: list[list[float]] = [[], []]
     for line, row in numbered[1:]:
         cells = [row[i] if i < len(row) else "" for i in at]
-        numbers = [_number(cell) for cell in cells]
+        numbers = [_number(cell if separator == "," else cell.replace(",", ".")) for cell in cells]
         for name, cell, number, column in zip((time, force), cells, numbers, columns, strict=True):
             if not math.isfinite(number):
                 wrong.append(f'line {line}: {name} = "{cell}" is no finite number')
@@ -167,14 +177,32 @@ def columns_of(text: str, time: str = "t", force: str = "f") -> Samples:
     return tuple(columns[0]), tuple(columns[1])
 
 
+def _rows(text: str, names: set[str]) -> tuple[str, list[tuple[int, list[str]]]]:
+    """Return what separates the columns of a table, and its rows with the numbers of their lines."""
+    found: list[tuple[int, str, list[tuple[int, list[str]]]]] = []
+    for separator in SEPARATORS:
+        try:
+            read = list(csv.reader(io.StringIO(text), delimiter=separator))
+        except csv.Error as error:
+            raise ValueError(f"not a table of separated values: {error}") from error
+        rows = [
+            (line, [cell.strip() for cell in row])
+            for line, row in enumerate(read, 1)
+            if any(cell.strip() for cell in row) and not row[0].strip().startswith("#")
+        ]
+        found.append((len(names.intersection(rows[0][1])) if rows else 0, separator, rows))
+    # Of equal ones the first.
+    _, separator, rows = max(found, key=lambda one: one[0])
+    return separator, rows
+
+
 def _no_columns(missing: list[str], head: list[str]) -> str:
     """Return the sentence about a table that lacks columns, and why that may be."""
     listed = ", ".join(shown(name) for name in missing)
     if not head:
         return f"no column {listed}; it is empty"
-    for name, sign in (("semicolons", ";"), ("tabs", "\t")):
-        if any(sign in cell for cell in head):
-            return f"its columns are separated by {name}; write commas, and points in numbers"
+    for sign in SEPARATORS[1:]:
+        head = [name.strip() for cell in head for name in cell.split(sign)]
     if all(math.isfinite(_number(cell)) for cell in head):
         return f"no column {listed}: its first line holds numbers; write the names above them"
     return f"no column {listed}; its columns are {', '.join(head)}"

@@ -196,8 +196,15 @@ def _call(value: Any) -> Any:
 def _forcing(force: Forcing, parameters: Mapping[str, Phase]) -> list[str]:
     table: dict[str, Any] = _in_code(forcing_table(force), parameters)
     marked = ".per_mass(1)" if table.pop("per_mass", False) else ""
+    record = table.pop("record", None)
+    if record is not None:
+        samples = {name: tuple(record.pop(name)) for name in ("t", "f")}
+        table["record"] = _Code(f"pc.model.ForceRecord({_arguments(samples | record)})")
     if "omega" in table:
-        return [f"force = pc.fourier({_arguments(table)}){marked}"]
+        added = "" if record is None else f" + pc.Forcing(record={table.pop('record')!r})"
+        marked = f"{added}){marked}" if added else marked
+        opened = "(" if added else ""
+        return [f"force = {opened}pc.fourier({_arguments(table)}){marked}"]
     rows = [("Harmonic", row) for row in table.pop("harmonics", None) or []]
     rest = {name: value for name, value in table.items() if value not in (0, None)}
     return ["force = pc.Forcing(", *_tuple("harmonics", rows), *_lines(rest), f"){marked}"]
