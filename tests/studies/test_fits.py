@@ -181,8 +181,8 @@ def of_the_row() -> str:
     row = pc.Structure([1, 1.5], [[3, -1], [-1, 2]], [[0.2, -0.05], [-0.05, 0.2]], stops=[wall])
     t = np.arange(300) / 15
     forces = pc.simulate(row, pc.Loads({0: pc.cosine("1.4", amplitude=2)}), t_end=20).forces(t)
-    a = sum(forces[name].values for name in ("spring", "damping", "loads"))[:, 1]
-    a = (a + forces.stops.values[0]) / 1.5
+    own = [forces[name].values[:, 1] for name in ("spring", "damping", "loads")]
+    a = np.sum([*own, forces.stops.values[0]], axis=0) / 1.5
     a += 0.02 * np.std(a) * np.random.default_rng(2).standard_normal(len(t))
     lines = [f"{u:.6f},{b:.6f}" for u, b in zip(t.tolist(), a.tolist(), strict=True)]
     return "\n".join(["time [s],Accelerometer (m/s^2)", *lines])
@@ -219,8 +219,12 @@ def test_starts_and_loads_of_records_of_a_structure(tmp_path: Path) -> None:
 
     more = own.replace("[0, 0]", "[0]").replace("loads.0.omega", "structure.mass.0.0")
     faults = told(tmp_path, ROW + more, of_the_row())
-    assert "fit.records.0.start.1 = [0]: 1 numbers for 2 coordinates; give one for each" in faults[0]
-    assert faults[1].endswith("of the structure, which all records share; only the loads may differ")
+    assert (
+        "fit.records.0.start.1 = [0]: 1 numbers for 2 coordinates; give one for each" in faults[0]
+    )
+    assert faults[1].endswith(
+        "of the structure, which all records share; only the loads may differ"
+    )
     of_no_place = ROW.replace("acceleration_tip =", "acceleration_top =")
     assert "of no place; there are acceleration_0" in told(tmp_path, of_no_place, of_the_row())[0]
 

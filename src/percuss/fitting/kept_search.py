@@ -103,9 +103,10 @@ class KeptSearch:
             return None
         reason = "holds no fit; give another name for the store of this one"
         try:
-            with np.load(self.path, allow_pickle=False) as archive:
+            # Of a damaged file NumPy leaves open what it opens itself.
+            with self.path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
                 entries = {name: archive[name] for name in archive.files}
-        except (OSError, ValueError, EOFError, BadZipFile) as error:
+        except (OSError, ValueError, TypeError, EOFError, BadZipFile) as error:
             raise OutputError(self.path, reason) from error
         if str(entries.get("form")) != FORM:
             raise OutputError(self.path, reason)
@@ -125,17 +126,11 @@ class KeptSearch:
     def _layout(self, entries: dict[str, Any], i: int) -> Layout:
         """Return the segments of a record, with the noise that its samples had."""
         given = self.records[i]
-        samples, impacts = (
-            MeasuredSamples(
-                *(
-                    float(entries[f"{i}.{table}.{name}"])
-                    if name == "reach"
-                    else entries[f"{i}.{table}.{name}"]
-                    for name in SAMPLES
-                )
-            )
-            for table in ("samples", "impacts")
-        )
+        tables = []
+        for table in ("samples", "impacts"):
+            own: dict[str, Any] = {name: entries[f"{i}.{table}.{name}"] for name in SAMPLES}
+            tables.append(MeasuredSamples(**{**own, "reach": float(own["reach"])}))
+        samples, impacts = tables
         record = MeasuredRecord(samples, impacts, given.force, given.start)
         keys = set(entries[f"{i}.keys"].tolist())
         is_fixed = bool(entries[f"{i}.is_fixed"])
