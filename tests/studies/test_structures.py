@@ -239,7 +239,7 @@ FAULTS = [
         (
             (
                 's.toml:2: study.kind = "design": no kind of study for a structure; there are '
-                "motion, orbit, branch, curve, response, sweep, diagram, basins, lyapunov"
+                "motion, orbit, branch, curve, response, sweep, diagram, basins, lyapunov, fit"
             ),
         ),
     ),
