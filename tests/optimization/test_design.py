@@ -99,6 +99,7 @@ def test_the_period_of_a_limit_cycle() -> None:
     osc = pc.Oscillator(1, "-0.05", stops=(pc.Wall(at=1, side="above", restitution="0.7"),))
     free = {"oscillator.stops.0.restitution": (0.3, 0.85)}
     best = pc.design("period", osc, free=free, goal=4.0, restarts=0)
+    assert isinstance(best.oscillator, pc.Oscillator)
     again = pc.find_orbit(best.oscillator)
     assert again.period == pytest.approx(4.0, rel=1e-9)
 
@@ -123,7 +124,7 @@ def test_the_largest_margin_to_a_graze() -> None:
     best = pc.design(
         "grazing_margin", osc, pc.cosine("1.1"), goal="largest", free={PLACE: (-1, 1)}, restarts=2
     )
-    assert best.orbit is not None
+    assert isinstance(best.orbit, pc.PeriodicOrbit)
     assert best.value == best.orbit.grazing_margin
     assert best.value > pc.find_orbit(osc, pc.cosine("1.1")).grazing_margin
 
@@ -194,7 +195,7 @@ def test_a_fault_is_one_sentence(case: str) -> None:
     assert "\n" not in str(caught.value)
 
 
-STOPS = [
+STOPS: list[pc.Wall | pc.SoftStop] = [
     pc.Wall(at="0.2", side="above", restitution="0.7", on=0),
     pc.SoftStop(at="-0.2", side="below", stiffness=100, damping="0.3", on=1),
 ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Sequence
 from fractions import Fraction
-from typing import Any, get_args
+from typing import Any, TypeAlias, get_args
 
 import mpmath
 import numpy as np
@@ -15,7 +15,7 @@ from tests.oracle.structures import StructureRun, simulate_structure, structure_
 from tests.oracle.test_structures import of_mass_one
 
 import percuss as pc
-from percuss.arrays import Floats
+from percuss.arrays import Complexes, Floats
 from percuss.model import as_fraction
 from percuss.model.exact import PiTimes, angle
 from percuss.model.paths import get_parameter, replace_parameter
@@ -25,9 +25,10 @@ from percuss.motion.structure_measures import structure_measure_and_derivative
 # The error of a central difference is H^2 times a third derivative, and 1e-50 / H by rounding.
 H = Fraction(1, 10**13)
 CLOSE = 1e-10
+AnyNumbers: TypeAlias = Floats | Complexes
 
 
-def assert_close(found: Floats, wanted: Floats, close: float = CLOSE) -> None:
+def assert_close(found: AnyNumbers, wanted: AnyNumbers, close: float = CLOSE) -> None:
     """Compare columns with each other, relative to their largest entry."""
     assert found.shape == wanted.shape
     assert (np.isnan(found) == np.isnan(wanted)).all()

@@ -9,7 +9,7 @@ import pytest
 from tests.studies.texts import faults_of
 
 import percuss as pc
-from percuss.errors import ParameterError
+from percuss.errors import ParameterError, StudyError
 from percuss.io import load_netcdf, save_csv
 from percuss.optimization import ParetoFront
 from percuss.studies import Design, Study, load_study, parse_study, run_study

@@ -242,7 +242,7 @@ class Design(Question):
         model, names = (study.model, study.force), self.outcome
         if self.is_front:
             return pareto_front(names, *model, goals=self.goals, n=self.n, **settings)  # type: ignore[arg-type]
-        return design(names[0], *model, goal=self.goals[0], **settings)  # type: ignore[arg-type]
+        return design(names[0], *model, goal=self.goals[0], **settings)
 
     def csv(self, study: Study) -> dict[str, str]:  # noqa: ARG002
         """Return the table of a front; or those of the searches and of the best setting."""
