@@ -36,10 +36,12 @@ unexport PYTHONDONTWRITEBYTECODE
 # another's.
 TESTS = $(BIN)/python -m pytest -n logical --dist worksteal
 
-# The examples of docstrings compile the kernels of one displacement on one core, on the other two
-# tests compile those of structures, the largest, before an example asks for them: each is compiled
-# once, and all tests find it. Types and style are checked by whichever core is first done.
-LARGE_KERNELS = tests/structures/test_ensembles.py tests/fitting/test_structure_shooting.py
+# The examples of docstrings compile the kernels of one displacement on one core, on the other three
+# files of tests compile those of structures, the largest, before an example asks for them: each is
+# compiled once, beside others that share its parts, and all tests find it. Types and style are
+# checked by whichever core is first done.
+LARGE_KERNELS = tests/sensitivity/test_structures.py tests/structures/test_ensembles.py \
+	tests/fitting/test_structure_shooting.py
 test: .venv/dev.stamp
 	$(MAKE) --jobs 2 large-kernels doctests types style
 	$(TESTS) tests $(LARGE_KERNELS:%=--ignore=%)
@@ -116,11 +118,12 @@ benchmark: .venv/benchmark.stamp
 wasm: .venv/run.stamp
 	$(BIN)/python -m percuss.web.wasm.build
 
-# Once a stamp is there nothing is downloaded, until the lock or pyproject.toml changes.
+# Once a stamp is there nothing is downloaded, until the lock or pyproject.toml changes. Of eleven
+# thousand files most are never imported: those that are get their bytecode then.
 .venv/%.stamp: requirements/%.txt pyproject.toml | .venv/made.stamp
 	@echo "installing $< into .venv"
-	@$(PIP) install --require-hashes -r $<
-	@$(PIP) install --no-deps --no-build-isolation --editable .
+	@$(PIP) install --no-compile --require-hashes -r $<
+	@$(PIP) install --no-compile --no-deps --no-build-isolation --editable .
 	@touch $@
 
 # An environment that works is adopted, and one that was left half-made here is made again, as its

@@ -13,9 +13,11 @@ from hypothesis import settings
 from playwright.sync_api import Browser, expect, sync_playwright
 from tests.children import listen_to_ctrl_c
 
-# The first call of a kernel compiles it, which breaks any per-example deadline.
-settings.register_profile("percuss", deadline=None, derandomize=True)
-settings.load_profile("percuss")
+# Of examples that are drawn some by day, all at night. The first call of a kernel compiles it, which
+# breaks any deadline of an example.
+settings.register_profile("day", deadline=None, derandomize=True, max_examples=40)
+settings.register_profile("night", deadline=None, derandomize=True)
+settings.load_profile("day")
 
 listen_to_ctrl_c()
 
@@ -23,6 +25,12 @@ LONG_TESTS = Path(__file__).with_name("long_tests.txt")
 
 # How long a page is waited for [ms]: by itself 5 s, which a machine that does much else needs.
 expect.set_options(timeout=60_000)
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Draw all examples where the tests of the night run."""
+    if not config.option.markexpr.startswith("not nightly"):
+        settings.load_profile("night")
 
 
 @pytest.hookimpl(wrapper=True)

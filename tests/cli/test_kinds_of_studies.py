@@ -55,7 +55,7 @@ def test_a_store_or_an_engine_for_one_orbit_is_one_sentence() -> None:
     assert percuss("run", "branch.toml", "--store", "a.zarr") == (
         2,
         "",
-        "store = 'a.zarr': for studies of many motions; this one is of kind branch\n",
+        "store = 'a.zarr': for studies of many motions and of fits; this one is of kind branch\n",
     )
     assert percuss("run", "branch.toml", "--engine", "processes")[0] == 2
     assert not Path("branch").exists()

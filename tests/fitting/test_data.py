@@ -233,6 +233,57 @@ def test_a_search_that_was_stopped_goes_on(plain: pc.Fit) -> None:
         fitted(data, free={GAP: 0.3}, resume=stopped)
 
 
+def test_impact_times_alone_go_on_too() -> None:
+    """The first impact is the start of such a motion, and none of its data."""
+    run = pc.simulate(rig(), pc.cosine(2), v0=0.5, t_end=40)
+    data = {"impact_times": run.impacts.t[3:]}
+    stopped = fitted(data, free={RESTITUTION: 0.7}, progress=lambda done, _: done < 2)
+    again = fitted(data, free={RESTITUTION: 0.7}, resume=stopped)
+    assert list(again.values) == [RESTITUTION]
+
+
+def interrupt(done: float, _: float) -> bool:
+    if done >= 3:
+        raise KeyboardInterrupt
+    return True
+
+
+def test_a_search_that_was_killed_goes_on_from_its_store(plain: pc.Fit, tmp_path: Path) -> None:
+    data, store = record(), tmp_path / "rig.fit"
+    with pytest.raises(KeyboardInterrupt):
+        fitted(data, store=store, progress=interrupt)
+    again = fitted(data, store=store)
+    assert again.converged
+    assert again.values == pytest.approx(plain.values, rel=1e-7)
+    assert again.n_runs < plain.n_runs
+    once_more = fitted(data, store=store)
+    assert once_more.values == pytest.approx(plain.values, rel=1e-7)
+    assert once_more.n_runs <= plain.n_runs
+    assert [file.name for file in tmp_path.iterdir()] == ["rig.fit"]
+    # By other bounds or another loss the same search may go on, by other data or models it may not.
+    fitted(data, store=store, free={GAP: (0.1, 0.3), RESTITUTION: 0.7}, loss="huber")
+    for other in (record(1), {**data, "displacement": data["displacement"] + 1e-9}):
+        with pytest.raises(pc.OutputError, match="a fit of other data"):
+            fitted(other, store=store)
+    with pytest.raises(pc.OutputError, match="another model"):
+        fitted(data, store=store, force=pc.cosine("2.1"))
+
+
+def test_stores_that_hold_no_fit_are_refused(tmp_path: Path) -> None:
+    data, store = record(), tmp_path / "rig.fit"
+    for content in (b"", b"words", b"PK\x03\x04"):
+        store.write_bytes(content)
+        with pytest.raises(pc.OutputError, match="holds no fit"):
+            fitted(data, store=store)
+    np.savez(store.with_suffix(".npz"), a=np.ones(2))
+    with pytest.raises(pc.OutputError, match="holds no fit"):
+        fitted(data, store=store.with_suffix(".npz"))
+    with pytest.raises(pc.OutputError, match="is a file"):
+        fitted(data, store=tmp_path)
+    with pytest.raises(pc.OutputError, match="does not exist"):
+        fitted(data, store=tmp_path / "none" / "rig.fit")
+
+
 @pytest.mark.parametrize(
     ("data", "more", "words"),
     [

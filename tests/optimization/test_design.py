@@ -99,6 +99,7 @@ def test_the_period_of_a_limit_cycle() -> None:
     osc = pc.Oscillator(1, "-0.05", stops=(pc.Wall(at=1, side="above", restitution="0.7"),))
     free = {"oscillator.stops.0.restitution": (0.3, 0.85)}
     best = pc.design("period", osc, free=free, goal=4.0, restarts=0)
+    assert isinstance(best.oscillator, pc.Oscillator)
     again = pc.find_orbit(best.oscillator)
     assert again.period == pytest.approx(4.0, rel=1e-9)
 
@@ -123,7 +124,7 @@ def test_the_largest_margin_to_a_graze() -> None:
     best = pc.design(
         "grazing_margin", osc, pc.cosine("1.1"), goal="largest", free={PLACE: (-1, 1)}, restarts=2
     )
-    assert best.orbit is not None
+    assert isinstance(best.orbit, pc.PeriodicOrbit)
     assert best.value == best.orbit.grazing_margin
     assert best.value > pc.find_orbit(osc, pc.cosine("1.1")).grazing_margin
 
@@ -194,7 +195,64 @@ def test_a_fault_is_one_sentence(case: str) -> None:
     assert "\n" not in str(caught.value)
 
 
-def test_structures_have_none_yet() -> None:
-    structure = pc.chain([1, 1], [1, 1, 1])
-    with pytest.raises(pc.ParameterError, match="structure"):
-        pc.design("peak_displacement", structure, free={PLACE: (0, 1)})  # type: ignore[arg-type]
+STOPS: list[pc.Wall | pc.SoftStop] = [
+    pc.Wall(at="0.2", side="above", restitution="0.7", on=0),
+    pc.SoftStop(at="-0.2", side="below", stiffness=100, damping="0.3", on=1),
+]
+ROW = pc.Structure(
+    [1, 1], [[1, -1], [-1, 2]], [["0.13", "-0.03"], ["-0.03", "0.16"]], STOPS,
+    points={"tip": (0, 1)},
+)  # fmt: skip
+LOADS = pc.Loads({1: pc.cosine("1.7", amplitude="0.4")})
+GAP = "structure.stops.0.at"
+
+
+def test_the_least_force_of_the_stops_of_a_structure() -> None:
+    free = {GAP: (0.05, 0.6), "structure.stops.1.stiffness": (20, 200)}
+    best = pc.design("peak_stop_force", ROW, LOADS, free=free, restarts=0)
+    assert best.converged
+    assert isinstance(best.orbit, pc.StructureOrbit)
+    assert best.orbit.is_stable
+    # The soft end of the spring, and in the other parameter a least value: the slope is zero.
+    assert best.active == ("structure.stops.1.stiffness",)
+    assert best.gradient[0] == pytest.approx(0, abs=1e-4)
+    own = best.orbit.run
+    pulls = [own.extremes("stop_force", stop=1)]
+    assert best.value == pytest.approx(max(pull.peak for pull in pulls), rel=1e-12)
+
+    limits = {"max_displacement_tip": (None, 0.9 * own.extremes("displacement", on="tip").maximum)}
+    kept = pc.design("peak_stop_force", ROW, LOADS, free=free, restarts=0, subject_to=limits)
+    assert kept.value > best.value
+    assert kept.outcomes["max_displacement_tip"] <= limits["max_displacement_tip"][1] * (1 + 1e-6)
+
+
+def test_the_multiplier_of_a_structure() -> None:
+    orbit = pc.find_orbit(ROW, LOADS)
+    best = pc.design("multiplier", ROW, LOADS, free={GAP: (0.1, 0.3)}, goal=0.97, on=orbit)
+    assert isinstance(best.orbit, pc.StructureOrbit)
+    assert abs(best.orbit.multipliers).max() == pytest.approx(0.97, rel=1e-8)
+
+
+def test_a_run_of_a_structure_from_a_start_that_is_free() -> None:
+    free = {"start.v0.1": (-1, 1)}
+    best = pc.design(
+        "max_displacement_0", ROW, free=free, goal=0.1, on="run", t_end=2, start=([0, 0], [0, 0.3])
+    )
+    run = pc.simulate(ROW, v0=[0, best.values["start.v0.1"]], t_end=2)
+    assert run.extremes("displacement", on=0).maximum == pytest.approx(0.1, rel=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("outcome", "more", "words"),
+    [
+        ("max_displacement", {}, "max_displacement_1, max_displacement_tip"),
+        ("grazing_margin", {}, "none of the outcomes of an orbit of this structure"),
+        ("period", {"on": "run", "t_end": 3}, "none of the outcomes of a run of this structure"),
+        ("multiplier", {"force": None}, "no common period"),
+        ("multiplier", {"on": "motion"}, 'neither "orbit" nor "run"'),
+    ],
+)
+def test_faults_of_designs_of_structures(outcome: str, more: dict[str, Any], words: str) -> None:
+    given = {"force": LOADS, "free": {GAP: (0.1, 0.3)}, **more}
+    with pytest.raises(pc.ParameterError, match=words):
+        pc.design(outcome, ROW, **given)

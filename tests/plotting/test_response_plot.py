@@ -22,7 +22,7 @@ def new_axes() -> Axes:
 @pytest.fixture(scope="module")
 def chart() -> pc.Response:
     return pc.response_curve(
-        WALL, pc.cosine(3.0), {"forcing.omega": (2.2, 3.8)}, max_impacts=2, max_periods=2, n_seeds=2
+        WALL, pc.cosine(3.0), {"forcing.omega": (2.2, 3.8)}, max_impacts=2, max_periods=2, n_seeds=1
     )
 
 

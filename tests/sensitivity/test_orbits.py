@@ -23,6 +23,12 @@ CASES = {
     "two harmonics": (WALL, pc.fourier(2, cos=[1, 0.3]), ("forcing.omega", "forcing.cos.1")),
     "square wave": (WALL, pc.square_wave(2, 1), ("forcing.record.omega",)),
 }
+TABLE = pc.restitution_table(speeds=(0, 1, 3), values=("0.9", "0.8", "0.6"))
+CASES["restitution by speed"] = (
+    pc.Oscillator(damping="0.05", stops=(pc.Wall("0.2", "above", TABLE),)),
+    pc.cosine(2),
+    ("oscillator.stops.0.restitution.values.1", "oscillator.stops.0.restitution.speeds.2"),
+)
 ALWAYS = ("oscillator.damping", "oscillator.stiffness", "oscillator.stops.0.at")
 # A central difference of eighth order: by rounding its error is some 1e-14 / STEP.
 STEP = 1e-3

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Sequence
 from fractions import Fraction
-from typing import Any, get_args
+from typing import Any, TypeAlias, get_args
 
 import mpmath
 import numpy as np
@@ -15,7 +15,7 @@ from tests.oracle.structures import StructureRun, simulate_structure, structure_
 from tests.oracle.test_structures import of_mass_one
 
 import percuss as pc
-from percuss.arrays import Floats
+from percuss.arrays import Complexes, Floats
 from percuss.model import as_fraction
 from percuss.model.exact import PiTimes, angle
 from percuss.model.paths import get_parameter, replace_parameter
@@ -25,9 +25,10 @@ from percuss.motion.structure_measures import structure_measure_and_derivative
 # The error of a central difference is H^2 times a third derivative, and 1e-50 / H by rounding.
 H = Fraction(1, 10**13)
 CLOSE = 1e-10
+AnyNumbers: TypeAlias = Floats | Complexes
 
 
-def assert_close(found: Floats, wanted: Floats, close: float = CLOSE) -> None:
+def assert_close(found: AnyNumbers, wanted: AnyNumbers, close: float = CLOSE) -> None:
     """Compare columns with each other, relative to their largest entry."""
     assert found.shape == wanted.shape
     assert (np.isnan(found) == np.isnan(wanted)).all()
@@ -375,14 +376,58 @@ def test_an_orbit(name: str) -> None:
     def values(p: float) -> Floats:
         other = pc.find_orbit(*beam(**{name: p}), guess=orbit)
         state = [*other.x0, *other.v0, *other.run.impacts.t, *other.run.impacts.v_before]
-        return np.array([*state, other.period, *measures_of(other, 1)])
+        largest = other.multipliers[0]
+        mine = [largest.real, largest.imag, other.period]
+        return np.array([*state, *mine, *measures_of(other, 1)])
 
     d = orbit.sensitivity(list(BEAM_PATHS.values()))
     measures = [d.of(measure, 1) for measure in get_args(MovedMeasure)]
-    found = np.array([*d.x0, *d.v0, *d.impacts.t, *d.impacts.v_before, d.period, *measures])
+    largest = d.multipliers[0]
+    own = [largest.real, largest.imag, d.period]
+    found = np.array([*d.x0, *d.v0, *d.impacts.t, *d.impacts.v_before, *own, *measures])
     value = inspect.signature(beam).parameters[name].default
     wanted = by_richardson(values, value, 2e-3)
     assert_close(found[:, list(BEAM_PATHS).index(name)], wanted, 1e-8)
+
+
+TABLE = pc.restitution_table(speeds=(0, 1, 3), values=("0.9", "0.8", "0.6"))
+FORCED: dict[str, tuple[pc.Oscillator, pc.Forcing, tuple[str, ...]]] = {
+    "wall": (*CASES["wall"][:2], ("oscillator.stops.0.restitution", "forcing.omega")),
+    "table": (
+        pc.Oscillator(damping="0.05", stops=(pc.Wall("0.2", "above", TABLE),)),
+        pc.cosine(2),
+        ("oscillator.stops.0.restitution.values.1", "oscillator.stops.0.restitution.speeds.1"),
+    ),
+    "soft": (*CASES["soft stop"][:2], ("oscillator.stops.0.stiffness", "forcing.omega")),
+    "wave": (*CASES["a wave that jumps"][:2], ("forcing.record.omega", "forcing.record.amplitude")),
+}
+
+
+@pytest.mark.parametrize("name", FORCED)
+def test_multipliers_of_one_coordinate_are_moved_as_those_of_the_oscillator(name: str) -> None:
+    osc, force, more = FORCED[name]
+    paths = ["oscillator.stiffness", "oscillator.damping", "oscillator.stops.0.at", *more]
+    halves = np.array([2.0 if path == "oscillator.damping" else 1.0 for path in paths])
+    one = pc.find_orbit(osc, force)
+    other = pc.find_orbit(of_mass_one(osc), force)
+    assert_close(other.multipliers, one.multipliers)
+    wanted = one.sensitivity(paths).multipliers
+    found = other.sensitivity([as_structure(path) for path in paths]).multipliers * halves
+    assert_close(found, wanted, 1e-9)
+
+
+def test_multipliers_of_an_orbit_that_rests_or_of_equal_ones_have_no_derivative() -> None:
+    two = pc.Structure([1, 1], [[1, 0], [0, 1]], ["0.1", "0.1"])
+    orbit = pc.find_orbit(two, pc.Loads({0: pc.cosine(2)}))
+    assert np.isnan(orbit.sensitivity(["structure.stiffness.0.0"]).multipliers).all()
+
+    wall = pc.Wall(at=0, side="below", restitution="0.3", on=0)
+    held = pc.chain(masses=[1, 1], springs=[1, 1, 0], dashpots="0.2", stops=[wall])
+    orbit = pc.find_orbit(held, pc.Loads({0: pc.cosine("0.8", amplitude=1, constant=-1)}))
+    assert len(orbit.run.contacts)
+    d = orbit.sensitivity(["structure.stops.0.restitution"])
+    assert np.isfinite(d.x0).all()
+    assert np.isnan(d.multipliers).all()
 
 
 def test_an_orbit_closes_for_all_parameters() -> None:

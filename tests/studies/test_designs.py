@@ -9,7 +9,7 @@ import pytest
 from tests.studies.texts import faults_of
 
 import percuss as pc
-from percuss.errors import ParameterError
+from percuss.errors import ParameterError, StudyError
 from percuss.io import load_netcdf, save_csv
 from percuss.optimization import ParetoFront
 from percuss.studies import Design, Study, load_study, parse_study, run_study
@@ -215,3 +215,51 @@ def test_an_orbit_that_is_named_is_followed_though_it_is_unstable() -> None:
     assert isinstance(question, Design)
     assert question.sought is not None
     assert not question.sought.find(study).is_stable
+
+
+OF_STRUCTURE = """\
+[study]
+kind = "design"
+[structure]
+mass = [1, 1]
+stiffness = [[1, -1], [-1, 2]]
+damping = [["0.2", "-0.03"], ["-0.03", "0.2"]]
+points = {tip = [0, 1]}
+units = {length = "m", time = "s", mass = "kg"}
+[[structure.stops]]
+type = "soft"
+on = "tip"
+at = "-0.2"
+side = "below"
+stiffness = 100
+damping = "0.3"
+[[loads]]
+on = 1
+[[loads.harmonics]]
+amplitude = "0.4"
+omega = "1.7"
+[design]
+outcome = "peak_stop_force"
+on = "run"
+restarts = 0
+[design.free]
+"structure.stops.0.stiffness" = [20, 200]
+[design.subject_to]
+min_displacement_tip = ["-0.26", inf]
+[run]
+periods = 6
+"""
+
+
+def test_a_study_of_a_structure(tmp_path: Path) -> None:
+    study = parse_study(OF_STRUCTURE)
+    assert parse_study(study.text()) == study
+
+    result = run_study(study, tmp_path / "out")
+
+    assert result.answer.converged
+    assert result.report["min_displacement_tip"].startswith("-0.26 m, at its limit")
+    assert (tmp_path / "out" / "design.png").stat().st_size > 10_000
+    assert all(load_study(file) == study for file in result.files)
+    with pytest.raises(StudyError, match='did you mean "min_displacement_'):
+        parse_study(OF_STRUCTURE.replace("min_displacement_tip", "min_displacement_top"))

@@ -145,6 +145,90 @@ def test_several_records_with_starts_and_forces_of_their_own(tmp_path: Path) -> 
     assert all(load_study(file) == study for file in result.files)
 
 
+ROW = """\
+[study]
+kind = "fit"
+[structure]
+mass = [1, "1.5"]
+stiffness = [[3, -1], [-1, 2]]
+damping = [["0.2", "-0.05"], ["-0.05", "0.2"]]
+points = {tip = [0, 1]}
+units = {length = "m", time = "s", mass = "kg"}
+[[structure.stops]]
+type = "wall"
+on = "tip"
+at = "0.55"
+side = "above"
+restitution = "0.6"
+[[loads]]
+on = 0
+[[loads.harmonics]]
+amplitude = 2
+omega = "1.4"
+[fit.free]
+"structure.stops.0.at" = 0.52
+"structure.stops.0.restitution" = 0.6
+"structure.damping.1.1" = 0.24
+[[fit.records]]
+file = "rig.csv"
+columns = {acceleration_tip = "Accelerometer"}
+"""
+
+
+def of_the_row() -> str:
+    """Return what an accelerometer at the tip of a structure has measured, as a logger writes it."""
+    wall = pc.Wall(at="0.5", side="above", restitution="0.7", on=1)
+    row = pc.Structure([1, 1.5], [[3, -1], [-1, 2]], [[0.2, -0.05], [-0.05, 0.2]], stops=[wall])
+    t = np.arange(300) / 15
+    forces = pc.simulate(row, pc.Loads({0: pc.cosine("1.4", amplitude=2)}), t_end=20).forces(t)
+    own = [forces[name].values[:, 1] for name in ("spring", "damping", "loads")]
+    a = np.sum([*own, forces.stops.values[0]], axis=0) / 1.5
+    a += 0.02 * np.std(a) * np.random.default_rng(2).standard_normal(len(t))
+    lines = [f"{u:.6f},{b:.6f}" for u, b in zip(t.tolist(), a.tolist(), strict=True)]
+    return "\n".join(["time [s],Accelerometer (m/s^2)", *lines])
+
+
+def test_a_structure_from_one_accelerometer_goes_on_from_its_store(tmp_path: Path) -> None:
+    study = load_study(file_of(tmp_path, ROW + "[start]\n", of_the_row()))
+    assert parse_study(study.text()) == study
+    store = tmp_path / "rig.fit"
+
+    part = run_study(study, tmp_path / "a", store=store, progress=lambda done, _: done < 2)
+    assert (part.is_whole, part.files) == (False, ())
+    result = run_study(study, tmp_path / "a", store=store)
+
+    assert result.is_whole
+    fit = result.answer
+    assert fit.converged
+    for path, true in zip(fit.values, (0.5, 0.7, 0.2), strict=True):
+        assert fit.values[path] == pytest.approx(true, abs=4 * fit.errors[path])
+    assert result.report["structure.stops.0.at"].endswith(" m")
+    nodes, motion = (load_netcdf(tmp_path / "a" / "fit.nc")[name] for name in ("nodes", "motion"))
+    assert nodes["x"].dims == ("node", "coordinate")
+    np.testing.assert_allclose(motion["x"].values, fit(motion["t"].values)[0], atol=1e-12)
+    assert all(load_study(file) == study for file in result.files)
+
+
+def test_starts_and_loads_of_records_of_a_structure(tmp_path: Path) -> None:
+    own = 'start = [[0, "0.1"], [0, 0], 0]\nsettings = {"loads.0.omega" = "1.5"}\n'
+    study = load_study(file_of(tmp_path, ROW + own, of_the_row()))
+    assert parse_study(study.text()) == study
+    (one,) = question(study).records
+    assert one.start == pc.model.StructureStart((0, "0.1"), (0, 0), 0)
+    assert one.forcing(study.model, study.force) == pc.Loads({0: pc.cosine("1.5", amplitude=2)})
+
+    more = own.replace("[0, 0]", "[0]").replace("loads.0.omega", "structure.mass.0.0")
+    faults = told(tmp_path, ROW + more, of_the_row())
+    assert (
+        "fit.records.0.start.1 = [0]: 1 numbers for 2 coordinates; give one for each" in faults[0]
+    )
+    assert faults[1].endswith(
+        "of the structure, which all records share; only the loads may differ"
+    )
+    of_no_place = ROW.replace("acceleration_tip =", "acceleration_top =")
+    assert "of no place; there are acceleration_0" in told(tmp_path, of_no_place, of_the_row())[0]
+
+
 def test_missing_values_and_noise_of_each_value_are_read_back() -> None:
     t, x = record()
     values = ", ".join("nan" if i == 5 else repr(value) for i, value in enumerate(x))

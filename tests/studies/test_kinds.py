@@ -202,7 +202,7 @@ def test_a_study_without_any_picture_or_table_writes_only_what_it_says(tmp_path:
 
 def test_a_store_is_for_many_motions_only(tmp_path: Path) -> None:
     with pytest.raises(
-        ParameterError, match="for studies of many motions; this one is of kind orb"
+        ParameterError, match="for studies of many motions and of fits; this one is of kind orb"
     ):
         run_study(study_of("orbit"), tmp_path / "out", store=tmp_path / "a.zarr")
     with pytest.raises(ParameterError, match="for studies of many motions"):

@@ -235,11 +235,12 @@ FAULTS = [
         ("s.toml:29: run: missing an end; give t_end or periods: stops may never be met",),
     ),
     (
-        {"[structure]": '[study]\nkind = "design"\n[structure]'},
+        {"[structure]": '[study]\nkind = "orbits"\n[structure]'},
         (
             (
-                's.toml:2: study.kind = "design": no kind of study for a structure; there are '
-                "motion, orbit, branch, curve, response, sweep, diagram, basins, lyapunov"
+                's.toml:2: study.kind = "orbits": no kind of study for a structure; there are '
+                "motion, orbit, branch, curve, response, sweep, diagram, basins, lyapunov, design, "
+                "fit"
             ),
         ),
     ),

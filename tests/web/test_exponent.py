@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, WebSocketRoute, expect
+from playwright.sync_api import Page, WebSocketRoute, expect
 from tests.web.frames import read_frame
 from tests.web.hands import WAIT
 
@@ -137,8 +137,8 @@ def test_no_orbit_of_a_motion_that_cannot_be_followed(study: dict[str, Any]) -> 
         answer_facts(PageRequest(1, "facts", study, {}))
 
 
-def test_an_orbit_that_is_known_before_its_curve_is_drawn(browser: Browser, address: str) -> None:
-    opened = browser.new_page()
+def test_an_orbit_that_is_known_before_its_curve_is_drawn(tab: Page, address: str) -> None:
+    opened = tab.context.new_page()
     held: list[bytes] = []
     told: list[str] = []
 

@@ -140,3 +140,4 @@ def test_what_is_known_of_an_earlier_motion_is_grey(page: Page) -> None:
     wait_for_drawing(page, seen)
 
     expect(card).to_have_class("card stale")
+    page.goto("about:blank")

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from playwright.sync_api import Browser, Locator, Page, expect
+from playwright.sync_api import Locator, Page, expect
 from tests.web.frames import read_frame
 from tests.web.hands import (
     WAIT,
@@ -360,6 +360,7 @@ def test_the_sound_is_mute_until_it_is_put_on(page: Page, name: str) -> None:
     before = page.evaluate("window.sounds.length")
     page.wait_for_timeout(100)
     assert page.evaluate("window.sounds.length") == before
+    page.goto("about:blank")
 
 
 def test_who_wants_less_motion_scrubs_and_drags(page: Page) -> None:
@@ -371,8 +372,9 @@ def test_who_wants_less_motion_scrubs_and_drags(page: Page) -> None:
     page.emulate_media(reduced_motion="no-preference")
 
 
-def test_paper_has_a_still_in_light_colours(browser: Browser, address: str) -> None:
-    opened = browser.new_page(color_scheme="dark")
+def test_paper_has_a_still_in_light_colours(tab: Page, address: str) -> None:
+    opened = tab.context.new_page()
+    opened.emulate_media(color_scheme="dark")
     opened.goto(f"http://{address}/")
     opened.wait_for_selector(".explore[data-drawn]", timeout=WAIT)
     root = opened.locator("#percuss")

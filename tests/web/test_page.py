@@ -55,11 +55,11 @@ def test_a_wrong_value_shows_a_sentence_beside_its_field_and_goes_away(page: Pag
     expect(row.locator(".fault")).to_be_empty()
 
 
-def test_a_link_opens_the_same_picture(page: Page, browser: Browser) -> None:
+def test_a_link_opens_the_same_picture(page: Page) -> None:
     open_preset(page, "gear_rattle")
     set_box(page, "forcing.constant", "0.41")
     link = link_of(page)
-    other = browser.new_page(viewport={"width": 1366, "height": 850})
+    other = page.context.new_page()
     other.goto(link)
     other.wait_for_selector(".explore[data-drawn]", timeout=WAIT)
     other.wait_for_timeout(600)
@@ -69,8 +69,8 @@ def test_a_link_opens_the_same_picture(page: Page, browser: Browser) -> None:
     other.close()
 
 
-def test_a_broken_link_begins_with_the_first_motion(browser: Browser, address: str) -> None:
-    opened = browser.new_page()
+def test_a_broken_link_begins_with_the_first_motion(tab: Page, address: str) -> None:
+    opened = tab.context.new_page()
     opened.goto(f"http://{address}/#no-such-thing")
     opened.wait_for_selector(".explore[data-drawn]", timeout=WAIT)
 

@@ -6,7 +6,7 @@ import re
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Page, expect
 from tests.web.hands import WAIT, compute, fill, set_box, slider_of, view_of
 
 
@@ -19,10 +19,9 @@ from tests.web.hands import WAIT, compute, fill, set_box, slider_of, view_of
         pytest.param(3840, 2160, marks=pytest.mark.nightly),
     ],
 )
-def test_nothing_is_cut_off_at_any_size(
-    browser: Browser, address: str, width: int, height: int
-) -> None:
-    opened = browser.new_page(viewport={"width": width, "height": height})
+def test_nothing_is_cut_off_at_any_size(tab: Page, address: str, width: int, height: int) -> None:
+    opened = tab.context.new_page()
+    opened.set_viewport_size({"width": width, "height": height})
     opened.goto(f"http://{address}/")
     opened.wait_for_selector(".explore[data-drawn]", timeout=WAIT)
     for view in ("explore", "diagram", "basins", "fit", "structure", "paper", "gallery"):
@@ -46,9 +45,10 @@ def luminance(colour: str) -> float:
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_texts_stand_out_in_both_colours_and_the_first_click_changes_them(
-    browser: Browser, address: str, scheme: Any
+    tab: Page, address: str, scheme: Any
 ) -> None:
-    opened = browser.new_page(color_scheme=scheme)
+    opened = tab.context.new_page()
+    opened.emulate_media(color_scheme=scheme)
     opened.goto(f"http://{address}/")
     opened.wait_for_selector(".explore[data-drawn]", timeout=WAIT)
     colours = opened.evaluate(

@@ -285,3 +285,4 @@ def test_the_script_is_copied(page: Page) -> None:
     page.get_by_role("button", name="Copy as Python").click()
     page.wait_for_function("() => window.copied")
     assert "pc.SoftStop(at='0.5', side='above', stiffness=20" in page.evaluate("window.copied")
+    page.goto("about:blank")

@@ -37,7 +37,7 @@ StoreOption = Annotated[
     Path | None,
     typer.Option(
         "--store",
-        help="Zarr store of a study of many motions: interrupted, the same command goes on.",
+        help="Store of a study of many motions, or file of a fit: interrupted, the same command goes on.",
     ),
 ]
 EngineOption = Annotated[

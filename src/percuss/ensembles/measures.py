@@ -159,8 +159,8 @@ class Measure:
 _OF_ORBITS = {"period": "time", "multiplier": "1", "grazing_margin": "length"}
 
 
-def outcome_dimensions(name: str, osc: Oscillator) -> str:
-    """Return the dimensions of an outcome of `percuss.design` for an oscillator.
+def outcome_dimensions(name: str, osc: Oscillator | Structure) -> str:
+    """Return the dimensions of an outcome of `percuss.design` for an oscillator or a structure.
 
     Examples
     --------
@@ -169,6 +169,9 @@ def outcome_dimensions(name: str, osc: Oscillator) -> str:
     >>> outcome_dimensions("period", Oscillator())
     'time'
     """
+    if name not in MEASURES and name not in _OF_ORBITS:
+        # Of a structure the name goes on with a coordinate or a point.
+        name = next(known for known in MEASURES if name.startswith(f"{known}_"))
     return _OF_ORBITS.get(name) or MEASURES[name].dimensions_of(osc)
 
 

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import zip_longest
+from os import PathLike
 from typing import Any, Literal
 
 import numpy as np
 
 from percuss.arrays import Flags, Floats
 from percuss.errors import ParameterError
+from percuss.fitting.kept_search import KeptSearch, file_of
 from percuss.fitting.losses import Loss, LossName
 from percuss.fitting.measured import (
     IMPACT_TIMES,
@@ -48,6 +51,7 @@ def fit(
     loss: LossName = "linear",
     loss_scale: float = 1.0,
     resume: Fit | None = None,
+    store: str | PathLike[str] | None = None,
     progress: Report = None,
 ) -> Fit:
     """Fit parameters of an oscillator or a structure to measurements of its motion.
@@ -86,6 +90,9 @@ def fit(
     resume
         A fit of the same data and parameters to go on from, such as one that was stopped: the
         search begins with its values and nodes.
+    store
+        A file, such as "rig.fit", in which the search keeps where it is: interrupted, even killed, the
+        same call goes on from there.
     progress
         True shows a line on the error stream after two seconds; a function ``(done, total) ->
         bool`` is called after each step, and ends the search by returning False.
@@ -101,6 +108,8 @@ def fit(
     ParameterError
         If data, ranges or start are not as described, there are fewer values than unknowns, or samples lie
         before the start; and for impact times alone of a structure.
+    OutputError
+        If the store cannot be written, or holds something else.
 
     Examples
     --------
@@ -126,12 +135,19 @@ chi2 0.966>
     _check_count(osc, records, names)
     _check_walls(osc, records, names)
     line = Progress(progress, MOST_RUNS, "runs", is_bound=True)
+    kept = None if store is None else KeptSearch(file_of(store), osc, records, tuple(names))
     before = None if resume is None else _before(resume, records, names)
+    if before is None and kept is not None:
+        before = _begun(kept, names)
     search = FitSearch(
-        osc, records, names, low, high, ranged, priors, Loss(loss, loss_scale), line, before
-    )
+        osc, records, names, low, high, ranged, priors, Loss(loss, loss_scale), line, before,
+        None if kept is None else kept.keep,
+    )  # fmt: skip
     try:
-        return result_of(search, search.best())
+        best = search.best()
+        if kept is not None:
+            kept.write(best.problem, best.descent.point)
+        return result_of(search, best)
     finally:
         line.close()
 
@@ -299,11 +315,25 @@ def _before(
         reason = f"a fit of {', '.join(resume.values)}, not of {', '.join(names)}"
         raise ParameterError("resume", repr(resume), reason)
     old = [layout.record for layout in resume.problem.layouts]
-    for record, before in zip_longest(records, old):
+    for given, before in zip_longest(records, old):
+        record = given
+        if record is not None and record.start is None and not len(record.samples):
+            # The first impact of a motion whose start is unknown is that start.
+            record = replace(record, impacts=record.impacts.taken(slice(1, None)))
         if record is None or before is None or not record.is_same_motion(before):
             raise ParameterError("resume", repr(resume), "a fit of other data")
     names.update(resume.values)
     return resume.problem, resume.nodes[:, 1:].copy()
+
+
+def _begun(kept: KeptSearch, names: dict[str, float]) -> tuple[FitProblem, Floats] | None:
+    """Return where the search in a store is, with its values as guesses, if there is one."""
+    begun = kept.begun()
+    if begun is None:
+        return None
+    problem, nodes, values = begun
+    names.update(values)
+    return problem, nodes
 
 
 def _check_count(

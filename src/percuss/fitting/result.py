@@ -371,7 +371,7 @@ def result_of(search: FitSearch, best: FitCandidate) -> Fit:
         nodes=nodes,
         impacts=np.sort(hits[hits[:, 0] < len(layouts[0]), 1]),
         residuals=table,
-        problem=replace(problem, ask=go_on),
+        problem=replace(problem, ask=go_on, keep=None),
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -91,6 +91,8 @@ class FitSearch:
         Counts the steps.
     before
         Problem and nodes of a search to go on from, with the values of the guesses; None: a new one.
+    keep
+        See `FitProblem`.
     """
 
     def __init__(
@@ -105,12 +107,13 @@ class FitSearch:
         loss: Loss,
         progress: Progress,
         before: tuple[FitProblem, Floats] | None = None,
+        keep: Callable[[FitProblem, FitPoint], None] | None = None,
     ) -> None:
         self.osc, self.records, self.paths = osc, list(records), tuple(guesses)
         self.guess = np.clip(np.array(list(guesses.values())), low, high)
         self.low, self.high, self.ranged = low, high, ranged
         self.priors, self.loss, self.progress = priors, loss, progress
-        self.n_runs, self.before = 0, before
+        self.n_runs, self.before, self.keep = 0, before, keep
         self._windows: Windows | None = None
 
     def best(self) -> FitCandidate:
@@ -146,7 +149,7 @@ class FitSearch:
         problem, nodes = self.before
         problem = replace(
             problem, low=self.low, high=self.high, priors=self.priors, loss=self.loss,
-            ask=self.progress.advance,
+            ask=self.progress.advance, keep=self.keep,
         )  # fmt: skip
         self.n_runs += 1
         begin = point_at(problem, self.guess, nodes)
@@ -186,6 +189,7 @@ class FitSearch:
         problem = FitProblem(
             self.osc, layouts, self.paths, self.low, self.high,
             np.median(np.array(errors), axis=0), self.priors, self.loss, self.progress.advance,
+            keep=self.keep,
         )  # fmt: skip
         return problem, np.concatenate(states)
 

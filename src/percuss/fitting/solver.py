@@ -82,6 +82,8 @@ class FitProblem:
         Called after each run; False ends the search.
     tear
         Defects beyond this many of their weights count less, as in Cauchy's loss.
+    keep
+        Called with the problem and the point after each step that is taken.
     """
 
     osc: Oscillator | Structure
@@ -94,6 +96,7 @@ class FitProblem:
     loss: Loss
     ask: Callable[[], bool]
     tear: float = TORN
+    keep: Callable[[FitProblem, FitPoint], None] | None = None
 
     def shoot(self, values: Floats, nodes: Floats) -> Shots | None:
         """Return the runs from all nodes, None if there are none that can be followed."""
@@ -350,6 +353,8 @@ def descend(problem: FitProblem, start: FitPoint, weight: float = LOOSE) -> FitD
         promised = step.promised(problem, descent.point, damping)
         after = trial.cost(problem, descent.weight)
         descent.point = trial
+        if problem.keep is not None:
+            problem.keep(problem, trial)
         if descent.weight >= FIRM and norm(moved) ** 2 < CLOSE:
             descent.triangle = FitStep.of(problem, trial, descent.weight).triangle
             descent.is_settled = True

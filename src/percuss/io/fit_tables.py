@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from percuss.ensembles.grid import units_of
+from percuss.model.oscillator import Oscillator
 from percuss.model.units import in_units, is_unit
 
 if TYPE_CHECKING:
@@ -79,6 +80,15 @@ def profile_columns(fit: Fit) -> FitColumns:
     }
 
 
+def _states(fit: Fit) -> tuple[NDArray[Any], ...]:
+    """Return t, x and v of the nodes; of a structure x and v have a column for each coordinate."""
+    if isinstance(fit.oscillator, Oscillator):
+        t, x, v = fit.nodes.T
+        return t, x, v
+    n = fit.oscillator.n
+    return fit.nodes[:, 0], fit.nodes[:, 1 : n + 1], fit.nodes[:, n + 1 :]
+
+
 def fit_datasets(fit: Fit, samples: int) -> dict[str, Dataset]:
     """Return a fit as datasets by the names of their groups, the parameters at the root.
 
@@ -108,7 +118,7 @@ def fit_datasets(fit: Fit, samples: int) -> dict[str, Dataset]:
     tables = {
         "residuals": residual_columns(fit),
         "impacts": fit_impact_columns(fit),
-        "nodes": dict(zip("txv", fit.nodes.T, strict=True)),
+        "nodes": dict(zip("txv", _states(fit), strict=True)),
         "motion": {"t": t, "x": x, "v": v},
     }
     if fit.profiles:
@@ -120,7 +130,13 @@ def fit_datasets(fit: Fit, samples: int) -> dict[str, Dataset]:
         "motion": "sample",
     }
     groups = {
-        name: xr.Dataset({key: (dims.get(name, "row"), column) for key, column in table.items()})
+        name: xr.Dataset(
+            {
+                # Of a structure x and v have a number for each coordinate.
+                key: ((dims.get(name, "row"), "coordinate")[: column.ndim], column)
+                for key, column in table.items()
+            }
+        )
         for name, table in tables.items()
     }
     return {"/": main, **{f"/{name}": group for name, group in groups.items()}}

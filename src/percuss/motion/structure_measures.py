@@ -21,7 +21,7 @@ from percuss.motion.moved_structure_motion import MovedStructureMotion, scratch_
 from percuss.motion.tables import Crossings, Impacts
 from percuss.numerics import matmul
 
-__all__ = ["structure_measure_and_derivative"]
+__all__ = ["structure_measure_and_derivative", "taylor_of"]
 
 
 def structure_measure_and_derivative(
@@ -175,6 +175,29 @@ def _taylor(
     orders[0] += sets.offset[b]
     moved[0] += varied.moved.places[b]
     return orders, moved, (float(guard[0]), float(guard[1]), work.forces.copy())
+
+
+def taylor_of(
+    d: MovedStructureMotion, t: float, *, after: bool, stop: int
+) -> tuple[Floats, Floats]:
+    """Return x and its first three derivatives at an instant, and the columns of three of these.
+
+    Parameters
+    ----------
+    d
+        The derivative of a motion.
+    t, after
+        The instant, and on which side of an event there.
+    stop
+        The stop of the event.
+
+    Returns
+    -------
+    (4, n) and (3, n, n_parameters) arrays
+        The columns are those at a fixed time.
+    """
+    orders, moved, _ = _taylor(d, t, after, stop)
+    return orders, moved
 
 
 def _mean_motion(

@@ -259,6 +259,14 @@ class Contacts(EventTable):
         motion meets: next to a graze, or once a chaotic motion is lost; and for all contacts
         after that. Of a structure it holds the summation of the chatter's tail alone, 0 where
         there is none, and no rounding: what flights of several masses carry is not bounded yet.
+
+        Examples
+        --------
+        >>> import percuss as pc
+        >>> ball = pc.ball_on_table(amplitude="0.5", omega=1, gravity=1, restitution="0.5")
+        >>> run = pc.simulate(*ball, v0=1, periods=3)  # it bounces until it lies on the table
+        >>> run.contacts.start, run.contacts.error_bound < 1e-12
+        (array([4.59622578]), array([ True]))
         """
         return self._errors()
 

@@ -11,16 +11,18 @@ import numpy as np
 
 from percuss.arrays import Floats
 from percuss.errors import ConvergenceError, ParameterError
+from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import Exact, Phase, as_float, real
 from percuss.model.forcing import Forcing
+from percuss.model.loads import Loads, loads_of
 from percuss.model.oscillator import Oscillator
 from percuss.model.paths import get_parameter, long_form
 from percuss.model.start import Start, start_of
-from percuss.model.structure import Structure
+from percuss.model.structure import Structure, StructureStart, structure_start
 from percuss.model.system import System
-from percuss.motion.simulate import simulate
+from percuss.motion.structures import StructureTrajectory
 from percuss.motion.trajectory import Trajectory
-from percuss.optimization.outcomes import AnySensitivity, OutcomeName, check_outcome
+from percuss.optimization.outcomes import AnyOrbit, AnySensitivity, OutcomeName, check_outcome
 from percuss.optimization.search import (
     MET,
     MOST_MOTIONS,
@@ -31,8 +33,9 @@ from percuss.optimization.search import (
     Trials,
     Wanted,
 )
-from percuss.optimization.trials import OnOrbit, OnRun
+from percuss.optimization.trials import OnOrbit, OnRun, OnStructureOrbit, run_of
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+from percuss.orbits.orbit.structure_orbit import StructureOrbit
 from percuss.pictures import HasPicture
 from percuss.progress import Progress, Report
 
@@ -77,7 +80,7 @@ class Design(HasPicture):
     gradient
         (n_parameters,) array, the derivatives of the outcome.
     oscillator, forcing, start
-        The model at this setting; the start of a run.
+        The model at this setting, of a structure with its loads; the start of a run.
     orbit, run
         The orbit, None for a run; and the run, of an orbit one period.
     derivative
@@ -92,7 +95,7 @@ class Design(HasPicture):
 
     picture: ClassVar = "plot_design"
 
-    outcome: OutcomeName
+    outcome: str
     goal: Goal
     value: float
     values: dict[str, float]
@@ -101,11 +104,11 @@ class Design(HasPicture):
     limits: dict[str, OutcomeLimits]
     active: tuple[str, ...]
     gradient: Floats
-    oscillator: Oscillator
-    forcing: Forcing | None
-    start: Start | None
-    orbit: PeriodicOrbit | None
-    run: Trajectory
+    oscillator: Oscillator | Structure
+    forcing: Forcing | Loads | None
+    start: Start | StructureStart | None
+    orbit: AnyOrbit | None
+    run: Trajectory | StructureTrajectory
     derivative: AnySensitivity
     converged: bool
     reason: str
@@ -120,15 +123,15 @@ class Design(HasPicture):
 
 
 def design(
-    outcome: OutcomeName,
-    osc: Oscillator,
-    force: Forcing | None = None,
+    outcome: OutcomeName | str,
+    osc: Oscillator | Structure,
+    force: Forcing | Loads | Mapping[Any, Forcing] | None = None,
     *,
     free: Mapping[str, tuple[Exact, Exact]],
     goal: Literal["least", "largest"] | Exact = "least",
-    subject_to: Mapping[OutcomeName, tuple[Exact | None, Exact | None]] | None = None,
-    on: Literal["orbit", "run"] | PeriodicOrbit = "orbit",
-    start: Start | Sequence[Phase] | None = None,
+    subject_to: Mapping[Any, tuple[Exact | None, Exact | None]] | None = None,
+    on: Literal["orbit", "run"] | AnyOrbit = "orbit",
+    start: Start | StructureStart | Sequence[Any] | None = None,
     t_end: Phase | None = None,
     periods: Exact | None = None,
     max_impacts: int | None = None,
@@ -146,9 +149,11 @@ def design(
     ----------
     outcome
         A measure as `Sensitivity.of` takes it; of orbits "period" [time], "multiplier" (the
-        largest modulus) and "grazing_margin" [length] too.
+        largest modulus) and "grazing_margin" [length] too. Of a structure "max_displacement_2" and
+        the like are of a coordinate, "max_displacement_tip" of a point; it has no grazing margin.
     osc, force
-        The oscillator and its forcing, which give all other parameters, and the first setting.
+        The oscillator and its forcing, or a structure and its loads, which give all other
+        parameters, and the first setting.
     free
         The free parameters and their ranges; paths of the start too where it is of a run, and
         names of parameters in expressions.
@@ -180,7 +185,7 @@ def design(
     ------
     ParameterError
         If there is no such outcome or parameter, a range has no two ends in order, or the run is
-        not one that `simulate` follows; and for structures.
+        not one that `simulate` follows.
     ConvergenceError
         If no motion is found from which to begin.
     MissingExtraError
@@ -199,33 +204,54 @@ def design(
     >>> best
     <Design: peak_impact_velocity 3.90248 at oscillator.stops.0.at = -0.00686677>
     """
-    if isinstance(osc, Structure):
-        raise ParameterError(
-            "osc", osc, "designs are those of oscillators; a structure has none yet"
-        )
-    system = System.of(osc, force)
     on_orbit = on != "run"
-    if not isinstance(on, PeriodicOrbit) and on not in ("orbit", "run"):
+    if not isinstance(on, PeriodicOrbit | StructureOrbit) and on not in ("orbit", "run"):
         raise ParameterError("on", on, 'neither "orbit" nor "run", nor an orbit')
+    model, own_force = _model(osc, force)
+    begin: Start | StructureStart | None = None
     if on_orbit:
         _refuse_limits(start, t_end, periods, max_impacts)
-        trials: Trials = OnOrbit(system, on if isinstance(on, PeriodicOrbit) else None)
-        begin = None
+        trials = _on_orbit(model, own_force, on)
     else:
-        begin = start_of(start)
+        begin = structure_start(model, start) if isinstance(model, Structure) else start_of(start)
         limits: dict[str, Any] = {"t_end": t_end, "periods": periods, "max_impacts": max_impacts}
-        simulate(osc, force, start=begin, **limits)
-        trials = OnRun(system, begin, limits)
-    wanted = _wanted(outcome, goal, subject_to or {}, of_orbit=on_orbit)
-    box = _box(system, begin, free)
+        run_of(model, own_force, begin, limits)
+        trials = OnRun(model, own_force, begin, limits)
+    wanted = _wanted(outcome, goal, subject_to or {}, model, of_orbit=on_orbit)
+    box = _box((model, own_force), begin, free)
     if restarts < 0:
         raise ParameterError("restarts", restarts, "less than none")
-    given = {path: as_float(get_parameter(osc, force, begin, path)) for path in box}
+    given = {path: as_float(get_parameter(model, own_force, begin, path)) for path in box}
     line = Progress(progress, MOST_MOTIONS * (restarts + 1), "motions", is_bound=True)
     try:
         return _best(DesignSearch(trials, wanted, box, given, line), restarts, seed)
     finally:
         line.close()
+
+
+def _model(osc: Any, force: Any) -> tuple[Oscillator | Structure, Forcing | Loads | None]:
+    """Return the model and the force on it, checked."""
+    if isinstance(osc, Structure):
+        loads = loads_of(osc, force)
+        StructureSystem.of(osc, loads)
+        return osc, loads
+    return tuple(System.of(osc, force))  # type: ignore[return-value]
+
+
+def _on_orbit(model: Oscillator | Structure, force: Forcing | Loads | None, on: Any) -> Trials:
+    """Return the trials of attracting orbits, or of one that was given."""
+    if isinstance(model, Structure):
+        assert isinstance(force, Loads)
+        if isinstance(on, PeriodicOrbit):
+            raise ParameterError("on", on, "an orbit of an oscillator, not of this structure")
+        if force.period is None:
+            reason = "the loads have no common period; give Loads(..., period=...)"
+            raise ParameterError("force", force, reason)
+        return OnStructureOrbit(model, force, on if isinstance(on, StructureOrbit) else None)
+    if isinstance(on, StructureOrbit):
+        raise ParameterError("on", on, "an orbit of a structure, not of this oscillator")
+    assert not isinstance(force, Loads)
+    return OnOrbit(System(model, force), on if isinstance(on, PeriodicOrbit) else None)
 
 
 def _refuse_limits(*given: object) -> None:
@@ -235,17 +261,22 @@ def _refuse_limits(*given: object) -> None:
 
 
 def _wanted(
-    outcome: str, goal: Any, subject_to: Mapping[Any, tuple[Any, Any]], *, of_orbit: bool
+    outcome: str,
+    goal: Any,
+    subject_to: Mapping[Any, tuple[Any, Any]],
+    model: Oscillator | Structure,
+    *,
+    of_orbit: bool,
 ) -> Wanted:
     """Return what is wanted, checked."""
-    check_outcome(outcome, of_orbit=of_orbit)
+    check_outcome(outcome, model, of_orbit=of_orbit)
     if isinstance(goal, str) and goal in get_args(Literal["least", "largest"]):
         aim = cast("Goal", goal)
     else:
         aim = real("goal", goal)
     limits: dict[str, OutcomeLimits] = {}
     for name, ends in subject_to.items():
-        check_outcome(name, of_orbit=of_orbit)
+        check_outcome(name, model, of_orbit=of_orbit)
         if not _is_pair(ends) or ends[0] is None is ends[1]:
             raise ParameterError(
                 f"subject_to.{name}", ends, "not (least, largest), one may be None"
@@ -258,7 +289,9 @@ def _wanted(
 
 
 def _box(
-    system: System, start: Start | None, free: Mapping[str, tuple[Any, Any]]
+    system: tuple[Any, Any],
+    start: Start | StructureStart | None,
+    free: Mapping[str, tuple[Any, Any]],
 ) -> dict[str, tuple[float, float]]:
     """Return the ranges of the parameters by their long paths."""
     if not free:
@@ -322,7 +355,7 @@ def _design(search: DesignSearch, best: SearchEnd, ends: list[SearchEnd]) -> Des
     limited = [row.name for row in wanted.kept(trial) if abs(row.value) < MET]
     others = sorted((end for end in ends if end is not best), key=lambda end: bool(end.reason))
     return Design(
-        outcome=cast("OutcomeName", wanted.outcome),
+        outcome=wanted.outcome,
         goal=wanted.goal,
         value=value,
         values=trial.values,
@@ -331,8 +364,8 @@ def _design(search: DesignSearch, best: SearchEnd, ends: list[SearchEnd]) -> Des
         limits=dict(wanted.limits),
         active=tuple(at_end + limited),
         gradient=gradient,
-        oscillator=trial.system.oscillator,
-        forcing=trial.system.forcing,
+        oscillator=trial.model,
+        forcing=trial.force,
         start=trial.start,
         orbit=trial.orbit,
         run=trial.run,

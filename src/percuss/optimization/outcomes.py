@@ -8,35 +8,66 @@ import numpy as np
 
 from percuss.arrays import Floats
 from percuss.errors import ParameterError
+from percuss.model.oscillator import On, Oscillator
+from percuss.model.structure import Structure
 from percuss.motion.moved_measures import MovedMeasure
 from percuss.motion.oscillator_measures import measure_and_derivative
 from percuss.motion.sensitivity import Sensitivity
+from percuss.motion.structure_measures import structure_measure_and_derivative
+from percuss.motion.structure_sensitivity import StructureSensitivity
 from percuss.orbits.orbit.moved_orbit import OrbitSensitivity
+from percuss.orbits.orbit.moved_structure_orbit import StructureOrbitSensitivity
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+from percuss.orbits.orbit.structure_orbit import StructureOrbit
 
-__all__ = ["AnySensitivity", "OutcomeName", "check_outcome", "outcome_names", "outcome_of"]
+__all__ = [
+    "AnyOrbit",
+    "AnySensitivity",
+    "OutcomeName",
+    "check_outcome",
+    "outcome_names",
+    "outcome_of",
+]
 
 # The outcomes that orbits alone have.
 OfOrbit: TypeAlias = Literal["grazing_margin", "multiplier", "period"]
 OutcomeName: TypeAlias = MovedMeasure | OfOrbit
-AnySensitivity: TypeAlias = Sensitivity | OrbitSensitivity
+AnyOrbit: TypeAlias = PeriodicOrbit | StructureOrbit
+AnySensitivity: TypeAlias = (
+    Sensitivity | OrbitSensitivity | StructureSensitivity | StructureOrbitSensitivity
+)
+# Measures of one coordinate, whose names go on with it in a structure of several.
+_OF_PLACE = ("displacement", "acceleration")
 
 
-def outcome_names(*, of_orbit: bool) -> tuple[str, ...]:
+def outcome_names(model: Oscillator | Structure, *, of_orbit: bool) -> tuple[str, ...]:
     """Return the names of the outcomes of an orbit, or of a run."""
-    return get_args(MovedMeasure) + (get_args(OfOrbit) if of_orbit else ())
+    names: list[str] = list(get_args(MovedMeasure))
+    if isinstance(model, Oscillator):
+        return (*names, *(get_args(OfOrbit) if of_orbit else ()))
+    if model.n > 1:
+        points = [*map(str, range(model.n)), *(name for name, _ in model.points)]
+        names = [
+            full
+            for name in names
+            for full in (
+                [f"{name}_{point}" for point in points] if name.endswith(_OF_PLACE) else [name]
+            )
+        ]
+    return (*names, *(("multiplier", "period") if of_orbit else ()))
 
 
-def check_outcome(name: object, *, of_orbit: bool) -> None:
+def check_outcome(name: object, model: Oscillator | Structure, *, of_orbit: bool) -> None:
     """Raise ParameterError unless it is the name of an outcome of an orbit, or of a run."""
-    known = outcome_names(of_orbit=of_orbit)
+    known = outcome_names(model, of_orbit=of_orbit)
     if name not in known:
         whose = "an orbit" if of_orbit else "a run"
-        reason = f"none of the outcomes of {whose} with a derivative: {', '.join(known)}"
+        of = "" if isinstance(model, Oscillator) else " of this structure"
+        reason = f"none of the outcomes of {whose}{of} with a derivative: {', '.join(known)}"
         raise ParameterError("outcome", name, reason)
 
 
-def outcome_of(orbit: PeriodicOrbit | None, d: AnySensitivity, name: str) -> tuple[float, Floats]:
+def outcome_of(orbit: AnyOrbit | None, d: AnySensitivity, name: str) -> tuple[float, Floats]:
     """Return an outcome of a motion, and its derivatives.
 
     Parameters
@@ -55,17 +86,34 @@ def outcome_of(orbit: PeriodicOrbit | None, d: AnySensitivity, name: str) -> tup
     """
     if isinstance(d, Sensitivity):
         return measure_and_derivative(d, name)
+    if isinstance(d, StructureSensitivity):
+        return structure_measure_and_derivative(d, *_of_place(name, d.run.structure))
     assert orbit is not None
     if name == "period":
         return orbit.period, d.period
     if name == "multiplier":
         return _largest_multiplier(orbit, d)
+    if isinstance(d, StructureOrbitSensitivity):
+        measure, on = _of_place(name, d.motion.run.structure)
+        return structure_measure_and_derivative(d.motion, measure, on, d.period)
+    assert isinstance(orbit, PeriodicOrbit)
     if name == "grazing_margin":
         return orbit.grazing_margin, _moved_margin(orbit, d)
     return measure_and_derivative(d.motion, name)
 
 
-def _largest_multiplier(orbit: PeriodicOrbit, d: OrbitSensitivity) -> tuple[float, Floats]:
+def _of_place(name: str, structure: Structure) -> tuple[str, On | None]:
+    """Return the measure of an outcome, and the coordinate or the point whose it is."""
+    for measure in get_args(MovedMeasure):
+        if name.startswith(f"{measure}_"):
+            point = name.removeprefix(f"{measure}_")
+            return measure, int(point) if point.isdecimal() else point
+    return name, 0 if structure.n == 1 else None
+
+
+def _largest_multiplier(
+    orbit: AnyOrbit, d: OrbitSensitivity | StructureOrbitSensitivity
+) -> tuple[float, Floats]:
     """Return the modulus of the largest multiplier, of a cycle of that which is not 1."""
     sizes = np.abs(orbit.multipliers)
     i = int(np.argmax(sizes))

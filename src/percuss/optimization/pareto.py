@@ -12,7 +12,9 @@ from percuss.arrays import Floats
 from percuss.errors import ParameterError
 from percuss.model.exact import Exact
 from percuss.model.forcing import Forcing
+from percuss.model.loads import Loads
 from percuss.model.oscillator import Oscillator
+from percuss.model.structure import Structure
 from percuss.optimization.design import Design, design
 from percuss.optimization.outcomes import OutcomeName, outcome_of
 from percuss.optimization.search import MOST_MOTIONS
@@ -41,7 +43,7 @@ class ParetoFront(HasPicture):
 
     picture: ClassVar = "plot_pareto"
 
-    outcomes: tuple[OutcomeName, OutcomeName]
+    outcomes: tuple[str, str]
     goals: tuple[str, str]
     designs: tuple[Design, ...]
     values: Floats
@@ -61,9 +63,9 @@ class ParetoFront(HasPicture):
 
 
 def pareto_front(
-    outcomes: tuple[OutcomeName, OutcomeName],
-    osc: Oscillator,
-    force: Forcing | None = None,
+    outcomes: tuple[OutcomeName | str, OutcomeName | str],
+    osc: Oscillator | Structure,
+    force: Forcing | Loads | Mapping[Any, Forcing] | None = None,
     *,
     free: Mapping[str, tuple[Exact, Exact]],
     goals: tuple[Literal["least", "largest"], Literal["least", "largest"]] = ("least", "least"),
@@ -134,10 +136,8 @@ def pareto_front(
     own = limits.pop(other, (None, None))
     line = Progress(progress, MOST_MOTIONS * (restarts + 1) * n, "motions", is_bound=True)
 
-    def best(
-        of: OutcomeName, goal: Any, near: Design | None, ends: tuple[Any, Any] = own
-    ) -> Design:
-        system = (osc, force) if near is None else (near.oscillator, near.forcing)
+    def best(of: str, goal: Any, near: Design | None, ends: tuple[Any, Any] = own) -> Design:
+        system: Any = (osc, force) if near is None else (near.oscillator, near.forcing)
         again = {} if near is None or near.start is None else {"start": near.start}
         kept = limits if ends == (None, None) else {**limits, other: ends}
         done = line.done

@@ -7,21 +7,35 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+
 from percuss.arrays import Floats
-from percuss.errors import ConvergenceError, ParameterError
+from percuss.errors import ConvergenceError, ParameterError, PercussError
+from percuss.kernels import record as columns
+from percuss.model.acting_sets import StructureSystem
+from percuss.model.forcing import Forcing
+from percuss.model.loads import Loads
+from percuss.model.oscillator import Oscillator
 from percuss.model.paths import replace_parameters
 from percuss.model.start import Start
+from percuss.model.structure import Structure, StructureStart
 from percuss.model.system import System
-from percuss.motion.sensitivity import sensitivity_of
 from percuss.motion.simulate import simulate
+from percuss.motion.structures import StructureTrajectory
 from percuss.motion.trajectory import Trajectory
-from percuss.optimization.outcomes import AnySensitivity, outcome_of
+from percuss.optimization.outcomes import AnyOrbit, AnySensitivity, outcome_of
 from percuss.orbits.finding.find import find_orbit
 from percuss.orbits.finding.settled import settled_motions
+from percuss.orbits.finding.structure_settled import settled_structures
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.solve import orbit_of_solution, solve
+from percuss.orbits.orbit.structure_orbit import (
+    StructureOrbit,
+    find_structure_orbit,
+    structure_orbit_at,
+)
 
-__all__ = ["OnOrbit", "OnRun", "Trial"]
+__all__ = ["OnOrbit", "OnRun", "OnStructureOrbit", "Trial", "run_of"]
 
 # The longest orbits on which a motion is looked for, in impacts and in forcing periods.
 MOST_IMPACTS, MOST_PERIODS = 4, 4
@@ -35,8 +49,8 @@ class Trial:
     ----------
     values
         The values of the free parameters, by their paths.
-    system, start
-        Oscillator, forcing and, of a run, the start.
+    model, force, start
+        The oscillator and its forcing, or the structure and its loads; of a run the start.
     orbit
         The orbit; None for a run.
     run
@@ -44,19 +58,18 @@ class Trial:
     """
 
     values: dict[str, float]
-    system: System
-    start: Start | None
-    orbit: PeriodicOrbit | None
-    run: Trajectory
+    model: Oscillator | Structure
+    force: Forcing | Loads | None
+    start: Start | StructureStart | None
+    orbit: AnyOrbit | None
+    run: Trajectory | StructureTrajectory
     _known: dict[str, tuple[float, Floats]] = field(default_factory=dict, repr=False)
 
     @cached_property
     def derivative(self) -> AnySensitivity:
         """The derivative of the motion by the free parameters."""
         paths = tuple(self.values)
-        if self.orbit is None:
-            return sensitivity_of(self.run, paths)
-        return self.orbit.sensitivity(paths)
+        return (self.run if self.orbit is None else self.orbit).sensitivity(paths)
 
     def outcome(self, name: str) -> tuple[float, Floats]:
         """Return an outcome and its derivatives.
@@ -74,8 +87,14 @@ class Trial:
 class OnRun:
     """Runs from one start, within the same limits."""
 
-    def __init__(self, system: System, start: Start, limits: Mapping[str, Any]) -> None:
-        self.system, self.start, self.limits = system, start, dict(limits)
+    def __init__(
+        self,
+        model: Oscillator | Structure,
+        force: Forcing | Loads | None,
+        start: Start | StructureStart,
+        limits: Mapping[str, Any],
+    ) -> None:
+        self.model, self.force, self.start, self.limits = model, force, start, dict(limits)
 
     def first(self, values: Mapping[str, float], n: int, seed: int) -> list[Trial]:  # noqa: ARG002
         """Return the run at a setting, if there is one."""
@@ -85,11 +104,11 @@ class OnRun:
     def at(self, values: Mapping[str, float], near: Trial | None) -> Trial | None:  # noqa: ARG002
         """Return the run at a setting, None if the model does not allow that."""
         try:
-            osc, force, start = replace_parameters(*self.system, self.start, values)
-            run = simulate(osc, force, start=start, **self.limits)
+            moved = replace_parameters(self.model, self.force, self.start, values)
+            run = run_of(*moved, self.limits)
         except ParameterError:
             return None
-        return Trial(dict(values), System(osc, force), start, None, run)
+        return Trial(dict(values), *moved, None, run)
 
 
 class OnOrbit:
@@ -111,7 +130,7 @@ class OnOrbit:
     def at(self, values: Mapping[str, float], near: Trial | None) -> Trial | None:
         """Return the orbit at a setting that goes on from one near by, else the next attractor."""
         assert near is not None
-        assert near.orbit is not None
+        assert isinstance(near.orbit, PeriodicOrbit)
         trial = self._followed(values, near.orbit)
         if trial is not None or self.orbit is not None:
             return trial
@@ -140,8 +159,89 @@ class OnOrbit:
         return _trial(values, orbit) if fits else None
 
 
-def _trial(values: Mapping[str, float], orbit: PeriodicOrbit) -> Trial:
-    return Trial(dict(values), orbit.system, None, orbit, orbit.trajectory())
+class OnStructureOrbit:
+    """Attracting orbits of a structure; or, where one is given, that with its events."""
+
+    def __init__(
+        self, structure: Structure, loads: Loads, orbit: StructureOrbit | None = None
+    ) -> None:
+        self.structure, self.loads, self.orbit = structure, loads, orbit
+
+    def first(self, values: Mapping[str, float], n: int, seed: int) -> list[Trial]:
+        """Return the orbits at a setting: of n motions from rest and at random."""
+        if self.orbit is not None:
+            trial = self._followed(values, self.orbit)
+            return [] if trial is None else [trial]
+        return [_trial(values, orbit) for orbit in self._attractors(values, n, seed)]
+
+    def at(self, values: Mapping[str, float], near: Trial | None) -> Trial | None:
+        """Return the orbit at a setting that goes on from one near by, else the next attractor."""
+        assert near is not None
+        assert isinstance(near.orbit, StructureOrbit)
+        trial = self._followed(values, near.orbit)
+        if trial is not None or self.orbit is not None:
+            return trial
+        state = (*near.orbit.x0.tolist(), *near.orbit.v0.tolist())
+        orbits = self._attractors(values, 1, 0, state)
+        return _trial(values, orbits[0]) if orbits else None
+
+    def _system(self, values: Mapping[str, float]) -> StructureSystem | None:
+        try:
+            structure, loads, _ = replace_parameters(self.structure, self.loads, None, values)
+            return StructureSystem.of(structure, loads)
+        except ParameterError:
+            return None
+
+    def _followed(self, values: Mapping[str, float], near: StructureOrbit) -> Trial | None:
+        """Return the orbit that goes on from another, with its events if that was given."""
+        system = self._system(values)
+        if system is None:
+            return None
+        state = np.concatenate([near.x0, near.v0])
+        try:
+            orbit = structure_orbit_at(system, state, near.n_periods)
+        except PercussError:
+            return None
+        fits = _events(orbit) == _events(near) if self.orbit is not None else orbit.is_stable
+        return _trial(values, orbit) if fits else None
+
+    def _attractors(
+        self, values: Mapping[str, float], n: int, seed: int, *also: tuple[float, ...]
+    ) -> list[StructureOrbit]:
+        """Return the attracting orbits to which motions settle."""
+        system = self._system(values)
+        if system is None:
+            return []
+        settled = settled_structures(system, MOST_PERIODS, 0, n_starts=n, seed=seed, also=also)
+        orbits = [motion.orbit for motion in settled if motion.orbit is not None]
+        if not orbits and not also:
+            # A motion that has not settled yet may be near the orbit that attracts it.
+            try:
+                orbit = find_structure_orbit(system.structure, system.loads)
+            except PercussError:
+                return []
+            orbits = [orbit] if orbit.is_stable else []
+        return orbits
+
+
+def _events(orbit: StructureOrbit) -> list[list[int]]:
+    """Return the kinds and the stops of an orbit's events."""
+    events: list[list[int]] = orbit.run.record.marks[1:, [columns.KIND, columns.BOUND]].tolist()
+    return events
+
+
+def run_of(
+    model: Any, force: Any, start: Any, limits: Mapping[str, Any]
+) -> Trajectory | StructureTrajectory:
+    """Return the run of an oscillator or a structure from a start."""
+    run: Trajectory | StructureTrajectory = simulate(model, force, start=start, **limits)
+    return run
+
+
+def _trial(values: Mapping[str, float], orbit: AnyOrbit) -> Trial:
+    if isinstance(orbit, StructureOrbit):
+        return Trial(dict(values), orbit.structure, orbit.loads, None, orbit, orbit.run)
+    return Trial(dict(values), *orbit.system, None, orbit, orbit.trajectory())
 
 
 def _attractors(

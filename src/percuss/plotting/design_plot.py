@@ -8,11 +8,13 @@ from matplotlib.axes import Axes
 
 from percuss.ensembles.grid import units_of as dimensions_of
 from percuss.ensembles.measures import outcome_dimensions
+from percuss.model.loads import Loads
 from percuss.model.oscillator import Oscillator
+from percuss.model.structure import Structure
 from percuss.model.units import Units
 from percuss.optimization.design import Design
 from percuss.optimization.pareto import ParetoFront
-from percuss.plotting.labels import parameter_name, with_unit
+from percuss.plotting.labels import label_of_structure, parameter_name, with_unit
 from percuss.plotting.style import BLACK, BLUE, GREY, check_kind, picture, shared_docs, units_of
 
 LINE: dict[str, Any] = {"marker": "o", "markersize": 4.5, "linewidth": 1.0, "color": BLUE}
@@ -75,6 +77,9 @@ def _name(design: Design, path: str, units: Units) -> str:
     osc, force = design.oscillator, design.forcing
     if "." not in path:
         return path
+    if isinstance(force, Loads):
+        assert isinstance(osc, Structure)
+        return label_of_structure(osc, force, path, units)
     n_harmonics = 0 if force is None else len(force.harmonics)
     name = parameter_name(path, len(osc.stops), n_harmonics)
     return with_unit(name, dimensions_of(path, osc, force), units)
@@ -112,5 +117,5 @@ def plot_pareto(
     return ax
 
 
-def _label(name: str, osc: Oscillator, units: Units) -> str:
+def _label(name: str, osc: Oscillator | Structure, units: Units) -> str:
     return with_unit(name.replace("_", " "), outcome_dimensions(name, osc), units)

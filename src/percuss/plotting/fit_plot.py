@@ -218,7 +218,9 @@ def plot_profiles(
 
 
 def _dimensions(quantity: str) -> str:
-    return DIMENSIONS.get(quantity, "mass length/time^2")
+    # Of a structure the name goes on with a coordinate or a point.
+    kind = quantity if quantity in DIMENSIONS else quantity.partition("_")[0]
+    return DIMENSIONS.get(kind, "mass length/time^2")
 
 
 def _label(fit: Fit, path: str, units: Units) -> str:

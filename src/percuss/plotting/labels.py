@@ -8,12 +8,17 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from percuss.ensembles.grid import units_of as dimensions_of
+from percuss.model.loads import Loads
 from percuss.model.oscillator import Oscillator
+from percuss.model.structure import Structure
 from percuss.model.units import CYCLES, Units, is_unit
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
 
-__all__ = ["label_axes", "label_of", "parameter_label", "parameter_name", "path_label", "with_unit"]
+__all__ = [
+    "label_axes", "label_of", "label_of_structure", "parameter_label", "parameter_name", "path_label",
+    "with_unit",
+]  # fmt: skip
 
 NAMES = {
     "oscillator.stiffness": "stiffness $k$",
@@ -157,7 +162,7 @@ def path_label(data: xr.Dataset, path: str, units: Units | None) -> str:
 def parameter_label(orbit: PeriodicOrbit | StructureOrbit, path: str, units: Units) -> str:
     """Return the label of an axis over the parameter of a branch or a curve of such orbits."""
     if isinstance(orbit, StructureOrbit):
-        return _label_of_structure(orbit, path, units)
+        return label_of_structure(orbit.structure, orbit.loads, path, units)
     oscillator, forcing = orbit.system
     if "." not in path:
         return with_unit(path, dimensions_of(path, oscillator, forcing), units)
@@ -169,9 +174,8 @@ def parameter_label(orbit: PeriodicOrbit | StructureOrbit, path: str, units: Uni
     return with_unit(name, dimensions_of(path, oscillator, forcing), units)
 
 
-def _label_of_structure(orbit: StructureOrbit, path: str, units: Units) -> str:
-    """Return the label of an axis over the parameter of a branch of a structure."""
-    structure, loads = orbit.structure, orbit.loads
+def label_of_structure(structure: Structure, loads: Loads, path: str, units: Units) -> str:
+    """Return the label of an axis over a parameter of a structure or of its loads."""
     if "." not in path:
         return with_unit(path, dimensions_of(path, structure, loads), units)
     forcings = loads.forcings

@@ -273,7 +273,7 @@ def _note_parameter(
 
 
 def guesses_in(
-    study: StudyDraft, place: Path, start: Start | None
+    study: StudyDraft, place: Path, start: Start | StructureStart | None
 ) -> dict[str, Phase | ParameterRange]:
     """Return guesses and ranges of a table inside a table; add their faults.
 
@@ -305,7 +305,7 @@ def guesses_in(
 
 
 def _guess(
-    study: StudyDraft, path: str, place: Path, given: Any, start: Start | None
+    study: StudyDraft, path: str, place: Path, given: Any, start: Start | StructureStart | None
 ) -> Phase | None:
     """Return a guess, None if it has faults; add these."""
     value = exact_phase(given)

@@ -12,13 +12,15 @@ import numpy as np
 from percuss.errors import ParameterError
 from percuss.fitting.data_file import columns_of_file
 from percuss.fitting.measured import MeasuredSamples, quantity_number, read_samples
-from percuss.io.study_text import number
+from percuss.io.study_text import number, start_table
 from percuss.model.exact import Exact, Phase, as_float, number_problem, phase_problem
 from percuss.model.faults import draft
 from percuss.model.forcing import Forcing
+from percuss.model.loads import Loads
 from percuss.model.oscillator import Oscillator
 from percuss.model.paths import replace_parameters
 from percuss.model.start import Start, start_faults
+from percuss.model.structure import Structure, StructureStart
 from percuss.studies.study import StudyDraft
 from percuss.studies.tables import Path, exact_phase, raw_table, shown, unknown_key, words_of_file
 
@@ -28,6 +30,8 @@ __all__ = ["FitRecord", "fit_records", "written_record"]
 DataColumns: TypeAlias = "dict[str, tuple[float | None, ...]]"
 KEYS = ("file", "columns", "noise", "start", "settings")
 QUANTITIES = ("t", "displacement", "velocity", "acceleration", "stop_force", "impact_times")
+# Of a stop, or of a coordinate or a point of a structure.
+_OF_PLACE = tuple(f"{name}_" for name in QUANTITIES if name not in ("t", "impact_times"))
 NO_PLACE = "a study that is no file has no files beside it; give t and displacement"
 NO_START = "not a start; write [x0, v0] or [x0, v0, t0]"
 NO_NOISE = "not a standard deviation, above 0, nor one for each quantity, {velocity = 0.1}"
@@ -57,7 +61,7 @@ class FitRecord:
 
     data: DataColumns
     noise: Exact | Mapping[str, Exact] | None = None
-    start: Start | None = None
+    start: Start | StructureStart | None = None
     settings: Mapping[str, Phase] = field(default_factory=dict)
 
     @property
@@ -75,9 +79,11 @@ class FitRecord:
             return {name: as_float(value) for name, value in self.noise.items()}
         return None if self.noise is None else as_float(self.noise)
 
-    def forcing(self, osc: Oscillator, force: Forcing | None) -> Forcing | None:
-        """Return the forcing with the settings of this record."""
-        return replace_parameters(osc, force, None, self.settings)[1] if self.settings else force
+    def forcing(
+        self, model: Oscillator | Structure, force: Forcing | Loads | None
+    ) -> Forcing | Loads | None:
+        """Return the forcing, or the loads, with the settings of this record."""
+        return replace_parameters(model, force, None, self.settings)[1] if self.settings else force
 
 
 def written_record(record: FitRecord) -> dict[str, object]:
@@ -87,9 +93,7 @@ def written_record(record: FitRecord) -> dict[str, object]:
         noise = {name: number(value) for name, value in noise.items()}
     elif noise is not None:
         noise = number(noise)
-    start = None
-    if record.start is not None:
-        start = [number(getattr(record.start, name)) for name in ("x0", "v0", "t0")]
+    start = None if record.start is None else list(start_table(record.start).values())
     own = {"start": start, "settings": {k: number(v) for k, v in record.settings.items()} or None}
     if "noise" in record.data:
         noise = [math.nan if value is None else value for value in record.data["noise"]]
@@ -101,7 +105,9 @@ def written_record(record: FitRecord) -> dict[str, object]:
     return {"noise": noise, **own, **values}
 
 
-def fit_records(rows: Sequence[Any], start: Start | None, study: StudyDraft) -> list[FitRecord]:
+def fit_records(
+    rows: Sequence[Any], start: Start | StructureStart | None, study: StudyDraft
+) -> list[FitRecord]:
     """Return the records of a study, and add their faults.
 
     Parameters
@@ -129,13 +135,17 @@ def fit_records(rows: Sequence[Any], start: Start | None, study: StudyDraft) -> 
 
 
 def _record(
-    row: Mapping[str, Any], path: Path, start: Start | None, study: StudyDraft
+    row: Mapping[str, Any], path: Path, start: Start | StructureStart | None, study: StudyDraft
 ) -> FitRecord | None:
     """Return a record, None where it has faults; add these."""
     faults = study.faults
     own = {key: value for key, value in row.items() if key not in KEYS}
     for name in own:
-        if name != "t" and not name.startswith("stop_force_") and name not in QUANTITIES:
+        if name.startswith(_OF_PLACE) and study.has_right_model:
+            reason = _quantity_fault(name, study)
+            if reason:
+                faults.add((*path, name), reason)
+        elif not name.startswith(_OF_PLACE) and name not in QUANTITIES:
             faults.add((*path, name), unknown_key(name, [*KEYS, *QUANTITIES]))
     data = _data(row, own, path, study)
     noise, deviations = _noise(row.get("noise"), data, path, study)
@@ -202,7 +212,7 @@ def _names(row: Mapping[str, Any], path: Path, study: StudyDraft) -> dict[str, s
 
 def _quantity_fault(name: str, study: StudyDraft) -> str:
     try:
-        quantity_number(name, study.oscillator)
+        quantity_number(name, study.model)
     except ParameterError as error:
         return error.reason
     return ""
@@ -250,7 +260,7 @@ def _noise(
     return (dict(given) if isinstance(given, Mapping) else given), {}
 
 
-def _start(given: Any, path: Path, study: StudyDraft) -> Start | None:
+def _start(given: Any, path: Path, study: StudyDraft) -> Start | StructureStart | None:
     """Return the start of a record; add its faults."""
     if given is None:
         return None
@@ -258,6 +268,15 @@ def _start(given: Any, path: Path, study: StudyDraft) -> Start | None:
     if not isinstance(given, list) or not 2 <= len(given) <= 3:
         study.faults.add(place, NO_START, shown(given))
         return None
+    if study.structure is not None:
+        from percuss.studies.of_structures import checked_start
+
+        read = [
+            tuple(map(exact_phase, value)) if isinstance(value, list) else exact_phase(value)
+            for value in given
+        ]
+        values = dict(zip(("x0", "v0", "t0"), [*read, 0.0], strict=False))
+        return checked_start(draft(StructureStart, **values), study, place)
     numbers = [exact_phase(value) for value in given]
     for index, value in enumerate(numbers):
         problem = phase_problem(value) if index == 2 else number_problem(value)
@@ -285,19 +304,20 @@ def _settings(given: Mapping[str, Any], path: Path, study: StudyDraft) -> dict[s
         if not study.has_right_model:
             continue
         try:
-            osc, _, _ = replace_parameters(study.oscillator, study.forcing, None, {name: value})
+            model, _, _ = replace_parameters(study.model, study.force, None, {name: value})
         except ParameterError as error:
             study.faults.add(place, words_of_file(error.reason), shown(raw))
             continue
-        if osc != study.oscillator:
-            reason = "of the oscillator, which all records share; only the forcing may differ"
+        if model != study.model:
+            of, force = study.model_tables
+            reason = f"of the {of}, which all records share; only the {force} may differ"
             study.faults.add(place, reason, shown(raw))
     return settings
 
 
 def _check_samples(
     record: FitRecord,
-    start: Start | None,
+    start: Start | StructureStart | None,
     is_file: bool,
     path: Path,
     study: StudyDraft,
@@ -306,7 +326,7 @@ def _check_samples(
     try:
         # Sizes of any kind are read here; what is too large for a motion the fit says.
         with np.errstate(all="ignore"):
-            samples = read_samples(record.columns, record.deviation, study.oscillator)
+            samples = read_samples(record.columns, record.deviation, study.model)
     except ParameterError as error:
         owner, _, name = error.name.partition(".")
         key = (*path, "noise") if owner == "noise" else (*path, "file") if is_file else path

@@ -128,7 +128,8 @@ def run_study(
     force
         Whether files of the same names may be replaced. Other files are never touched.
     store, engine
-        As in `percuss.sweep`; for studies of many motions.
+        As in `percuss.sweep`; for studies of many motions. The store of a fit is a file, as
+        `percuss.fit` has it.
     part
         The part of a job array that is computed; its data stay in the store, and no file is
         written.
@@ -204,8 +205,10 @@ def _check_execution(
         "part": part,
     }
     for name, value in given.items():
-        if value is not None and not study.question.is_ensemble:
-            reason = f"for studies of many motions; this one is of kind {study.kind}"
+        of_fit = name == "store" and study.question.takes_store
+        if value is not None and not (study.question.is_ensemble or of_fit):
+            also = " and of fits" if name == "store" else ""
+            reason = f"for studies of many motions{also}; this one is of kind {study.kind}"
             raise ParameterError(name, str(value), reason)
     if part is not None and store is None:
         raise ParameterError("part", str(part), "needs a store, where the parts are put together")

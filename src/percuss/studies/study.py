@@ -176,6 +176,8 @@ class Question(ABC):
         Name of the NetCDF file, without suffix; default: the kind.
     is_ensemble
         Whether it is computed in chunks, for which there are stores and engines.
+    takes_store
+        Whether its search is kept in a file, so that it can be resumed.
     is_certifiable
         Whether its file may ask for a proof.
     for_structures
@@ -196,6 +198,7 @@ class Question(ABC):
     doing: ClassVar[str]
     stem: ClassVar[str]
     is_ensemble: ClassVar[bool] = False
+    takes_store: ClassVar[bool] = False
     is_certifiable: ClassVar[bool] = False
     for_structures: ClassVar[bool] = False
     needed: ClassVar[tuple[str, ...]] = ()

@@ -35,7 +35,7 @@ from percuss.kernels.law_columns import (
     STIFFNESS,
 )
 from percuss.kernels.record import MotionRecord, place_of_event, time_since_event
-from percuss.kernels.restitution import restitution_at, table_of
+from percuss.kernels.restitution import kept_of_error, restitution_at
 from percuss.kernels.tangent import event_saltation, propagator
 from percuss.motion.moved_measures import MovedMeasure
 from percuss.motion.moved_motion import MovedImpacts
@@ -43,6 +43,7 @@ from percuss.motion.sensitivity import Sensitivity, sensitivity_of
 from percuss.motion.tables import Impacts
 from percuss.motion.trajectory import Trajectory
 from percuss.numerics import matmul, solve_linear
+from percuss.orbits.orbit.moved_monodromy import moved_kept
 
 __all__ = [
     "ON_FOLD", "ClosedMotion", "OrbitSensitivity", "common_slowing", "refuse_derivative",
@@ -329,8 +330,6 @@ def _moved_saltation(motion: Sensitivity, p: int, n: int, phases: Floats) -> tup
         return np.array([[0.0, 0.0], [jump, 0.0]]), 0.0
     if kind != columns.IMPACT:
         return np.zeros((2, 2)), 0.0
-    if table_of(law, before, bound) != 0:
-        return np.full((2, 2), np.nan), np.nan
     v, column = float(events[n, columns.V_BEFORE]), motion.columns[n, p]
     t, t_low = float(events[n, columns.EVENT_T]), float(events[n, columns.EVENT_T_LOW])
     set_phases(law, t, t_low, phases)
@@ -340,7 +339,12 @@ def _moved_saltation(motion: Sensitivity, p: int, n: int, phases: Floats) -> tup
     force = constant_force(law, before, x) + drive
     moved = moved_drive(law, rows, unit, t, t_low, phases)[0] + slope * column[engine.DT]
     moved += moved_constant_force(law, rows, before, x, column[engine.BASE])
-    r = restitution_at(law, before, bound, abs(v))
-    lossy = engine.moved_restitution(law, rows, before, bound, abs(v))
-    across = lossy * force / v + (1.0 + r) * (moved - force * column[engine.DV_BEFORE] / v) / v
-    return np.array([[-lossy, 0.0], [across, -lossy]]), 2.0 * lossy / r if r else 0.0
+    faster = float(column[engine.DV_BEFORE])
+    speed, faster_speed = abs(v), math.copysign(1.0, v) * faster
+    r, kept = (of(law, before, bound, speed) for of in (restitution_at, kept_of_error))
+    lossy = engine.moved_restitution(law, rows, before, bound, speed)
+    lossy += (kept - r) / speed * faster_speed
+    bent = moved_kept(law, rows, (before, bound), speed, faster_speed)
+    across = bent * force / v + (1.0 + kept) * (moved - force * faster / v) / v
+    across += 2.0 * (rows[before, DAMPING] * (r - kept) + law[before, DAMPING] * (lossy - bent))
+    return np.array([[-lossy, 0.0], [across, -bent]]), lossy / r + bent / kept if r else 0.0

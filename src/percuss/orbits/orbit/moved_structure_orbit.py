@@ -19,6 +19,7 @@ from percuss.motion.structure_measures import structure_measure_and_derivative
 from percuss.motion.structure_sensitivity import StructureSensitivity, structure_sensitivity_of
 from percuss.motion.structures import StructureTrajectory
 from percuss.numerics import solve_linear
+from percuss.orbits.orbit.moved_monodromy import moved_monodromy, moved_multipliers
 from percuss.orbits.orbit.moved_orbit import ON_FOLD, common_slowing, refuse_derivative
 
 __all__ = [
@@ -56,6 +57,8 @@ class StructureOrbitSensitivity:
         Those of the orbit's impacts, `t`, `v_before` and `v_after`.
     motion
         That of one period of its motion.
+    closed
+        The orbit.
     """
 
     paths: tuple[str, ...]
@@ -64,6 +67,19 @@ class StructureOrbitSensitivity:
     period: Floats
     impacts: MovedImpacts
     motion: StructureSensitivity
+    closed: ClosedStructureMotion
+
+    @property
+    def multipliers(self) -> Complexes:
+        """(2 n, n_parameters) complex array, of the multipliers in their order.
+
+        NaN where two are equal; all NaN where the orbit rests on a wall, or strikes two at once.
+        """
+        found = moved_monodromy(self.motion, self.period)
+        if found is None:
+            shape = (len(self.closed.multipliers), len(self.paths))
+            return np.full(shape, np.nan + 0j)
+        return moved_multipliers(*found, self.closed.multipliers)
 
     def __repr__(self) -> str:
         """Return what it is the derivative by, in a line."""
@@ -103,6 +119,7 @@ def sensitivity_of_structure_orbit(
         period=period,
         impacts=motion.impacts,
         motion=motion,
+        closed=orbit,
     )
 
 

@@ -115,7 +115,9 @@ class Design(Question):
     """
 
     doing: ClassVar = "searching"
+    for_structures: ClassVar = True
     needed: ClassVar = ("design",)
+    needed_of_structures: ClassVar = ("design",)
 
     outcome: MeasureNames
     free: OverRanges = Field(default_factory=dict)
@@ -143,17 +145,17 @@ class Design(Question):
         """Check the names, the goals and the motion, and read the ranges and the limits."""
         self._check_outcomes(study)
         self._check_goals(study)
-        self._check_motion(study)
+        start = self._checked_motion(study)
         place = ("design", "free")
         is_run = self.on == "run"
-        free = ranges_in(study, place, self.start if is_run else None)
+        free = ranges_in(study, place, start if is_run else None)
         if not raw_table(raw_table(study.document, "design"), "free"):
             study.faults.add(place, 'missing; such as {"forcing.omega" = [1, 2]}')
-        return replace(self, free=free, subject_to=self._limits(study))
+        return replace(self, free=free, subject_to=self._limits(study), start=start)
 
     def _check_outcomes(self, study: StudyDraft) -> None:
         """Add the faults of the names of outcomes."""
-        known = list(outcome_names(of_orbit=self.on == "orbit"))
+        known = list(outcome_names(study.model, of_orbit=self.on == "orbit"))
         path: Path = ("design", "outcome")
         raw = raw_table(study.document, "design").get("outcome")
         if not study.faults.is_wrong("design.outcome"):
@@ -180,25 +182,28 @@ class Design(Question):
         if not is_told and not self.is_front and "n" in raw_table(study.document, "design"):
             faults.add(("design", "n"), "of a front, which is between two outcomes", str(self.n))
 
-    def _check_motion(self, study: StudyDraft) -> None:
-        """Add the faults of the run, or of the orbit, and of tables of the other."""
+    def _checked_motion(self, study: StudyDraft) -> Any:
+        """Return the start of the run; add the faults of the run, or the orbit, and tables of the other."""
         if study.faults.is_wrong("design.on"):
-            return
+            return self.start
         others = {"run": ("orbit",), "orbit": ("start", "run")}[self.on]
         for name in others:
             if name in study.document:
                 reason = f'given though design.on is "{self.on}"'
                 study.faults.add((name,), reason)
         if self.on == "run":
-            Motion(self.start, self.limits).checked(study)
-        elif self.sought is not None:
+            return Motion(self.start, self.limits).checked(study).start
+        if self.sought is not None:
             self.sought.check(study)
-        elif study.forcing is not None and not study.forcing.is_constant:
+        elif study.structure is not None or (
+            study.forcing is not None and not study.forcing.is_constant
+        ):
             study.needs_period("a periodic orbit needs a periodic forcing")
+        return self.start
 
     def _limits(self, study: StudyDraft) -> dict[str, LimitEnds]:
         """Return the limits of outcomes, and add their faults."""
-        known = list(outcome_names(of_orbit=self.on == "orbit"))
+        known = list(outcome_names(study.model, of_orbit=self.on == "orbit"))
         limits: dict[str, LimitEnds] = {}
         for name, given in self.subject_to.items():
             place: Path = ("design", "subject_to", name)
@@ -234,10 +239,10 @@ class Design(Question):
             settings |= {"max_impacts": limits.max_impacts}
         elif self.sought is not None:
             settings["on"] = self.sought.find(study)
-        model, names = (study.oscillator, study.forcing), self.outcome
+        model, names = (study.model, study.force), self.outcome
         if self.is_front:
             return pareto_front(names, *model, goals=self.goals, n=self.n, **settings)  # type: ignore[arg-type]
-        return design(names[0], *model, goal=self.goals[0], **settings)  # type: ignore[arg-type]
+        return design(names[0], *model, goal=self.goals[0], **settings)
 
     def csv(self, study: Study) -> dict[str, str]:  # noqa: ARG002
         """Return the table of a front; or those of the searches and of the best setting."""

@@ -18,6 +18,7 @@ from percuss.io.study_text import number, start_table
 from percuss.model.exact import Exact, Phase, as_float, number_problem
 from percuss.model.paths import long_form
 from percuss.model.start import Start
+from percuss.model.structure import StructureStart
 from percuss.model.units import in_units, is_unit
 from percuss.studies.axes import ParameterRange, guesses_in
 from percuss.studies.fit_records import FitRecord, fit_records, written_record
@@ -83,7 +84,7 @@ RecordRows = Annotated[
     PlainSerializer(lambda records: [written_record(record) for record in records]),
 ]
 KnownStart = Annotated[
-    Start | None,
+    Start | StructureStart | None,
     PlainValidator(_known_start),
     PlainSerializer(lambda start: None if start is None else start_table(start)),
 ]
@@ -114,7 +115,10 @@ class Fit(Question):
     """
 
     doing: ClassVar = "fitting"
+    for_structures: ClassVar = True
+    takes_store: ClassVar = True
     needed: ClassVar = ("fit",)
+    needed_of_structures: ClassVar = ("fit",)
     save_keys: ClassVar = ("samples",)
     draw_keys: ClassVar = ("window",)
 
@@ -128,9 +132,14 @@ class Fit(Question):
 
     def checked(self, study: StudyDraft) -> Self:
         """Read the records and what is free, and check them against the model."""
-        if self.start is not None:
-            check_start(self.start, study)
-        start = None if study.faults.is_wrong("start") else self.start
+        known = self.start
+        if known is not None and study.structure is not None:
+            from percuss.studies.of_structures import checked_start
+
+            known = checked_start(known, study)
+        elif known is not None:
+            check_start(known, study)  # type: ignore[arg-type]
+        start = None if study.faults.is_wrong("start") else known
         records = fit_records(self.records, start, study)
         free = guesses_in(study, ("fit", "free"), start)
         own = raw_table(study.document, "fit")
@@ -141,7 +150,7 @@ class Fit(Question):
         self._check_window(study)
         if not study.faults.faults:
             _check_count(records, len(free), start, study)
-        return replace(self, records=tuple(records), free=free, prior=prior)
+        return replace(self, records=tuple(records), free=free, prior=prior, start=known)
 
     def _prior(self, free: dict[str, Any], study: StudyDraft) -> dict[str, tuple[Exact, Exact]]:
         """Return the priors, and add their faults."""
@@ -183,18 +192,19 @@ class Fit(Question):
 
     def answer(self, study: Study, execution: Execution) -> FitResult:
         """Fit, and follow the profiles."""
-        osc, force = study.oscillator, study.forcing
+        model, force = study.model, study.force
         records = self.records
         starts = [record.start or self.start or "free" for record in records]
         result = fit(
             [_dataset(record) for record in records],
-            osc,
-            [record.forcing(osc, force) for record in records],
+            model,
+            [record.forcing(model, force) for record in records],
             free={path: _as_floats(given) for path, given in self.free.items()},
             start=starts if any(start != "free" for start in starts) else "free",
             prior=self.prior,
             loss=self.loss,
             loss_scale=self.loss_scale,
+            store=execution.store,
             progress=execution.progress,
         )
         for path in self.profiles:
@@ -283,7 +293,7 @@ def _dataset(record: FitRecord) -> Dataset:
 
 
 def _check_count(
-    records: list[FitRecord], n_free: int, start: Start | None, study: StudyDraft
+    records: list[FitRecord], n_free: int, start: Start | StructureStart | None, study: StudyDraft
 ) -> None:
     """Add the fault of fewer values than unknowns."""
     count = sum(
@@ -294,9 +304,11 @@ def _check_count(
         for value in values
     )
     n_starts = sum(record.start is None and start is None for record in records)
-    unknowns = n_free + 2 * n_starts
+    of_start = 2 if study.structure is None else 2 * study.structure.n
+    unknowns = n_free + of_start * n_starts
     if count < unknowns:
-        more = "; a start that is not given has two" if n_starts else ""
+        each = "two" if of_start == 2 else f"{of_start}"
+        more = f"; a start that is not given has {each}" if n_starts else ""
         reason = f"{counted(count, 'value')} for {counted(unknowns, 'unknown')}{more}"
         study.faults.add(("fit", "records"), reason)
 

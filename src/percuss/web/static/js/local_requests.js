@@ -34,6 +34,12 @@ export class KernelsInWorker {
     });
   }
 
+  /** End the worker; what waits for it has no answer. */
+  close() {
+    this.worker.terminate();
+    this.#lose();
+  }
+
   #lose() {
     this.isLost = true;
     for (const resolve of this.waiting.values()) resolve(null);
@@ -102,6 +108,18 @@ export class LocalRequests {
   cancel(queue) {
     if (queue === "job") this.job?.cancel();
     this.server?.cancel(queue);
+  }
+
+  /** End the workers and the connection. */
+  close() {
+    for (const at of this.queues.values()) {
+      clearTimeout(at.resting);
+      // No answer is the newest.
+      Object.assign(at, { waiting: null, count: at.count + 1 });
+    }
+    this.job?.cancel();
+    for (const kernels of [this.kernels, ...(this.pool ?? [])]) kernels.close();
+    this.server?.close();
   }
 
   async #compute(queue, at, message, handlers) {

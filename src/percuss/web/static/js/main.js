@@ -80,8 +80,9 @@ class App {
     for (const view of Object.values(this.views)) if (view.job && view.job !== job) view.job.lost("another computation has begun; compute again");
   }
 
-  /** Remove all listeners and elements. */
+  /** End the requests, and remove all listeners and elements. */
   close() {
+    this.requests.close();
     for (const end of this.ends) end();
     for (const view of Object.values(this.views)) view.close?.();
     clearTimeout(this.linking);

@@ -20,6 +20,15 @@ async function file(extension, request) {
 const facts = await (await fetch("/api/presets")).json();
 const scheme = location.protocol === "https:" ? "wss:" : "ws:";
 const bytes = fetch("/static/kernels.wasm").then((response) => response.arrayBuffer());
-const begin = () => new KernelsInWorker(new Worker("/static/js/worker.js", { type: "module" }), bytes);
-const connect = (onState) => new LocalRequests(begin, overSocket(`${scheme}//${location.host}/api/socket`, onState));
-mount(root, { connect, facts, file, hasLinks: true });
+const beginKernels = () => new KernelsInWorker(new Worker("/static/js/worker.js", { type: "module" }), bytes);
+const connect = (onState) => new LocalRequests(beginKernels, overSocket(`${scheme}//${location.host}/api/socket`, onState));
+
+let workbench = null;
+
+/** Begin as the address says; what was there before ends. */
+export function begin() {
+  workbench?.close();
+  workbench = mount(root, { connect, facts, file, hasLinks: true });
+}
+
+begin();

@@ -6,9 +6,10 @@ const RETRY = [300, 700, 1500, 3000, 5000];
 
 /** Sends requests as texts, and hands the frames of their answers to whoever sent them. */
 export class Requests {
-  /** `post` sends a text; `queues` maps a name to the request in flight and the one that waits. */
-  constructor(post) {
+  /** `post` sends a text, `end` ends the connection; `queues` maps a name to the request in flight and the one that waits. */
+  constructor(post, end = () => {}) {
     this.post = post;
+    this.end = end;
     this.lastId = 0;
     this.queues = new Map();
     this.handlers = new Map();
@@ -38,6 +39,12 @@ export class Requests {
   forget() {
     this.handlers.clear();
     this.queues.clear();
+  }
+
+  /** Nothing is sent or heard any more. */
+  close() {
+    this.forget();
+    this.end();
   }
 
   /** Hand a frame to the handlers of its request. */
@@ -78,9 +85,16 @@ export class Requests {
 export function overSocket(address, onState) {
   let socket = null;
   let tries = 0;
-  const requests = new Requests((text) => {
+  let waiting = null;
+  const post = (text) => {
     if (socket?.readyState === WebSocket.OPEN) socket.send(text);
-  });
+  };
+  const end = () => {
+    clearTimeout(waiting);
+    socket.onopen = socket.onclose = null;
+    socket.close();
+  };
+  const requests = new Requests(post, end);
   const open = () => {
     socket = new WebSocket(address);
     socket.binaryType = "arraybuffer";
@@ -92,7 +106,7 @@ export function overSocket(address, onState) {
     socket.onmessage = (event) => requests.receive(event.data);
     socket.onclose = () => {
       onState(false);
-      setTimeout(open, RETRY[Math.min(tries, RETRY.length - 1)]);
+      waiting = setTimeout(open, RETRY[Math.min(tries, RETRY.length - 1)]);
       tries += 1;
     };
   };
