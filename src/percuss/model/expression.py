@@ -17,7 +17,6 @@ from typing import Any, Self, TypeVar, cast
 
 from percuss.errors import ParameterError
 from percuss.model.exact import (
-    NOT_A_NUMBER,
     NOT_A_PHASE,
     Computed,
     Exact,
@@ -25,7 +24,6 @@ from percuss.model.exact import (
     PiTimes,
     angle,
     computed_in,
-    number_problem,
     phase_problem,
     plain,
     range_problem,
@@ -368,19 +366,16 @@ def as_expression(value: Phase) -> Expression:
     return value if isinstance(value, Expression) else _made(*_operand(value))
 
 
-def plain_number(value: object) -> Any:
-    """Return a scalar as `plain` does; a multiple of pi, and the text of an expression, as that.
+def meant_by(number: str | PiTimes) -> str | Expression:
+    """Return a multiple of pi, and the text of an expression, as that; other texts unchanged.
 
     Examples
     --------
-    >>> plain_number("4*pi**2"), plain_number("2.8"), plain_number("high")
-    (expression('4*pi**2'), '2.8', 'high')
+    >>> meant_by("4*pi**2"), meant_by("high")
+    (expression('4*pi**2'), 'high')
     """
-    number = plain(value)
-    if type(number) is PiTimes:
+    if isinstance(number, PiTimes):
         return as_expression(number)
-    if type(number) is not str or number_problem(number) != NOT_A_NUMBER:
-        return number
     return number if expression_problem(number, []) else Expression(number)
 
 

@@ -12,8 +12,16 @@ from functools import singledispatch
 from typing import Any, TypeVar, cast
 
 from percuss.errors import ParameterError
-from percuss.model.exact import Exact, as_float, number_problem, phase_problem, plain
-from percuss.model.expression import plain_number
+from percuss.model.exact import (
+    NOT_A_NUMBER,
+    Exact,
+    PiTimes,
+    as_float,
+    number_problem,
+    phase_problem,
+    plain,
+)
+from percuss.model.expression import meant_by
 
 __all__ = ["Fault", "draft", "faults"]
 
@@ -143,6 +151,19 @@ def make_plain(value: object, *names: str) -> None:
     """Turn NumPy scalars in the fields of a frozen value into Python numbers, texts kept."""
     for name in names:
         object.__setattr__(value, name, plain(getattr(value, name)))
+
+
+def plain_number(value: object) -> Any:
+    """Return a scalar as `plain` does; a multiple of pi, and the text of an expression, as that.
+
+    Examples
+    --------
+    >>> plain_number("4*pi**2"), plain_number("2.8"), plain_number("high")
+    (expression('4*pi**2'), '2.8', 'high')
+    """
+    number = plain(value)
+    is_meant = isinstance(number, str | PiTimes) and number_problem(number) == NOT_A_NUMBER
+    return meant_by(number) if is_meant else number  # type: ignore[arg-type]
 
 
 def make_numbers(value: object, *names: str) -> None:

@@ -26,7 +26,6 @@ from percuss.model.exact import (
     plain,
     scaled,
 )
-from percuss.model.expression import plain_number
 from percuss.model.faults import (
     Fault,
     as_tuple,
@@ -37,6 +36,7 @@ from percuss.model.faults import (
     make_plain,
     number_faults,
     phase_faults,
+    plain_number,
     positive_faults,
     raise_first,
     scale_faults,

@@ -19,7 +19,6 @@ from percuss.model.exact import (
     scaled,
     square_root,
 )
-from percuss.model.expression import plain_number
 from percuss.model.faults import (
     Fault,
     as_tuple,
@@ -30,6 +29,7 @@ from percuss.model.faults import (
     make_plain,
     not_negative_faults,
     number_faults,
+    plain_number,
     positive_faults,
     raise_first,
     scale_faults,

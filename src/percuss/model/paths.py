@@ -409,7 +409,6 @@ def moved_in_law(osc: Oscillator, force: Forcing | None, path: str) -> MovedFiel
     ...     print(field, float(value), float(value.derivative("x")))
     oscillator.stiffness 25.0 -12.5
     oscillator.damping 0.75 -0.375
-    forcing.constant 0.0 0.0
     forcing.harmonics.0.amplitude 0.5 -0.25
     """
     moved = moved_fields(osc, force, None, path)

@@ -10,8 +10,7 @@ import numpy as np
 from percuss.arrays import Floats
 from percuss.errors import ParameterError
 from percuss.model.exact import Computed, Exact, as_float, whole
-from percuss.model.expression import plain_number
-from percuss.model.faults import positive_faults, raise_first
+from percuss.model.faults import plain_number, positive_faults, raise_first
 from percuss.model.forcing import Forcing, Harmonic
 from percuss.numerics import exp, power
 
