@@ -103,7 +103,7 @@ def test_the_path_of_the_mass_leaves_spring_and_dashpots_as_they_are() -> None:
 
 def test_what_the_mass_moves_is_known_by_the_chain_rule() -> None:
     stop = pc.SoftStop(1, "above", 30, 4)
-    osc, force = pc.Oscillator.from_mass(2, 50, 3, stops=(stop,)), pc.cosine("1.5", amplitude=5)
+    osc, force = pc.Oscillator.from_mass(2, 50, 3, stops=(stop,)), pc.cosine("1.5", 5, constant=2)
 
     name, moved = moved_in_law(osc, force, "oscillator.mass")
 
@@ -113,7 +113,7 @@ def test_what_the_mass_moves_is_known_by_the_chain_rule() -> None:
         "oscillator.damping": -3 / 8,
         "oscillator.stops.0.stiffness": -30 / 4,
         "oscillator.stops.0.damping": -4 / 8,
-        "forcing.constant": 0.0,
+        "forcing.constant": -2 / 4,
         "forcing.harmonics.0.amplitude": -5 / 4,
     }
     assert (

@@ -127,7 +127,7 @@ def test_a_run_of_a_structure_is_saved_with_its_coordinates(tmp_path: Path) -> N
     for name in ("impacts", "crossings", "contacts", "motion"):
         pc.save_csv(RUN, tmp_path / f"{name}.csv", table=name)
     head, first, *_ = (tmp_path / "motion.csv").read_text(encoding="utf-8").splitlines()
-    assert head == "t,x0,x1,x2,v0,v1,v2"
+    assert head == "t,x0,x1,x2,v0,v1,v2,stop_force_0,stop_force_1,stop_force_2"
     assert float(first.split(",")[5]) == pytest.approx(-2.0, abs=1e-15)
     rows = (tmp_path / "impacts.csv").read_text(encoding="utf-8").splitlines()
     assert len(rows) == len(RUN.impacts) + 1
