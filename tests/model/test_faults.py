@@ -13,6 +13,7 @@ from percuss.model import (
     Forcing,
     Harmonic,
     Oscillator,
+    RestitutionTable,
     SoftStop,
     Start,
     Wall,
@@ -201,6 +202,21 @@ def test_faults_of_a_study_carry_their_paths() -> None:
     problems = start_faults(impact_oscillator(), -1.0, 0.0, t_end=-1.0, start="start", run="run")
 
     assert [fault.name for fault in problems] == ["start.x0", "run.t_end"]
+
+
+def test_all_faults_of_a_restitution_table_are_told_at_once() -> None:
+    table = draft(RestitutionTable, speeds=(-1, "a", 3, 2, 5), values=("0.9", 0, 2))
+
+    names = [fault.name for fault in faults(table, "r")]
+
+    assert names == [
+        "r.speeds.0",
+        "r.speeds.1",
+        "r.values.1",
+        "r.values.2",
+        "r.speeds.3",
+        "r.values",
+    ]
 
 
 def test_only_parts_of_the_model_have_faults() -> None:

@@ -52,6 +52,19 @@ def test_all_faults_of_a_record_are_told_at_once() -> None:
     assert names == [f"forcing.record.{name}" for name in ("kind", "outside", "t.1", "f.1")]
 
 
+def test_numbers_counts_and_order_of_samples_are_told_together() -> None:
+    value = draft(ForceRecord, t=(0, 2.0, 2.0, "x", 1, "0.5"), f=(0.0, "nan", 1e200, 3))
+
+    found = {fault.name: fault.reason for fault in faults(value, "record")}
+
+    assert list(found) == [f"record.{name}" for name in ("t.3", "f.1", "t", "t.2", "t.5")]
+    assert found["record.t"].startswith("6 instants for 4 forces")
+    assert "the instant of t.1, too" in found["record.t.2"]
+    assert "before t.4 = 1" in found["record.t.5"]
+    alone = draft(ForceRecord, t=(1, 0, 2), f=3)
+    assert [fault.name for fault in faults(alone, "")] == ["f", "t.1"]
+
+
 def test_arrays_texts_and_fractions_are_taken_exactly() -> None:
     force = pc.record(np.array([0.0, 0.5]), ["0.1", Fraction(1, 3)])
     assert force.record is not None

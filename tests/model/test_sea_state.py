@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import percuss as pc
-from percuss.model.sea_state import HIGHEST, LOWEST, SeaKind, spectrum_at
+from percuss.model.sea_state import HIGHEST, LOWEST, SeaKind, sea_faults, spectrum_at
 
 
 @pytest.mark.parametrize("kind", ["jonswap", "pierson-moskowitz"])
@@ -74,3 +74,8 @@ def test_a_seed_gives_a_sea_and_another_another() -> None:
 def test_what_is_no_sea_is_told(given: dict[str, object], name: str) -> None:
     with pytest.raises(pc.ParameterError, match=f"^{name} = "):
         pc.sea_state(**({"hs": 2, "tp": 8} | given))  # type: ignore[arg-type]
+
+
+def test_all_faults_of_a_sea_are_told_at_once() -> None:
+    found = sea_faults("high", 0, "neumann", 0, -1)
+    assert [fault.name for fault in found] == ["hs", "tp", "kind", "n", "seed"]

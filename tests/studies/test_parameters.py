@@ -109,7 +109,7 @@ def test_values_in_files_are_expressions_again_and_bad_ones_are_refused() -> Non
 
 def test_all_faults_of_parameters_are_told_at_once_with_line_and_path() -> None:
     text = (
-        BALL.replace("A = 1", 'A = "w + 1"\nomega = 2\nq = "one"\nu = true')
+        BALL.replace("A = 1", 'A = "w + 1"\nomega = 2\nq = "one"\nu = true\nz = "sqrt(-1)"')
         .replace('"0.15"', '"w"')
         .replace("constant = -1", 'constant = "sin(w"')
         .replace("at = 0", 'at = "open(w)"')
@@ -133,21 +133,22 @@ def test_all_faults_of_parameters_are_told_at_once_with_line_and_path() -> None:
             'study:10: parameters.u = true: not a number; write 2.8, or "2.8" for that decimal, "1/3" '
             'for that fraction, "pi/2" for that multiple of pi'
         ),
+        'study:11: parameters.z = "sqrt(-1)": the square root of a negative number',
         (
-            'study:13: oscillator.stiffness = "2**10**10": no exponent; a whole number from -64 to 64 '
+            'study:14: oscillator.stiffness = "2**10**10": no exponent; a whole number from -64 to 64 '
             "is one, and sqrt(x) the power 1/2"
         ),
-        'study:14: oscillator.damping = "1/(w-1.66)": a division by zero',
-        'study:18: oscillator.stops.0.at = "open(w)": open() is not allowed; sqrt, sin and cos are',
+        'study:15: oscillator.damping = "1/(w-1.66)": a division by zero',
+        'study:19: oscillator.stops.0.at = "open(w)": open() is not allowed; sqrt, sin and cos are',
         (
-            'study:20: oscillator.stops.0.restitution = "w" = 1.66: outside [0, 1]; above 1 an impact '
+            'study:21: oscillator.stops.0.restitution = "w" = 1.66: outside [0, 1]; above 1 an impact '
             "would create energy"
         ),
         (
-            'study:23: forcing.constant = "sin(w": no expression such as 0.15*w**2: a sign, a number '
+            'study:24: forcing.constant = "sin(w": no expression such as 0.15*w**2: a sign, a number '
             "or a parenthesis is missing"
         ),
-        'study:27: forcing.harmonics.0.omega = "ww": ww is no parameter; did you mean w?',
+        'study:28: forcing.harmonics.0.omega = "ww": ww is no parameter; did you mean w?',
     ]
 
 

@@ -105,6 +105,18 @@ def test_a_sea_is_added_to_the_other_forces() -> None:
         ("hss = 1\ntp = 9\n", ['16: forcing.sea_state.hss: unknown key; did you mean "hs"?']),
         ("hs = 1\ntp = 9\namplitude = true\n", ["18: forcing.sea_state.amplitude = true: not a"]),
         ("hs = 1\ntp = 0\nn = 1.5\n", ["18: forcing.sea_state.n = 1.5: not a whole number"]),
+        (
+            'hs = "a"\ntp = 0\nkind = "jonswop"\nn = 0\nseed = -1\nfoo = 1\namplitude = "b"\n',
+            [
+                '16: forcing.sea_state.hs = "a": not a number',
+                "17: forcing.sea_state.tp = 0: not positive",
+                '18: forcing.sea_state.kind = "jonswop": not',
+                "19: forcing.sea_state.n = 0: not a whole",
+                "20: forcing.sea_state.seed = -1: not a whole",
+                "21: forcing.sea_state.foo: unknown key",
+                '22: forcing.sea_state.amplitude = "b": not a number',
+            ],
+        ),
     ],
 )
 def test_what_is_wrong_with_a_sea_is_said_with_line_and_path(sea: str, faults: list[str]) -> None:

@@ -280,9 +280,10 @@ class Expression(Computed):
 
     def __pow__(self, exponent: object) -> Expression:
         node, parameters = _operand(self)
-        given = exponent.text if isinstance(exponent, Expression) else plain(exponent)
-        power = Node("**", (node,), str(power_of(_operand(given)[0] if given != "" else node)))
-        return _made(power, parameters)
+        # Exponents have no parameters: of an expression the names are not asked.
+        is_tree = isinstance(exponent, Expression)
+        power = power_of(tree_of(exponent.text) if is_tree else _operand(exponent)[0])
+        return _made(Node("**", (node,), str(power)), parameters)
 
     def __rpow__(self, base: object) -> Expression:
         raise ParameterError("exponent", self, NO_POWER)

@@ -258,34 +258,47 @@ def _named(samples: object) -> object:
 
 
 def _sample_faults(value: ForceRecord, prefix: str) -> list[Fault]:
-    problems = []
-    for name in ("t", "f"):
-        samples = getattr(value, name)
-        if not isinstance(samples, tuple):
-            problems.append(Fault(dotted(prefix, name), _named(samples), NO_SEQUENCE))
-    if problems:
-        return problems
-    if len(value.t) != len(value.f):
-        reason = f"{len(value.t)} instants for {len(value.f)} forces; give one for each"
-        return [Fault(dotted(prefix, "t"), len(value.t), reason)]
-    if len(value.t) < 2:
-        reason = "a record needs two samples at least"
-        return [Fault(dotted(prefix, "t"), len(value.t), reason)]
+    """Return what is wrong with the columns, their numbers and the order of the instants."""
+    problems: list[Fault] = []
+    columns: dict[str, list[float]] = {}
     for name, problem_of in (("t", phase_problem), ("f", number_problem)):
-        for i, sample in enumerate(getattr(value, name)):
+        samples, path = getattr(value, name), dotted(prefix, name)
+        if not isinstance(samples, tuple):
+            problems.append(Fault(path, _named(samples), NO_SEQUENCE))
+            continue
+        columns[name] = []
+        wrong: list[Fault] = []
+        for i, sample in enumerate(samples):
             if type(sample) is float and math.isfinite(sample):
+                columns[name].append(sample)
                 continue
             problem = problem_of(sample)
-            if problem is not None and len(problems) < MOST_TOLD:
-                problems.append(Fault(dotted(prefix, f"{name}.{i}"), sample, problem))
-    return problems or _order_faults(value, prefix)
+            # No order is asked of what is no number.
+            columns[name].append(math.nan if problem else as_float(sample))
+            if problem is not None and len(wrong) < MOST_TOLD:
+                wrong.append(Fault(f"{path}.{i}", sample, problem))
+        problems += wrong
+    if len(columns) == 2:
+        problems += _count_faults(value, prefix)
+    return problems + (_order_faults(value, columns, prefix) if "t" in columns else [])
 
 
-def _order_faults(value: ForceRecord, prefix: str) -> list[Fault]:
+def _count_faults(value: ForceRecord, prefix: str) -> list[Fault]:
+    reason = None
+    if len(value.t) != len(value.f):
+        reason = f"{len(value.t)} instants for {len(value.f)} forces; give one for each"
+    elif len(value.t) < 2:
+        reason = "a record needs two samples at least"
+    return [] if reason is None else [Fault(dotted(prefix, "t"), len(value.t), reason)]
+
+
+def _order_faults(value: ForceRecord, columns: dict[str, list[float]], prefix: str) -> list[Fault]:
+    """Return the faults of instants that do not increase, and of slopes out of range."""
     problems: list[Fault] = []
-    times = [t if type(t) is float else as_float(t) for t in value.t]
-    forces = [f if type(f) is float else as_float(f) for f in value.f]
-    if all(after < before for before, after in pairwise(times)):
+    times = columns["t"]
+    # A force that is missing is as steep as none.
+    forces = [*columns.get("f", ()), *[math.nan] * len(times)]
+    if len(times) > 1 and all(after < before for before, after in pairwise(times)):
         reason = "in reverse order; turn both t and f round"
         return [Fault(dotted(prefix, "t"), f"{value.t[0]} to {value.t[-1]}", reason)]
     for i, (before, after) in enumerate(pairwise(times), 1):

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TypeAlias
 
-from percuss.model.exact import Computed, Exact, as_float, as_fraction, plain
+from percuss.model.exact import Computed, Exact, as_float, as_fraction, number_problem, plain
 from percuss.model.faults import Fault, as_tuple, dotted, faults, number_faults, raise_first
 
 __all__ = [
@@ -137,16 +137,15 @@ def _(value: RestitutionTable, prefix: str | None = None) -> list[Fault]:
             continue
         for i, number in enumerate(given):
             wrong += _number_faults(f"{path}.{i}", number, name)
+    if isinstance(value.speeds, tuple):
+        wrong += _order_faults(value.speeds, dotted(prefix, "speeds"))
+    if isinstance(value.speeds, tuple) and isinstance(value.values, tuple):
+        n_speeds, n_values = len(value.speeds), len(value.values)
+        if n_speeds == 0 or n_values != n_speeds:
+            reason = f"{n_values} values for {n_speeds} speeds; give one at each, and at least one"
+            wrong.append(Fault(dotted(prefix, "values"), value.values, reason))
     if wrong:
         return wrong
-    n_speeds, n_values = len(value.speeds), len(value.values)
-    if n_speeds == 0 or n_values != n_speeds:
-        reason = f"{n_values} values for {n_speeds} speeds; give one at each, and at least one"
-        return [Fault(dotted(prefix, "values"), value.values, reason)]
-    for i in range(1, n_speeds):
-        if not as_float(value.speeds[i - 1]) < as_float(value.speeds[i]):
-            reason = f"not above the speed before it, {value.speeds[i - 1]}"
-            return [Fault(dotted(prefix, f"speeds.{i}"), value.speeds[i], reason)]
     for (u0, r0), (u1, r1) in itertools.pairwise(restitution_knots(value)):
         slope = (r1 - r0) / (u1 - u0)
         # The derivative of r(u) u is linear between two knots.
@@ -157,6 +156,17 @@ def _(value: RestitutionTable, prefix: str | None = None) -> list[Fault]:
             )
             return [Fault(dotted(prefix, "values"), value.values, reason)]
     return []
+
+
+def _order_faults(speeds: tuple[Exact, ...], path: str) -> list[Fault]:
+    """Return the faults of speeds that are not above the one before, where both are numbers."""
+    return [
+        Fault(f"{path}.{i}", after, f"not above the speed before it, {before}")
+        for i, (before, after) in enumerate(itertools.pairwise(speeds), 1)
+        if number_problem(before) is None
+        and number_problem(after) is None
+        and not as_float(before) < as_float(after)
+    ]
 
 
 def _number_faults(path: str, number: object, name: str) -> list[Fault]:

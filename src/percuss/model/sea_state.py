@@ -10,7 +10,7 @@ import numpy as np
 from percuss.arrays import Floats
 from percuss.errors import ParameterError
 from percuss.model.exact import Computed, Exact, as_float, whole
-from percuss.model.faults import plain_number, positive_faults, raise_first
+from percuss.model.faults import Fault, plain_number, positive_faults, raise_first
 from percuss.model.forcing import Forcing, Harmonic
 from percuss.numerics import exp, power
 
@@ -19,6 +19,7 @@ __all__ = ["SeaKind", "sea_state"]
 SeaKind = Literal["jonswap", "pierson-moskowitz"]
 # The band of frequencies in units of that of the peak: 98 % of the energy of either spectrum.
 LOWEST, HIGHEST = 0.5, 4.0
+MOST_HARMONICS = 10_000
 # Peak enhancement of the mean JONSWAP spectrum, and its widths below and above the peak
 # (Hasselmann et al. 1973).
 ENHANCEMENT = 3.3
@@ -70,10 +71,8 @@ def sea_state(
     (30, 0.5)
     """
     hs, tp = plain_number(hs), plain_number(tp)
-    raise_first([*positive_faults("hs", hs), *positive_faults("tp", tp)])
-    if kind not in get_args(SeaKind):
-        raise ParameterError("kind", kind, f"none of {', '.join(get_args(SeaKind))}")
-    n, seed = whole("n", n, 1, 10_000), whole("seed", seed, 0)
+    raise_first(sea_faults(hs, tp, kind, n, seed))
+    n, seed = whole("n", n, 1, MOST_HARMONICS), whole("seed", seed, 0)
     peak = 2.0 * math.pi / as_float(tp)
     period = tp if isinstance(tp, Computed) else None
     draw = np.random.Generator(np.random.PCG64(seed)).random((2, n))
@@ -90,6 +89,25 @@ def sea_state(
         )
         for a, w, phase in zip(shares, places, draw[1], strict=True)
     )
+
+
+def sea_faults(hs: Exact, tp: Exact, kind: object, n: object, seed: object) -> list[Fault]:
+    """Return all faults of the arguments of `sea_state`.
+
+    Examples
+    --------
+    >>> [fault.name for fault in sea_faults(-1, 0, "jonswap", 0, 1)]
+    ['hs', 'tp', 'n']
+    """
+    problems = [*positive_faults("hs", hs), *positive_faults("tp", tp)]
+    if kind not in get_args(SeaKind):
+        problems.append(Fault("kind", kind, f"none of {', '.join(get_args(SeaKind))}"))
+    for name, value, least, most in (("n", n, 1, MOST_HARMONICS), ("seed", seed, 0, math.inf)):
+        try:
+            whole(name, value, least, most)
+        except ParameterError as error:
+            problems.append(Fault(error.name, error.value, error.reason))
+    return problems
 
 
 def spectrum_at(w: float, kind: SeaKind) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path as FilePath
 from typing import Annotated, Any, Literal, TypeVar, cast
 
@@ -19,7 +19,6 @@ from percuss.model.faults import (
     draft,
     number_faults,
     positive_faults,
-    raise_first,
     scale_faults,
     unit_problem,
 )
@@ -28,7 +27,7 @@ from percuss.model.force_record import ForceRecord, Outside, RecordKind
 from percuss.model.forcing import Forcing, FourierTerm, Harmonic
 from percuss.model.oscillator import Oscillator, SoftStop, Wall
 from percuss.model.restitution import RestitutionTable
-from percuss.model.sea_state import SeaKind, sea_state
+from percuss.model.sea_state import SeaKind, sea_faults, sea_state
 from percuss.model.units import Units
 from percuss.studies.record_file import record_of
 from percuss.studies.tables import (
@@ -404,26 +403,25 @@ def forcing_of(
 def _sea(table: RawTable, path: Path, faults: StudyFaults) -> tuple[Harmonic, ...]:
     """Return the harmonics of ``[forcing.sea_state]``, none where it has faults; add these."""
     given, dotted = table.get("sea_state"), ".".join(map(str, (*path, "sea_state")))
-    if not isinstance(given, Mapping) or faults.is_wrong(dotted):
+    if not isinstance(given, Mapping):
         return ()
-    own = dict(given)
+    # In place of a key that is missing or has a fault already, one without fault is checked.
+    own: dict[str, Any] = {"hs": 1, "tp": 1, "kind": "jonswap", "n": 40, "seed": 0}
+    own |= {key: value for key, value in given.items() if not faults.is_wrong(f"{dotted}.{key}")}
     factor = own.pop("amplitude", 1)
-    try:
-        sea = sea_state(**own)
-        if not isinstance(factor, Expression):
-            # As doubles: exact products of doubles have many digits, and round to the same.
-            raise_first(number_faults("amplitude", factor))
-            return tuple(
-                Harmonic(as_float(factor) * as_float(part.amplitude), part.omega, part.phase)
-                for part in cast("tuple[Harmonic, ...]", sea.harmonics)
-            )
-        sea = sea * factor
-    except ParameterError as error:
-        name = error.name if error.name in own else "amplitude"
-        faults.add_from_model([Fault(f"{dotted}.{name}", error.value, error.reason)])
+    wrong = [*sea_faults(**own), *number_faults("amplitude", factor)]
+    faults.add_from_model(replace(fault, name=f"{dotted}.{fault.name}") for fault in wrong)
+    if wrong or faults.is_wrong(dotted):
         return ()
+    sea = sea_state(**own)
     # Plain harmonics, with neither a base nor a period.
-    return cast("tuple[Harmonic, ...]", sea.harmonics)
+    if isinstance(factor, Expression):
+        return cast("tuple[Harmonic, ...]", (sea * factor).harmonics)
+    # As doubles: exact products of doubles have many digits, and round to the same.
+    return tuple(
+        Harmonic(as_float(factor) * as_float(part.amplitude), part.omega, part.phase)
+        for part in cast("tuple[Harmonic, ...]", sea.harmonics)
+    )
 
 
 def _is_per_mass(table: RawTable) -> bool:

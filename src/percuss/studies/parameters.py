@@ -108,12 +108,19 @@ def _parameters(document: RawTable, faults: StudyFaults) -> dict[str, Any]:
         value = exact_phase(given)
         problem = name_problem(name) or value_problem(value)
         if problem is not None:
-            # A text that is no number may be an expression of others.
-            is_other = problem == NOT_A_PHASE and expression_problem(value, list(table)) is None
-            reason = NO_NAMES if is_other else problem
-            faults.add(("parameters", name), words_of_file(reason), shown(given))
+            if problem == NOT_A_PHASE:
+                problem = _problem_of_text(value, list(table))
+            faults.add(("parameters", name), words_of_file(problem), shown(given))
         numbers[name] = value if problem is None else MISSING
     return numbers
+
+
+def _problem_of_text(value: Any, names: list[str]) -> str:
+    """Return why a text that is no number is no value of a parameter."""
+    if expression_problem(value, names) is not None:
+        return NOT_A_PHASE
+    without_names = expression_problem(value, []) is None
+    return (without_names and Expression(value).problem()) or NO_NAMES
 
 
 class _ExpressionReader:
