@@ -281,8 +281,10 @@ class Expression(Computed):
     def __pow__(self, exponent: object) -> Expression:
         node, parameters = _operand(self)
         # Exponents have no parameters: of an expression the names are not asked.
-        is_tree = isinstance(exponent, Expression)
-        power = power_of(tree_of(exponent.text) if is_tree else _operand(exponent)[0])
+        if isinstance(exponent, Expression):
+            power = power_of(tree_of(exponent.text))
+        else:
+            power = power_of(_operand(exponent)[0])
         return _made(Node("**", (node,), str(power)), parameters)
 
     def __rpow__(self, base: object) -> Expression:

@@ -6,7 +6,7 @@ import itertools
 from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from percuss.model.exact import Computed, Exact, as_float, as_fraction, number_problem, plain
 from percuss.model.faults import Fault, as_tuple, dotted, faults, number_faults, raise_first
@@ -130,17 +130,18 @@ def is_elastic(restitution: Restitution) -> bool:
 @faults.register
 def _(value: RestitutionTable, prefix: str | None = None) -> list[Fault]:
     wrong: list[Fault] = []
+    columns: dict[str, tuple[Any, ...]] = {}
     for name in ("speeds", "values"):
         given, path = getattr(value, name), dotted(prefix, name)
         if not isinstance(given, tuple):
             wrong.append(Fault(path, given, "not a list of numbers"))
             continue
+        columns[name] = given
         for i, number in enumerate(given):
             wrong += _number_faults(f"{path}.{i}", number, name)
-    if isinstance(value.speeds, tuple):
-        wrong += _order_faults(value.speeds, dotted(prefix, "speeds"))
-    if isinstance(value.speeds, tuple) and isinstance(value.values, tuple):
-        n_speeds, n_values = len(value.speeds), len(value.values)
+    wrong += _order_faults(columns.get("speeds", ()), dotted(prefix, "speeds"))
+    if len(columns) == 2:
+        n_speeds, n_values = len(columns["speeds"]), len(columns["values"])
         if n_speeds == 0 or n_values != n_speeds:
             reason = f"{n_values} values for {n_speeds} speeds; give one at each, and at least one"
             wrong.append(Fault(dotted(prefix, "values"), value.values, reason))
@@ -158,7 +159,7 @@ def _(value: RestitutionTable, prefix: str | None = None) -> list[Fault]:
     return []
 
 
-def _order_faults(speeds: tuple[Exact, ...], path: str) -> list[Fault]:
+def _order_faults(speeds: tuple[Any, ...], path: str) -> list[Fault]:
     """Return the faults of speeds that are not above the one before, where both are numbers."""
     return [
         Fault(f"{path}.{i}", after, f"not above the speed before it, {before}")
