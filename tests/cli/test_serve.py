@@ -11,12 +11,13 @@ from typer.testing import CliRunner
 from percuss.cli import app
 from percuss.studies import load_study, template_text
 from percuss.studies.link import link_of
+from percuss.web import app as app_module
 from percuss.web import serve as serve_module
 
 
 @pytest.fixture(autouse=True)
 def served(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[Any]:
-    """What was served in a folder of its own, by a server that ends at once."""
+    """The link and the sockets served in a folder of its own, by a server that ends at once."""
     monkeypatch.chdir(tmp_path)
     found: list[Any] = []
 
@@ -24,6 +25,10 @@ def served(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[Any]:
         def run(self, sockets: list[Any]) -> None:
             found.extend(sockets)
 
+    def create_app(**given: Any) -> None:
+        found.append(given["link"])
+
+    monkeypatch.setattr(app_module, "create_app", create_app)
     monkeypatch.setattr(serve_module, "server_of", lambda _: Ended())
     return found
 
@@ -34,20 +39,21 @@ def serve(*arguments: str) -> tuple[int, str, str]:
 
 
 @pytest.mark.parametrize("template", ["impact", "diagram", "response", "basins"])
-def test_the_address_holds_the_study(template: str, served: list[Any]) -> None:
+def test_the_address_leads_to_the_study(template: str, served: list[Any]) -> None:
     Path("my.toml").write_text(template_text(template), encoding="utf-8")
 
     status, out, err = serve("my.toml")
 
-    assert (status, err, len(served)) == (0, "", 1)
-    assert f"/#{link_of(load_study('my.toml'))} (Ctrl-C ends it)" in out
+    assert (status, err, len(served)) == (0, "", 2)
+    assert "/study (Ctrl-C ends it)" in out
+    assert served[0] == link_of(load_study("my.toml"))
 
 
 def test_without_a_study_the_page_begins_with_its_first_motion(served: list[Any]) -> None:
     status, out, _ = serve()
 
-    assert (status, len(served)) == (0, 1)
-    assert "#" not in out
+    assert (status, len(served)) == (0, 2)
+    assert "study" not in out
 
 
 def test_a_file_that_is_none_or_not_shown_is_told_before_anything_is_served(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
@@ -162,6 +164,25 @@ def test_a_cascade_ends_where_another_family_crosses() -> None:
     branch = pc.continue_orbit(cascade.orbits[-1], over={OMEGA: (2.6, 6.0)})
     assert branch.stability[branch.values < 3.848][-1] == "elliptic"
     assert branch.stability[branch.values > 3.85][0] == "unstable"
+
+
+def test_a_cascade_tells_its_progress_and_is_stopped() -> None:
+    orbit = pc.find_orbit(pc.impact_oscillator(0.8), pc.cosine(2.6))
+    over, told, most = {OMEGA: (2.6, 2.75)}, [], math.inf
+
+    def report(done: float, total: float) -> bool:
+        told.append((done, total))
+        return len(told) < most
+
+    whole = pc.follow_cascade(orbit, over=over, max_doublings=3, progress=report)
+    n_orbits = len(told)
+    told, most = [], n_orbits - 1
+    stopped = pc.follow_cascade(orbit, over=over, max_doublings=3, progress=report)
+
+    assert told == [(k, 4000) for k in range(1, n_orbits)]
+    assert 0 < len(stopped) < len(whole)
+    np.testing.assert_array_equal(stopped.values, whole.values[: len(stopped)])
+    assert stopped.end_reason == "stopped by progress"
 
 
 def test_orbits_of_the_cascade_attract_between_its_doublings() -> None:

@@ -57,6 +57,7 @@ def test_tables_of_spreadsheets_are_read_as_they_are_saved(tmp_path: Path) -> No
         "semicolons": b"t;f\r\n0;0,5\r\n1,5;-1e-1\r\n",
         "tabs": b"t\tf\n0\t0.5\n1.5\t-0.1\n",
         "wide": "t;f\n0;0,5\n1,5;-0,1\n".encode("utf-16"),
+        "logger": b"Logger 7;rev 2\n\nrate;2 Hz\nt;f\n0;0,5\n1,5;-0,1\n",
         "old": "# Höhe\nt,f\n0,0.5\n1.5,-0.1\n".encode("cp1252"),
     }
     for name, table in tables.items():

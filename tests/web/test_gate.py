@@ -214,6 +214,19 @@ def test_the_token_leads_to_this_server_alone(guarded: str, path: str) -> None:
     assert all(line.removeprefix("location: ")[:2] not in ("//", "/\\") for line in location)
 
 
+def test_a_study_has_a_short_address_that_asks_for_the_token() -> None:
+    with served(create_app(link="abc", token=TOKEN)) as address:
+        heads = []
+        for path, cookie in (("/study", ""), (f"/study?token={TOKEN}", ""), ("/study", TOKEN)):
+            name = f"percuss-{address.split(':')[1]}"
+            request = f"GET {path} HTTP/1.0\r\nHost: {address}\r\nCookie: {name}={cookie}\r\n\r\n"
+            with raw(address, request.encode()) as it:
+                heads.append(answer_of(it).decode().lower())
+    assert " 403 " in heads[0].splitlines()[0]
+    assert "location: /study\r\n" in heads[1]
+    assert "location: /#abc\r\n" in heads[2]
+
+
 def test_the_address_that_is_printed_can_be_opened() -> None:
     assert addresses_of("127.0.0.1", 80, None) == ["http://127.0.0.1:80/"]
     for host in ("0.0.0.0", "::"):

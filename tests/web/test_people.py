@@ -117,6 +117,28 @@ def test_a_record_is_dropped_on_the_panel(page: Page) -> None:
 
 
 @pytest.mark.parametrize(
+    "table",
+    [
+        "t;f\n0;0,5\n1,5;-1e-1\n".encode("utf-16"),
+        b'\xef\xbb\xbf"t"\t"f"\r\n0\t0.5\r\n1.5\t-0,1\r\n',
+        "Messung;Böe 7\n\nt;f\n0;0,5\n1,5;-0.1\n".encode("cp1252"),
+    ],
+)
+def test_tables_of_spreadsheets_are_read_as_they_are_saved(
+    page: Page, tmp_path: Path, table: bytes
+) -> None:
+    path = tmp_path / "waves.csv"
+    path.write_bytes(table)
+    choose(page, path)
+    before = drawn(page)
+    page.locator("form.panel").get_by_role("button", name="use it").click()
+    wait_for_drawing(page, before)
+
+    record = study_in(page)["forcing"]["record"]
+    assert (record["t"], record["f"]) == ([0, 1.5], [0.5, -0.1])
+
+
+@pytest.mark.parametrize(
     ("text", "fault"),
     [
         (
@@ -125,7 +147,7 @@ def test_a_record_is_dropped_on_the_panel(page: Page) -> None:
         ),
         ("t,f\n0,0\n2,1\n1,2\n", "line 4: t = 1 comes after 2; instants must rise"),
         ("t,f\n2,0\n1,1\n0,2\n", "the samples are in reverse order, the last one first"),
-        ("t;f\n0;0\n1;1\n", "its columns are separated by semicolons; write commas"),
+        ("t;f\n0;0,5\n1,5;x\n", 'waves.csv: line 3: f = "x" is no finite number'),
         ("0,0\n1,1\n", "its first line holds numbers; write the names of the columns above them"),
         ("t,f\n0,0\n", "a record needs two samples at least"),
         ("", "the table is empty"),

@@ -42,6 +42,7 @@ from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.model.paths import get_parameter, parameter_paths
 from percuss.model.start import Start
+from percuss.motion.tables import counts_in_words
 from percuss.motion.trajectory import labelled
 
 if TYPE_CHECKING:
@@ -177,19 +178,16 @@ class CertifiedRun:
     def __repr__(self) -> str:
         """Return in a line what is proven."""
         infinite = " listed, and infinitely many in each accumulation"
-        parts = [
-            f"{len(table)} {name}{infinite if name == 'impacts' and self.accumulations else ''}"
-            for name, table in (
-                ("impacts", self.impacts),
-                ("crossings", self.crossings),
-                ("contacts", self.contacts),
-            )
-            if len(table) > 0 or name == "impacts"
-        ]
+        counts = counts_in_words(
+            infinite if self.accumulations else "",
+            impacts=self.impacts,
+            crossings=self.crossings,
+            contacts=self.contacts,
+        )
         reason = f" ({self.reason})" if self.reason else ""
         return (
             f"<CertifiedRun: t = {float(self.start_time):.6g} ... {self.t_end.mid():.6g}, "
-            f"{', '.join(parts)}, {self.precision} bits; {self.outcome.value}{reason}"
+            f"{counts}, {self.precision} bits; {self.outcome.value}{reason}"
             f"{moved_in_words(self.start, self.start_given)}{in_words(self.doubles)}>"
         )
 

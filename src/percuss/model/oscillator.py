@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, Literal, TypeAlias
@@ -46,6 +46,7 @@ __all__ = [
     "Wall",
     "backlash_oscillator",
     "bilinear_oscillator",
+    "faults_of_each_stop",
     "impact_oscillator",
     "mass_of",
     "plain_on",
@@ -521,16 +522,7 @@ def _(value: Oscillator, prefix: str | None = None) -> list[Fault]:
     problems += _units_faults(value, prefix)
     if not isinstance(value.stops, tuple):
         return [*problems, Fault(dotted(prefix, "stops"), value.stops, "not a tuple of stops")]
-    wrong = []
-    for index, stop in enumerate(value.stops):
-        name = dotted(prefix, f"stops.{index}")
-        if not isinstance(stop, Wall | SoftStop):
-            wrong.append(Fault(name, stop, "neither a Wall nor a SoftStop"))
-            continue
-        wrong += faults(stop, name)
-        if stop.on is not None and stop.on != 0:
-            reason = "an oscillator has one coordinate; a Structure has several"
-            wrong.append(Fault(f"{name}.on", stop.on, reason))
+    wrong = faults_of_each_stop(value.stops, prefix, _faults_of_on)
     problems += wrong or stops_faults(dict(enumerate(value.stops)), prefix)
     if problems or value.mass is None:
         return problems
@@ -557,6 +549,36 @@ def _units_faults(osc: Oscillator, prefix: str) -> list[Fault]:
     if osc.mass is not None and not units.mass and (units.length or units.time):
         return [Fault(f"{name}.mass", units.mass, f"no unit for the mass of {osc.mass}")]
     return []
+
+
+def _faults_of_on(on: On | None, name: str) -> list[Fault]:
+    """Return the faults of where a stop of an oscillator acts."""
+    reason = "an oscillator has one coordinate; a Structure has several"
+    return [] if on is None or on == 0 else [Fault(name, on, reason)]
+
+
+def faults_of_each_stop(
+    stops: tuple[Stop, ...], prefix: str, faults_of_on: Callable[[On | None, str], list[Fault]]
+) -> list[Fault]:
+    """Return the faults of stops, of each by itself.
+
+    Parameters
+    ----------
+    stops
+        The stops.
+    prefix
+        Dotted path of the system that has them.
+    faults_of_on
+        Takes where a stop acts and the path of that, and returns its faults.
+    """
+    problems: list[Fault] = []
+    for index, stop in enumerate(stops):
+        name = dotted(prefix, f"stops.{index}")
+        if isinstance(stop, Wall | SoftStop):
+            problems += faults(stop, name) + faults_of_on(stop.on, f"{name}.on")
+        else:
+            problems.append(Fault(name, stop, "neither a Wall nor a SoftStop"))
+    return problems
 
 
 def stops_faults(

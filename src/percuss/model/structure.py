@@ -36,7 +36,7 @@ from percuss.model.faults import (
     raise_first,
     scale_faults,
 )
-from percuss.model.oscillator import On, SoftStop, Stop, Wall, plain_on, stops_faults
+from percuss.model.oscillator import On, Stop, Wall, faults_of_each_stop, plain_on, stops_faults
 from percuss.model.units import Units
 from percuss.numerics import cholesky
 
@@ -572,14 +572,9 @@ def _(value: Structure, prefix: str | None = None) -> list[Fault]:
         reason = f"more than the {MOST_STOPS} whose sets have a number each"
         return [*problems, Fault(dotted(prefix, "stops"), len(value.stops), reason)]
     # What stops act on needs points without faults.
-    wrong = list(problems)
-    for index, stop in enumerate(value.stops):
-        name = dotted(prefix, f"stops.{index}")
-        if not isinstance(stop, Wall | SoftStop):
-            wrong.append(Fault(name, stop, "neither a Wall nor a SoftStop"))
-            continue
-        wrong += faults(stop, name)
-        wrong += [] if problems else on_faults(value, stop.on, f"{name}.on")
+    wrong = problems + faults_of_each_stop(
+        value.stops, prefix, lambda on, name: [] if problems else on_faults(value, on, name)
+    )
     return wrong or _line_faults(value, prefix)
 
 

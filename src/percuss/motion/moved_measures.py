@@ -10,8 +10,8 @@ import numpy as np
 from percuss.arrays import Flags, Floats
 from percuss.errors import ParameterError
 from percuss.motion.extremes import Extrema, QuantityName
-from percuss.motion.moved_motion import MovedEvents
-from percuss.motion.tables import Crossings, Impacts
+from percuss.motion.moved_motion import MovedCrossings, MovedImpacts
+from percuss.motion.tables import HasEvents
 from percuss.numerics import gauss_legendre
 
 __all__ = [
@@ -54,17 +54,36 @@ class MovedStretch(NamedTuple):
     last: float
 
 
+class MovedRun(Protocol):
+    """The derivative of a motion, with the motion."""
+
+    @property
+    def paths(self) -> tuple[str, ...]:
+        """The parameters."""
+        ...
+
+    @property
+    def run(self) -> HasEvents:
+        """The motion."""
+        ...
+
+    @property
+    def impacts(self) -> MovedImpacts:
+        """The derivatives of its impacts."""
+        ...
+
+    @property
+    def crossings(self) -> MovedCrossings:
+        """The derivatives of its crossings."""
+        ...
+
+
 class MeasuredMotion(Protocol):
     """A motion and its derivative, as measures read them."""
 
     @property
-    def derivative(self) -> MovedEvents:
-        """Those of its events."""
-        ...
-
-    @property
-    def events(self) -> tuple[Impacts, Crossings]:
-        """Its impacts and its crossings."""
+    def derivative(self) -> MovedRun:
+        """The derivative."""
         ...
 
     @property
@@ -140,7 +159,8 @@ def _of_value(d: MeasuredMotion, of: QuantityName, stop: int, value: float, t: f
 
 
 def _of_fastest_impact(d: MeasuredMotion) -> MovedValue:
-    (impacts, crossings), moved_events = d.events, d.derivative
+    moved_events = d.derivative
+    impacts, crossings = moved_events.run.impacts, moved_events.run.crossings
     into = crossings.direction == "in"
     speeds = np.concatenate([impacts.v_before, crossings.v[into]])
     moved = np.concatenate([moved_events.impacts.v_before, moved_events.crossings.v[into]])

@@ -32,7 +32,6 @@ from percuss.model.system import touching_stops
 from percuss.motion.extremes import Extrema, QuantityName
 from percuss.motion.moved_measures import MovedStretch, MovedValue, moved_measure, nodes_of
 from percuss.motion.moved_motion import MovedMotion
-from percuss.motion.tables import Crossings, Impacts
 
 __all__ = ["measure_and_derivative"]
 
@@ -60,11 +59,6 @@ class _MeasuredOscillator:
     """A run of an oscillator with its derivative, as measures read it."""
 
     derivative: MovedMotion
-
-    @property
-    def events(self) -> tuple[Impacts, Crossings]:
-        run = self.derivative.run
-        return run.impacts, run.crossings
 
     @property
     def n_stops(self) -> int:

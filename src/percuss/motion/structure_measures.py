@@ -18,7 +18,6 @@ from percuss.model.oscillator import On, SoftStop
 from percuss.motion.extremes import Extrema, QuantityName
 from percuss.motion.moved_measures import MovedStretch, MovedValue, moved_measure, nodes_of
 from percuss.motion.moved_structure_motion import MovedStructureMotion, scratch_of
-from percuss.motion.tables import Crossings, Impacts
 from percuss.numerics import matmul
 
 __all__ = ["structure_measure_and_derivative", "taylor_of"]
@@ -43,11 +42,6 @@ class _MeasuredStructure:
     derivative: MovedStructureMotion
     direction: Floats
     longer: Floats | None
-
-    @property
-    def events(self) -> tuple[Impacts, Crossings]:
-        run = self.derivative.run
-        return run.impacts, run.crossings
 
     @property
     def n_stops(self) -> int:

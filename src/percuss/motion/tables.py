@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sized
 from dataclasses import dataclass, field
 from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, Protocol
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "COLUMNS", "Contacts", "Crossings", "EventColumn", "EventTable", "Grazes", "HasEvents", "HasTable", "Impacts",
-    "Limit", "no_contacts", "no_crossings", "no_grazes",
+    "Limit", "counts_in_words", "no_contacts", "no_crossings", "no_grazes",
 ]  # fmt: skip
 
 # Which side to take at the very instant of an event.
@@ -353,3 +353,30 @@ class HasEvents(Protocol):
     @property
     def grazes(self) -> Grazes:
         """Its grazes."""
+
+
+def counts_in_words(of_impacts: str = "", /, **events: Sized) -> str:
+    """Return the numbers of events in words; of those that are none impacts alone are named.
+
+    Parameters
+    ----------
+    of_impacts
+        What is said of the impacts behind their number.
+    **events
+        Events of each kind, by the name of the kind.
+
+    Returns
+    -------
+    str
+        Such as "3 impacts, 1 contacts".
+
+    Examples
+    --------
+    >>> counts_in_words(impacts=[], crossings=[1.0, 2.0], contacts=[])
+    '0 impacts, 2 crossings'
+    """
+    counts = {name: len(each) for name, each in events.items()}
+    said = {"impacts": of_impacts}
+    return ", ".join(
+        f"{n} {name}{said.get(name, '')}" for name, n in counts.items() if n or name == "impacts"
+    )

@@ -37,6 +37,7 @@ from percuss.motion.tables import (
     HasEvents,
     Impacts,
     Limit,
+    counts_in_words,
     no_contacts,
     no_crossings,
     no_grazes,
@@ -91,18 +92,11 @@ def happened(run: AnyRun) -> str:
 
     Impacts are always counted.
     """
-    counts = [
-        f"{len(events)} {name}"
-        for name, events in (
-            ("impacts", run.impacts),
-            ("crossings", run.crossings),
-            ("contacts", run.contacts),
-            ("grazes", run.grazes),
-        )
-        if len(events) > 0 or name == "impacts"
-    ]
     ends = "; ".join([run.outcome.value, *filter(None, [run.beyond_record])])
-    return f"t = {run.t0:.6g} ... {run.t_end:.6g}, {', '.join(counts)}; {ends}"
+    counts = counts_in_words(
+        impacts=run.impacts, crossings=run.crossings, contacts=run.contacts, grazes=run.grazes
+    )
+    return f"t = {run.t0:.6g} ... {run.t_end:.6g}, {counts}; {ends}"
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)

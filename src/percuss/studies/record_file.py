@@ -128,8 +128,8 @@ def columns_of(text: str, time: str = "t", force: str = "f") -> Samples:
     Parameters
     ----------
     text
-        The table: a line of names, then a line for each sample. Lines that begin with # are notes.
-        Commas separate the columns, or semicolons or tabs, with decimal commas as well.
+        The table: a line of names, then a line for each sample. Lines that begin with #, and those
+        above the names, are notes. Commas separate the columns, or semicolons or tabs, with decimal commas as well.
     time, force
         Names of the columns.
 
@@ -190,6 +190,9 @@ def _rows(text: str, names: set[str]) -> tuple[str, list[tuple[int, list[str]]]]
             for line, row in enumerate(read, 1)
             if any(cell.strip() for cell in row) and not row[0].strip().startswith("#")
         ]
+        # What stands above the names are notes of the instrument.
+        head = next((i for i, (_, row) in enumerate(rows) if names.issubset(row)), 0)
+        rows = rows[head:]
         found.append((len(names.intersection(rows[0][1])) if rows else 0, separator, rows))
     # Of equal ones the first.
     _, separator, rows = max(found, key=lambda one: one[0])

@@ -17,7 +17,7 @@ from starlette.applications import Starlette
 from starlette.exceptions import HTTPException
 from starlette.middleware import Middleware
 from starlette.requests import Request
-from starlette.responses import FileResponse, JSONResponse, Response
+from starlette.responses import FileResponse, JSONResponse, RedirectResponse, Response
 from starlette.routing import BaseRoute, Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
@@ -60,7 +60,11 @@ REPORT_POLICY = (
 
 
 def create_app(
-    *, report: Path | None = None, hosts: tuple[str, ...] = ("*",), token: str | None = None
+    *,
+    report: Path | None = None,
+    link: str = "",
+    hosts: tuple[str, ...] = ("*",),
+    token: str | None = None,
 ) -> Starlette:
     """Return the workbench as an ASGI application.
 
@@ -68,6 +72,8 @@ def create_app(
     ----------
     report
         Folder of a report that `percuss paper` wrote, to be shown under "Paper"; or None.
+    link
+        Fragment of a link that the address ``/study`` leads to.
     hosts
         Names under which the server answers.
     token
@@ -80,6 +86,7 @@ def create_app(
     """
     routes: list[BaseRoute] = [
         Route("/", _index),
+        Route("/study", lambda _: RedirectResponse(f"/#{link}", 303)),
         Route("/api/presets", _presets),
         Route("/api/report", _report_job, methods=["GET", "POST"]),
         Route("/api/file/{extension}", _file, methods=["POST"]),

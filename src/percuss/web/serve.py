@@ -49,8 +49,8 @@ def serve(
     report
         Folder of a report of `percuss paper`, or None.
     link
-        What the page begins with: the fragment of a link, as `percuss.studies.link.link_of`
-        returns it; empty for its first motion.
+        What the page begins with, at the address ``/study``: the fragment of a link, as
+        `percuss.studies.link.link_of` returns it; empty for its first motion.
     open_page
         Whether to open the page in a browser.
     say
@@ -76,11 +76,10 @@ def serve(
     # Only users of this machine reach a loopback address; elsewhere a token is required.
     token = None if is_loopback(host) else secrets.token_urlsafe(24)
     hosts = (*LOCAL_NAMES, _in_address(host)) if token is None else ("*",)
-    server = server_of(create_app(report=report, hosts=hosts, token=token))
-    fragment = f"#{link}" if link else ""
-    addresses = [
-        address + fragment for address in addresses_of(host, listening.getsockname()[1], token)
-    ]
+    server = server_of(create_app(report=report, link=link, hosts=hosts, token=token))
+    # A link with a record is too long for a terminal.
+    path = "study" if link else ""
+    addresses = addresses_of(host, listening.getsockname()[1], token, path)
     say(f"percuss is at {addresses[0]} (Ctrl-C ends it)")
     for other in addresses[1:]:
         say(f"on this machine also at {other}")
@@ -106,7 +105,7 @@ def is_loopback(host: str) -> bool:
         return host.lower() == "localhost"
 
 
-def addresses_of(host: str, port: int, token: str | None) -> list[str]:
+def addresses_of(host: str, port: int, token: str | None, path: str = "") -> list[str]:
     """Return the addresses to open: the one for other machines first.
 
     Examples
@@ -115,12 +114,14 @@ def addresses_of(host: str, port: int, token: str | None) -> list[str]:
     ['http://127.0.0.1:8765/']
     >>> addresses_of("0.0.0.0", 8765, "abc")[-1]
     'http://127.0.0.1:8765/?token=abc'
+    >>> addresses_of("127.0.0.1", 8765, None, "study")
+    ['http://127.0.0.1:8765/study']
     """
     names = [host]
     if host in ANY:
         local = "::1" if ":" in host else LOCAL
         names = [own_address(ANY[host]) or socket.gethostname(), local]
-    rest = f"?{TOKEN}={token}" if token else ""
+    rest = path + (f"?{TOKEN}={token}" if token else "")
     return [f"http://{_in_address(name)}:{port}/{rest}" for name in names]
 
 

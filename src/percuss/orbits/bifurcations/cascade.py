@@ -20,6 +20,7 @@ from percuss.orbits.continuation.follow import StepLimits, follow
 from percuss.orbits.continuation.problem import along_parameter
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit, counted
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
+from percuss.progress import Progress, Report
 
 __all__ = ["Cascade", "follow_cascade"]
 
@@ -103,6 +104,7 @@ def follow_cascade(
     over: Mapping[str, tuple[Phase, Phase]],
     *,
     max_doublings: int = 6,
+    progress: Report = None,
 ) -> Cascade:
     """Follow an orbit to its period doubling, the doubled orbit to its own, and so on.
 
@@ -115,6 +117,10 @@ def follow_cascade(
         value.
     max_doublings
         The most doublings; the equations of the last family are as many times 2^n.
+    progress
+        True shows a line on the error stream after two seconds; a function
+        ``(done, total) -> bool`` is called after each step with the number of orbits and the
+        most there can be, and stops by returning False: the cascade has the doublings so far.
 
     Returns
     -------
@@ -151,11 +157,13 @@ def follow_cascade(
         raise ParameterError(path, over[path], "nothing to follow: the orbit is at its end")
     points: list[SpecialPoint] = []
     orbits, errors, end = [orbit], [], last
+    total = (max_doublings + 1) * STEPS.max_points
+    reported = Progress(progress, total, "orbits", is_bound=True)
     while True:
-        point, error, why = _next_doubling(orbits[-1], path, value, end)
+        point, error, why = _next_doubling(orbits[-1], path, value, end, reported)
         if point is None and end != last and f"{end:.12g} reached" in why:
             # It may lie farther away than the last ones predict.
-            point, error, why = _next_doubling(orbits[-1], path, value, last)
+            point, error, why = _next_doubling(orbits[-1], path, value, last, reported)
         if point is None:
             break
         points.append(point)
@@ -179,18 +187,21 @@ def follow_cascade(
         if len(points) > 1:
             end = points[-1].value + AHEAD * (points[-1].value - points[-2].value)
             end = min(end, last) if towards > 0.0 else max(end, last)
+    reported.close()
     values = np.array([point.value for point in points])
     return Cascade(path, tuple(points), values, np.array(errors), tuple(orbits), why)
 
 
 def _next_doubling(
-    orbit: PeriodicOrbit, path: str, value: float, end: float
+    orbit: PeriodicOrbit, path: str, value: float, end: float, progress: Progress
 ) -> tuple[SpecialPoint | None, float, str]:
     """Return where an orbit doubles before a value, its error, or why it does not."""
     family = BranchEquations(orbit, path, min(value, end), max(value, end))
     start = family.started(orbit, value)
     sign = math.copysign(1.0, end - value) * math.copysign(1.0, start.tangent[-1])
-    rows, why, _ = follow(start, sign, BranchDetector(), STEPS, until=_is_turning)
+    rows, why, _ = follow(
+        start, sign, BranchDetector(), STEPS, until=_is_turning, progress=progress
+    )
     last = rows[-1][1] if rows else None
     if last is None or not _is_turning(last):
         return None, math.nan, why

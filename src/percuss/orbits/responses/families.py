@@ -6,7 +6,7 @@ import dataclasses
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from percuss.numerics import log, power
 from percuss.orbits.finding.settled import Settled
 from percuss.orbits.orbit.extremes import Extremes
 
-__all__ = ["Families", "Range", "SeenAttractor"]
+__all__ = ["Families", "Range", "SeenAttractor", "Starts"]
 
 # Ranges whose ends have a larger ratio are divided by ratios, others by differences.
 WIDE = 4.0
@@ -83,6 +83,14 @@ class Range:
         return (value - self.low) / (self.high - self.low)
 
 
+class Starts(NamedTuple):
+    """The starts of motions that are followed until they settle: so many at random, and others."""
+
+    n: int
+    seed: int
+    also: Sequence[tuple[float, ...]]
+
+
 @dataclass(slots=True)
 class Families(ABC):
     """The branches found so far, and how more of them are found; each kind of model has its own.
@@ -115,14 +123,7 @@ class Families(ABC):
         """Yield orbits at a value that need no search."""
 
     @abstractmethod
-    def settled(
-        self,
-        value: float,
-        counts: tuple[int, int],
-        n_starts: int,
-        seed: int,
-        also: Sequence[tuple[float, ...]],
-    ) -> list[Settled]:
+    def settled(self, value: float, counts: tuple[int, int], starts: Starts) -> list[Settled]:
         """Return the attractors to which motions settle at a value."""
 
     @abstractmethod

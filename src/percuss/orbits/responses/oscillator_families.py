@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -28,7 +28,7 @@ from percuss.orbits.orbit.itinerary import Itinerary
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.solve import solve
 from percuss.orbits.orbit.steady import free_region, steady_orbit
-from percuss.orbits.responses.families import Families
+from percuss.orbits.responses.families import Families, Starts
 
 __all__ = ["OscillatorFamilies"]
 
@@ -94,18 +94,11 @@ class OscillatorFamilies(Families):
                     orbits = single_impact_orbits(osc, force, n_periods, stop)
                     yield from (orbit for orbit in orbits if orbit.admissible)
 
-    def settled(
-        self,
-        value: float,
-        counts: tuple[int, int],
-        n_starts: int,
-        seed: int,
-        also: Sequence[tuple[float, ...]],
-    ) -> list[Settled]:
+    def settled(self, value: float, counts: tuple[int, int], starts: Starts) -> list[Settled]:
         """Return the attractors to which motions settle at a value."""
-        pairs = [(x, v) for x, v in also]
+        pairs = [(x, v) for x, v in starts.also]
         return settled_motions(
-            self.system(value), *counts, n_starts=n_starts, seed=seed, also=pairs
+            self.system(value), *counts, n_starts=starts.n, seed=starts.seed, also=pairs
         )
 
     def without_impacts(self, value: float) -> PeriodicOrbit | None:

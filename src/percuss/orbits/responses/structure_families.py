@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -26,7 +26,7 @@ from percuss.orbits.finding.structure_settled import (
 )
 from percuss.orbits.orbit.extremes import Extremes
 from percuss.orbits.orbit.structure_orbit import StructureOrbit, structure_orbit_at
-from percuss.orbits.responses.families import Families
+from percuss.orbits.responses.families import Families, Starts
 
 __all__ = ["StructureFamilies"]
 
@@ -72,17 +72,15 @@ class StructureFamilies(Families):
         """Return nothing: no orbit of several masses is known without a search."""
         return ()
 
-    def settled(
-        self,
-        value: float,
-        counts: tuple[int, int],
-        n_starts: int,
-        seed: int,
-        also: Sequence[tuple[float, ...]],
-    ) -> list[Settled]:
+    def settled(self, value: float, counts: tuple[int, int], starts: Starts) -> list[Settled]:
         """Return the attractors to which motions settle at a value."""
         return settled_structures(
-            self.system(value), counts[1], self.on, n_starts=n_starts, seed=seed, also=also
+            self.system(value),
+            counts[1],
+            self.on,
+            n_starts=starts.n,
+            seed=starts.seed,
+            also=starts.also,
         )
 
     def without_impacts(self, value: float) -> StructureOrbit | None:

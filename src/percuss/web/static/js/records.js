@@ -7,21 +7,49 @@ import { choiceField } from "./fields.js";
 const MOST_BYTES = 56_000;
 const MOST_TOLD = 8;
 
+const SEPARATORS = [",", ";", "\t"];
+
+/** Return the text of a file, as spreadsheets of any age encode it. */
+async function textOf(file) {
+  const bytes = new Uint8Array(await file.arrayBuffer());
+  const wide = { "255,254": "utf-16le", "254,255": "utf-16be" }[bytes.subarray(0, 2)];
+  try {
+    return new TextDecoder(wide ?? "utf-8", { fatal: true }).decode(bytes);
+  } catch {
+    return new TextDecoder("windows-1252").decode(bytes);
+  }
+}
+
 /** Return the names of the columns of a table and its rows with their lines; `fault` says why there are none. */
 export function readTable(text) {
+  const tables = SEPARATORS.map((separator) => rowsOf(text, separator));
+  // That with most columns of numbers; of equal ones the first.
+  const rows = tables.reduce((best, other) => (widthOf(other) > widthOf(best) ? other : best));
+  if (rows.length === 0) return { fault: "the table is empty" };
+  // What stands above the names are notes of the instrument.
+  const width = widthOf(rows);
+  const first = rows.findIndex(({ cells }) => cells.every(isNumber));
+  const head = Math.max(0, rows.slice(0, Math.max(first, 1)).findLastIndex(({ cells }) => cells.length >= width && !cells.some(isNumber)));
+  const names = rows[head].cells;
+  if (names.every(isNumber)) return { fault: "its first line holds numbers; write the names of the columns above them" };
+  if (names.length < 2) return { fault: "it has one column; a record needs instants and forces" };
+  return { names, rows: rows.slice(head + 1) };
+}
+
+/** Return the rows of a table with the numbers of their lines; decimal commas are points. */
+function rowsOf(text, separator) {
   const rows = [];
   text.replace(/^\uFEFF/, "").split(/\r\n|\n|\r/).forEach((line, k) => {
-    const cells = line.split(",").map((cell) => cell.trim().replace(/^"(.*)"$/, "$1"));
+    const plain = line.split(separator).map((cell) => cell.trim().replace(/^"(.*)"$/, "$1"));
+    const cells = separator === "," ? plain : plain.map((cell) => (/^[-+\d.,eE]+$/.test(cell) ? cell.replace(",", ".") : cell));
     if (cells.some((cell) => cell !== "") && !cells[0].startsWith("#")) rows.push({ line: k + 1, cells });
   });
-  if (rows.length === 0) return { fault: "the table is empty" };
-  const [{ cells: names }, ...rest] = rows;
-  for (const [name, sign] of [["semicolons", ";"], ["tabs", "\t"]]) {
-    if (names.some((cell) => cell.includes(sign))) return { fault: `its columns are separated by ${name}; write commas, and points in numbers` };
-  }
-  if (names.every((cell) => isNumber(cell))) return { fault: "its first line holds numbers; write the names of the columns above them" };
-  if (names.length < 2) return { fault: "it has one column; a record needs instants and forces" };
-  return { names, rows: rest };
+  return rows;
+}
+
+/** Return how many columns the first line of numbers has; 0 without one. */
+function widthOf(rows) {
+  return rows.find(({ cells }) => cells.every(isNumber))?.cells.length ?? 0;
 }
 
 /** Return the samples in two columns of a table, and the faults of its lines. */
@@ -71,7 +99,7 @@ export class RecordForm {
   async read(file) {
     if (!file) return;
     this.form.replaceChildren();
-    const table = readTable(await file.text());
+    const table = readTable(await textOf(file));
     this.message.textContent = table.fault ? `${file.name}: ${table.fault}` : "";
     if (table.fault) return;
     const usual = (name, k) => (table.names.includes(name) ? name : table.names[k]);
