@@ -8,7 +8,7 @@ import pickle
 import pytest
 
 import percuss as pc
-from percuss.orbits.finding.find import FoundOrbits, estimate_unseen
+from percuss.orbits.finding.found import FoundOrbits, estimate_unseen
 
 OSC = pc.impact_oscillator("0.8", side="above")
 FORCE = pc.cosine("2.66")

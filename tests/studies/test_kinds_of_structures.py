@@ -39,6 +39,7 @@ omega = "0.9"
 KINDS = {
     "motion": "[start]\nv0 = [0, 1]\n[run]\nperiods = 10\n[draw]\non = [1, [1, -1]]\n",
     "orbit": "[orbit]\nx0 = [0, 0]\nv0 = [0, 0]\n",
+    "orbits": "[orbits]\nmax_impacts = 1\nmax_periods = 1\n[draw]\non = [1]\n",
     "branch": '[over]\n"loads.0.omega" = ["0.7", "1.2"]\n[branch]\nmax_points = 3\n',
     "curve": '[over]\n"loads.0.omega" = ["0.4", "1.2"]\n"loads.0.amplitude" = ["0.1", 1]\n',
     "response": (
@@ -65,10 +66,9 @@ def text_of(kind: str, more: str = "") -> str:
     return f'[study]\nkind = "{kind}"\n{MODEL}{KINDS[kind]}{more}'
 
 
-def test_the_kinds_here_are_all_that_structures_have() -> None:
+def test_the_kinds_here_are_all_kinds() -> None:
     # Designs and fits are tried with their own searches and records, in test_designs and test_fits.
-    kinds = [*KINDS, "design", "fit"]
-    assert [name for name in kind_names() if kind_named(name).for_structures] == kinds
+    assert [*KINDS, "design", "fit"] == kind_names()
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -89,6 +89,8 @@ def test_a_study_of_a_structure_is_read_back_equal_from_its_text(kind: str) -> N
         ("orbit", "v0 = [0, 0]\n", "", "orbit.v0: missing; a guess is a state, x0 and v0"),
         ("orbit", "v0 = [0, 0]", "v0 = [0]", "orbit.v0 = [0]: 1 numbers for 2 coordinates"),
         ("orbit", "[orbit]", "[orbit]\nimpacts = 1", "orbit.impacts: unknown key; known here: "),
+        ("orbits", "max_impacts", "formal = true\nmax_impacts", "orbits.formal: unknown key; known "),
+        ("orbits", "on = [1]", "on = [2]", "draw.on.0 = 2: no such coordinate; the coordinates are"),
         ("branch", "loads.0.omega", "loads.0.omgea", "over.loads.0.omgea: no such parameter"),
         ("branch", "[branch]", '[draw]\nquantity = "impact_velocity"\n[branch]',
          'draw.quantity = "impact_velocity": not amplitude or multiplier'),
@@ -176,6 +178,25 @@ def test_an_orbit_and_a_branch_are_those_of_python_and_are_written(tmp_path: Pat
     # The record of a table repeats the study.
     again = parse_study((tmp_path / "branch" / "branch.csv.toml").read_text())
     assert again == study or again.text() == study.text()
+
+
+def test_the_orbits_of_a_search_are_those_of_python_and_are_written(tmp_path: Path) -> None:
+    study = parse_study(text_of("orbits"))
+    structure, loads = study.model, study.force
+    assert isinstance(structure, pc.Structure)
+    assert isinstance(loads, pc.Loads)
+
+    result = run_study(study, tmp_path)
+
+    own = pc.find_orbits(structure, loads, 1, 1)
+    assert result.report["orbits"].startswith(f"{len(own)}: ")
+    assert result.report["search"] == own.completeness()
+    loaded = load_netcdf(tmp_path / "orbits.nc")
+    assert [orbit.x0.tolist() for orbit in loaded] == [orbit.x0.tolist() for orbit in own]
+    rows = pandas.read_csv(tmp_path / "orbits.csv")
+    np.testing.assert_array_equal(rows.x0_1, [orbit.x0[1] for orbit in own])
+    assert rows.is_stable.tolist() == [orbit.is_stable for orbit in own]
+    assert (tmp_path / "orbits.png").stat().st_size > 10_000
 
 
 def test_a_response_is_that_of_python_and_is_written(tmp_path: Path) -> None:

@@ -235,16 +235,6 @@ FAULTS = [
         ("s.toml:29: run: missing an end; give t_end or periods: stops may never be met",),
     ),
     (
-        {"[structure]": '[study]\nkind = "orbits"\n[structure]'},
-        (
-            (
-                's.toml:2: study.kind = "orbits": no kind of study for a structure; there are '
-                "motion, orbit, branch, curve, response, sweep, diagram, basins, lyapunov, design, "
-                "fit"
-            ),
-        ),
-    ),
-    (
         {"[structure]": "[oscillator]\n[forcing]\n[structure]"},
         (
             "s.toml:1: oscillator: given together with [structure]; a study has one of the two",

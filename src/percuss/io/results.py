@@ -149,6 +149,17 @@ def orbit_columns(orbits: Sequence[PeriodicOrbit]) -> Columns:
     return columns | {"stops": np.array(stops, dtype=object)}
 
 
+def structure_orbit_columns(orbits: Sequence[StructureOrbit]) -> Columns:
+    """Return orbits of a structure as a table, one row an orbit."""
+    names = ("n_impacts", "n_periods", "period", "is_stable", "residual")
+    columns = {name: np.array([getattr(orbit, name) for orbit in orbits], dtype=object)
+               for name in names}  # fmt: skip
+    for name in ("x0", "v0"):
+        states = np.array([getattr(orbit, name) for orbit in orbits])
+        columns |= {f"{name}_{i}": column for i, column in enumerate(states.T)}
+    return columns | _of_multipliers(np.array([orbit.multipliers for orbit in orbits]))
+
+
 def branch_columns(branch: Branch) -> Columns:
     """Return a branch as a table, one row an orbit."""
     special = np.full(len(branch), "", dtype=object)
@@ -480,7 +491,7 @@ def _tables_of_each(name: str) -> Callable[[Any], Tables]:
     return lambda results: {f"{name}_{i}": result.to_xarray() for i, result in enumerate(results)}
 
 
-def _orbits_outcome(orbits: Sequence[PeriodicOrbit]) -> str:
+def _orbits_outcome(orbits: Sequence[PeriodicOrbit | StructureOrbit]) -> str:
     stable = sum(orbit.is_stable for orbit in orbits)
     return f"{len(orbits)} periodic orbits were found, {stable} of them stable"
 
@@ -665,6 +676,14 @@ _LISTS: dict[str, ResultKind] = {
         _nothing,
         _tables_of_each("curve"),
         {"curves": _many(_xarray_columns, "curve")},
+    ),
+    "StructureOrbit": ResultKind(
+        "orbits",
+        "periodic orbits of a structure",
+        _orbits_outcome,
+        _nothing,
+        lambda _: {},
+        {"orbits": structure_orbit_columns},
     ),
     "StructureCurve": ResultKind(
         "curves",

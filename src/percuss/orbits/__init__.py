@@ -21,9 +21,9 @@ from percuss.orbits.bifurcations.structure_curve import (
     StructureCurvePoint as StructureCurvePoint,
 )
 from percuss.orbits.bifurcations.switching import switch_branch as switch_branch
-from percuss.orbits.finding.find import FoundOrbits as FoundOrbits
 from percuss.orbits.finding.find import find_orbit as find_orbit
 from percuss.orbits.finding.find import find_orbits as find_orbits
+from percuss.orbits.finding.found import FoundOrbits as FoundOrbits
 from percuss.orbits.finding.single_impact import SingleImpact as SingleImpact
 from percuss.orbits.finding.single_impact import single_impact as single_impact
 from percuss.orbits.finding.single_impact import single_impact_orbits as single_impact_orbits

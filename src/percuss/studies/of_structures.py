@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from percuss.orbits import StructureOrbit
 
 __all__ = [
-    "check_measured", "check_on", "check_sought", "checked_motion", "checked_start", "draw_motion",
+    "check_drawn", "check_measured", "check_on", "check_sought", "checked_motion", "checked_start", "draw_motion",
     "motion_of", "report_of_motion", "report_of_orbit", "shown_directions",
 ]  # fmt: skip
 
@@ -191,9 +191,14 @@ def check_sought(x0: NumbersKey | None, v0: NumbersKey | None, study: StudyDraft
     if not missing:
         values = {name: 0.0 if value is MISSING else value for name, value in given.items()}
         _check_guess(draft(StructureStart, **values), study)
+    check_drawn(study)
+    study.needs_period("a periodic orbit of a structure needs periodic loads")
+
+
+def check_drawn(study: StudyDraft) -> None:
+    """Add the faults of the displacements that pictures show."""
     for index, on in enumerate(study.draw.on or ()):
         check_on(on, ("draw", "on", index), study, is_needed=True)
-    study.needs_period("a periodic orbit of a structure needs periodic loads")
 
 
 def _check_guess(start: StructureStart, study: StudyDraft) -> None:

@@ -174,12 +174,6 @@ def build_study(
     kind = kind_named(name) if name in kind_names() else None
     if kind is None and isinstance(name, str):
         faults.add(("study", "kind"), unknown_value(name, kind_names()), shown(name))
-    if kind is not None and of_structure and not kind.for_structures:
-        known = ", ".join(each for each in kind_names() if kind_named(each).for_structures)
-        reason = f"no kind of study for a structure; there are {known}"
-        faults.add(("study", "kind"), reason, shown(name))
-        # What its tables would have to hold is not known.
-        kind = None
     _check_tables(document, kind, faults)
     known_here = known_keys(kind, of_structure=of_structure)
     head = read(StudyTable, raw_table(document, "study"), faults, ("study",))

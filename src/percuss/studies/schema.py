@@ -87,13 +87,11 @@ def _of_kind(name: str, kind: type[Question], definitions: dict[str, Any]) -> di
         # The default.
         no_kind = {"not": {"properties": {"study": {"required": ["kind"]}}, "required": ["study"]}}
         condition = {"anyOf": [is_this, no_kind]}
-    then = _files_of(kind, definitions, of_structure=False)
-    if kind.for_structures:
-        then = {
-            "if": {"required": ["structure"]},
-            "then": _files_of(kind, definitions, of_structure=True),
-            "else": then,
-        }
+    then = {
+        "if": {"required": ["structure"]},
+        "then": _files_of(kind, definitions, of_structure=True),
+        "else": _files_of(kind, definitions, of_structure=False),
+    }
     return {"if": condition, "then": then}
 
 

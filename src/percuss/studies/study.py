@@ -180,8 +180,6 @@ class Question(ABC):
         Whether its search is kept in a file, so that it can be resumed.
     is_certifiable
         Whether its file may ask for a proof.
-    for_structures
-        Whether it may be asked of a structure.
     needed, needed_of_structures
         Tables that its file must have, and that of a structure.
     of_oscillators, of_structures
@@ -200,7 +198,6 @@ class Question(ABC):
     is_ensemble: ClassVar[bool] = False
     takes_store: ClassVar[bool] = False
     is_certifiable: ClassVar[bool] = False
-    for_structures: ClassVar[bool] = False
     needed: ClassVar[tuple[str, ...]] = ()
     needed_of_structures: ClassVar[tuple[str, ...]] = ()
     of_oscillators: ClassVar[tuple[str, ...]] = ()

@@ -19,7 +19,13 @@ from percuss.model.oscillator import Oscillator, Wall
 from percuss.model.restitution import is_elastic
 from percuss.model.structure import Structure
 from percuss.model.system import System
-from percuss.numerics import log
+from percuss.orbits.finding.find_structures import find_structure_orbits
+from percuss.orbits.finding.found import (
+    ENOUGH,
+    FoundOrbits,
+    check_effort,
+    estimate_unseen,
+)
 from percuss.orbits.finding.refine_guess import (
     Known,
     counts_of_guess,
@@ -40,29 +46,21 @@ from percuss.orbits.finding.search_budget import SearchBudget, check_length
 from percuss.orbits.finding.settled import settled_motions
 from percuss.orbits.finding.single_impact import has_closed_form, single_impact_orbits
 from percuss.orbits.orbit.itinerary import events_of_stops
-from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit, counted
+from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.signature import are_same
 from percuss.orbits.orbit.steady import free_region, regions, steady_orbit
 from percuss.orbits.orbit.sticking import sticking_orbits
 from percuss.orbits.orbit.structure_orbit import StructureOrbit, find_structure_orbit
 from percuss.progress import Report
 
-__all__ = ["FoundOrbits", "estimate_unseen", "find_orbit", "find_orbits"]
+__all__ = ["find_orbit", "find_orbits"]
 
 # From the best to the worst.
 _RANKS = ("asymptotic", "elliptic", "parabolic", "unstable")
 # Motions that are followed for long where no admissible orbit is found otherwise.
 ATTRACTED = 40
-# Batches of a search for all orbits, at an effort of 1; it ends early when fewer orbits than this
-# are estimated to be unseen. The estimate is no bound: of 60 systems at random those that stopped
-# just below one orbit lacked up to four.
-FEWEST_BATCHES, MOST_BATCHES = 4, 16
-ENOUGH = 0.25
-LEAST_EFFORT, MOST_EFFORT = 0.1, 100.0
 # Velocity of an impact that is rounding, as a part of the fastest.
 NO_SPEED = 1e-12
-# The estimate of unseen orbits is of what a search with so many times the samples would show.
-SAMPLES = 6.0
 
 
 @overload
@@ -207,6 +205,7 @@ def _why_formal(orbit: PeriodicOrbit) -> str:
     return f"the orbit is formal, no motion follows it: {where}; its admissible is False"
 
 
+@overload
 def find_orbits(
     osc: Oscillator,
     force: Forcing | None = None,
@@ -217,7 +216,30 @@ def find_orbits(
     formal: bool = False,
     effort: float = 1.0,
     progress: Report = None,
-) -> FoundOrbits:
+) -> FoundOrbits[PeriodicOrbit]: ...
+@overload
+def find_orbits(
+    osc: Structure,
+    force: Loads | Mapping[Any, Forcing] | Forcing,
+    max_impacts: int = 3,
+    max_periods: int = 4,
+    seed: int = 0,
+    *,
+    formal: bool = False,
+    effort: float = 1.0,
+    progress: Report = None,
+) -> FoundOrbits[StructureOrbit]: ...
+def find_orbits(
+    osc: Any,
+    force: Any = None,
+    max_impacts: int = 3,
+    max_periods: int = 4,
+    seed: int = 0,
+    *,
+    formal: bool = False,
+    effort: float = 1.0,
+    progress: Report = None,
+) -> Any:
     """Find all periodic orbits that a search from random starts finds, each once.
 
     Orbits with one impact on a wall under one harmonic, without impacts and with sticking are
@@ -229,19 +251,28 @@ def find_orbits(
     unstable orbits are reached from one start in a thousand or fewer; where none of them was seen
     the estimate does not count them.
 
+    Orbits of a structure are found by shooting: Newton's method on the map over the period of the
+    loads, from random starts and from where their motions almost close. Its linear response is the
+    only orbit that needs no start.
+
     Parameters
     ----------
     osc, force
-        What moves; the forcing has a period, or is None or constant.
+        What moves; the forcing has a period, or is None or constant. A `Structure` has loads with
+        a common period.
     max_impacts, max_periods
-        The longest orbits to look for, >= 1.
+        The longest orbits to look for, >= 1. Of a structure the impacts on all walls and entries
+        into all soft stops of an orbit are counted; orbits that stick are given whatever their
+        number.
     seed
         Of the random starts.
     formal
-        Whether to return formal orbits too, which pass through a stop between impacts.
+        Whether to return formal orbits too, which pass through a stop between impacts; not of a
+        structure.
     effort
-        Multiplies the starts, 0.1 to 100: 200 from each stop at least and 800 at most. More find
-        more of the orbits that are hard to reach, which are the very unstable ones.
+        Multiplies the starts, 0.1 to 100: 200 from each stop at least and 800 at most, of a
+        structure 40 to 160. More find more of the orbits that are hard to reach, which are the
+        very unstable ones.
     progress
         True shows a line on the error stream after two seconds; a function
         ``(done, total) -> bool`` is called after each start of the search, and ends it by
@@ -250,14 +281,14 @@ def find_orbits(
     Returns
     -------
     FoundOrbits
-        A list of `PeriodicOrbit`, by n_periods, then n_impacts, then stability, with
-        `unseen_estimate` and `n_searches`.
+        A list of `PeriodicOrbit`, or of a structure of `StructureOrbit`, by n_periods, then
+        n_impacts, then stability, with `unseen_estimate` and `n_searches`.
 
     Raises
     ------
     ParameterError
-        If the forcing has no period, a number is out of range, or the longest orbits would last
-        for more than some 100,000 swings.
+        If the forcing has no period, a number is out of range, the longest orbits would last for
+        more than some 100,000 swings, or formal orbits of a structure are asked for.
 
     Examples
     --------
@@ -276,7 +307,28 @@ def find_orbits(
     >>> orbits = find_orbits(osc, pc.cosine("1.5"), max_impacts=2, max_periods=2)
     >>> orbits.unseen_estimate < 1.0
     True
+
+    Two masses, of which the first meets a stiff stop (example 03 of NLvib): beside the response
+    without a contact there are two unstable ones with a contact a period of the force, and a stable
+    one over two periods:
+
+    >>> structure = pc.Structure(
+    ...     mass=[1, 1], stiffness=[[1, -1], [-1, 2]], damping=[["0.03", "-0.03"], ["-0.03", "0.06"]],
+    ...     stops=[pc.SoftStop(at=1, side="above", stiffness=100, on=0)],
+    ... )
+    >>> orbits = pc.find_orbits(structure, pc.Loads({1: pc.cosine("0.75", amplitude="0.1")}), 2, 2)
+    >>> for orbit in orbits:
+    ...     print(orbit.n_periods, orbit.n_impacts, orbit.is_stable)
+    1 0 True
+    1 1 False
+    1 1 False
+    2 2 True
     """
+    if isinstance(osc, Structure):
+        return find_structure_orbits(
+            osc, force, max_impacts, max_periods, seed,
+            formal=formal, effort=effort, progress=progress,
+        )  # fmt: skip
     max_impacts, max_periods = (
         whole("max_impacts", max_impacts, 1),
         whole("max_periods", max_periods, 1),
@@ -284,10 +336,7 @@ def find_orbits(
     system = System.of(osc, force)
     _check(system, max_impacts if osc.stops else 0, None)
     check_length(system.law, max_impacts, max_periods)
-    if not LEAST_EFFORT <= effort <= MOST_EFFORT:
-        reason = f"outside {LEAST_EFFORT:g} to {MOST_EFFORT:g}; 1 is the usual effort"
-        raise ParameterError("effort", effort, reason)
-    batch_counts = max(1, round(effort * FEWEST_BATCHES)), max(1, round(effort * MOST_BATCHES))
+    batch_counts = check_effort(effort)
     budget = SearchBudget(system.law, progress, starts_of(system, batch_counts[1]))
     unseen = Unseen()
     orbits: list[PeriodicOrbit] = []
@@ -560,74 +609,3 @@ def _refined(guess: Guess, known: Known, budget: SearchBudget) -> PeriodicOrbit 
     if orbit is not None:
         budget.made(orbit.period)
     return orbit
-
-
-class FoundOrbits(list[PeriodicOrbit]):
-    """The periodic orbits that `find_orbits` has found.
-
-    Parameters
-    ----------
-    orbits
-        The orbits.
-    unseen_estimate
-        How many orbits of these kinds have not been found, estimated from how often the others were
-        (`estimate_unseen`); 0 where closed forms give all, NaN where the search gives no estimate
-        (free motion, or too few starts).
-    n_searches
-        The number of starts of the search.
-    """
-
-    def __init__(
-        self,
-        orbits: Iterable[PeriodicOrbit] = (),
-        unseen_estimate: float = math.nan,
-        n_searches: int = 0,
-    ) -> None:
-        super().__init__(orbits)
-        self.unseen_estimate, self.n_searches = unseen_estimate, n_searches
-
-    def __repr__(self) -> str:
-        """Return the orbits, one a line, and how complete they are."""
-        return "\n".join([*map(repr, self), self.completeness()])
-
-    def completeness(self) -> str:
-        """Return in words how many orbits were found and how many may be missing."""
-        text = counted(len(self), "periodic orbit")
-        if self.n_searches == 0:
-            return f"{text} from closed forms"
-        text += f" from {self.n_searches:,} starts"
-        if math.isnan(self.unseen_estimate):
-            return text
-        return f"{text}; some {self.unseen_estimate:.2g} more are estimated to be unseen"
-
-
-def estimate_unseen(counts: Iterable[int]) -> float:
-    """Return about how many kinds are unseen, from how often each of the others was seen.
-
-    The larger of two estimates. With f1 kinds seen once and f2 seen twice there are at least
-    f1^2 / (2 f2) more on average (Chao 1984, Scand. J. Statist. 11, 265); without any seen twice,
-    f1 (f1 + 1) / 2. That bound is low where kinds are seen at rates of many orders, as orbits are
-    by their multipliers: then each doubling of the samples shows as many new kinds as the last
-    one did, which is the sum of 2^-n over the kinds, n being how often each was seen. The second
-    estimate is what six times as many samples would show at this pace.
-
-    Parameters
-    ----------
-    counts
-        In how many independent samples each kind was seen, >= 1.
-
-    Returns
-    -------
-    float
-        The estimate, >= 0.
-
-    Examples
-    --------
-    >>> round(estimate_unseen([1, 1, 1, 2, 30]), 2), round(estimate_unseen([2, 3, 27, 400]), 2)
-    (4.52, 0.97)
-    """
-    seen = list(counts)
-    once, twice = seen.count(1), seen.count(2)
-    least = once**2 / (2.0 * twice) if twice else 0.5 * once * (once + 1)
-    pace = math.fsum(0.5**n for n in seen)
-    return max(least, pace * log(SAMPLES) / log(2.0))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from itertools import islice
 
 import numpy as np
 
@@ -38,12 +39,17 @@ __all__ = [
     "extremes_of_motion",
     "is_on_orbit",
     "largest_speed",
+    "orbits_from_start",
+    "primitive_orbit",
+    "random_starts",
     "returning_orbits",
     "settled_structures",
 ]
 
 # Motions whose near returns are looked at, returns of each, and how near they are.
 RETURNING, TRIED, RETURNED = 3, 4, 0.3
+# States nearer to each other than this part of a motion lead to one orbit.
+APART = 0.02
 
 
 def settled_structures(
@@ -105,16 +111,52 @@ def returning_orbits(
         except PercussError:
             continue
         for n_periods in range(1, max_periods + 1):
-            far = np.abs(strobes[n_periods:] - strobes[:-n_periods]).max(axis=1)
-            far = far / np.abs(strobes).max()
-            around = np.concatenate([[np.inf], far, [np.inf]])
-            least = (far <= around[:-2]) & (far <= around[2:]) & (far < RETURNED)
-            rows = np.flatnonzero(least)
-            for row in rows[np.argsort(far[rows], kind="stable")][:TRIED].tolist():
-                orbit = _primitive(system, strobes[row], n_periods)
+            for row in _near_returns(strobes, n_periods)[:TRIED]:
+                orbit = primitive_orbit(system, strobes[row], n_periods)
                 if orbit is not None and not any(is_on_orbit(orbit, known) for known in orbits):
                     orbits.append(orbit)
                     yield orbit
+
+
+def orbits_from_start(
+    system: StructureSystem, state: Floats, max_periods: int
+) -> Iterator[StructureOrbit]:
+    """Yield the orbits to which Newton's method leads from a start and from its motion.
+
+    It begins at the start itself, for each number of periods, and where the motion almost closes:
+    on its way it passes near unstable orbits, and at its end it is on a stable one. States that
+    are near one from which an orbit was sought are left out.
+    """
+    try:
+        strobes = _strobes(system, period_map(system, state, STAGE, derivative=False), STAGE + 1)
+    except PercussError:
+        strobes = state[None, :]
+    size = float(np.abs(strobes).max())
+    for n_periods in range(1, max_periods + 1):
+        tried: list[Floats] = []
+        for row in [0, *_near_returns(strobes, n_periods)]:
+            near = (np.abs(strobes[row] - other).max() <= APART * size for other in tried)
+            if any(near):
+                continue
+            tried.append(strobes[row])
+            orbit = primitive_orbit(system, strobes[row], n_periods)
+            if orbit is not None:
+                yield orbit
+            if len(tried) > TRIED:
+                break
+
+
+def _near_returns(strobes: Floats, n_periods: int) -> list[int]:
+    """Return the rows from which a motion almost closes after so many periods, the nearest first."""
+    if n_periods >= len(strobes):
+        return []
+    far = np.abs(strobes[n_periods:] - strobes[:-n_periods]).max(axis=1)
+    far = far / np.abs(strobes).max()
+    around = np.concatenate([[np.inf], far, [np.inf]])
+    least = (far <= around[:-2]) & (far <= around[2:]) & (far < RETURNED)
+    rows = np.flatnonzero(least)
+    nearest: list[int] = rows[np.argsort(far[rows], kind="stable")].tolist()
+    return nearest
 
 
 def is_on_orbit(orbit: StructureOrbit, other: StructureOrbit) -> bool:
@@ -145,18 +187,22 @@ def largest_speed(run: StructureTrajectory, since: float = -math.inf) -> float:
 
 
 def _starts(system: StructureSystem, n_starts: int, seed: int) -> list[Floats]:
-    """Return starts (x, v): at rest, and around the motion that comes from rest."""
+    """Return so many starts."""
+    return list(islice(random_starts(system, seed), n_starts))
+
+
+def random_starts(system: StructureSystem, seed: int) -> Iterator[Floats]:
+    """Yield starts (x, v) for ever: at rest, then around the motion that comes from rest."""
     random, n = np.random.default_rng(seed), system.structure.n
     rest = within_walls(system.structure, np.zeros(2 * n))
     here = period_map(system, rest, STAGE, derivative=False)
     sizes = np.abs(_strobes(system, here, TAIL)).max(axis=0)
     # In units of the largest of all coordinates: some may not have moved.
     units = np.repeat([float(sizes[:n].max()) or 1.0, float(sizes[n:].max()) or 1.0], n)
-    starts = [rest]
-    for _ in range(n_starts - 1):
+    yield rest
+    while True:
         size = power(10.0, random.uniform(-1.0, 0.7))
-        starts.append(within_walls(system.structure, size * units * random.normal(size=2 * n)))
-    return starts
+        yield within_walls(system.structure, size * units * random.normal(size=2 * n))
 
 
 def _settled(
@@ -178,7 +224,7 @@ def _settled(
             size = float(np.abs(strobes).max())
             if np.abs(state - strobes[-1 - n_periods]).max() > NEAR * size:
                 continue
-            orbit = _primitive(system, state, n_periods)
+            orbit = primitive_orbit(system, state, n_periods)
             if orbit is None or not orbit.is_stable:
                 continue
             if np.abs(_state(orbit) - state).max() > CLOSE * size:
@@ -205,7 +251,9 @@ def _has_arrived(state: Floats, orbit: object) -> bool:
     return bool((np.abs(own - state).max(axis=1) <= ARRIVED * np.abs(own).max()).any())
 
 
-def _primitive(system: StructureSystem, state: Floats, n_periods: int) -> StructureOrbit | None:
+def primitive_orbit(
+    system: StructureSystem, state: Floats, n_periods: int
+) -> StructureOrbit | None:
     """Return the orbit next to a state, over its least period; None where none is found."""
     try:
         orbit = structure_orbit_at(system, state, n_periods)

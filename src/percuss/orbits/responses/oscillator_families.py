@@ -18,7 +18,8 @@ from percuss.orbits.bifurcations.branch import Branch
 from percuss.orbits.bifurcations.continue_orbit import continue_orbit
 from percuss.orbits.bifurcations.special_points import SpecialPoint
 from percuss.orbits.bifurcations.switching import switch_branch
-from percuss.orbits.finding.find import FoundOrbits, find_orbits
+from percuss.orbits.finding.find import find_orbits
+from percuss.orbits.finding.found import FoundOrbits
 from percuss.orbits.finding.refine_guess import Known
 from percuss.orbits.finding.settled import Settled, settled_motions
 from percuss.orbits.finding.single_impact import has_closed_form, single_impact_orbits
@@ -75,7 +76,9 @@ class OscillatorFamilies(Families):
         """Return whether the forcing has a period there."""
         return self.system(value).period is not None
 
-    def searched(self, value: float, counts: tuple[int, int], seed: int) -> FoundOrbits | tuple[()]:
+    def searched(
+        self, value: float, counts: tuple[int, int], seed: int
+    ) -> FoundOrbits[PeriodicOrbit] | tuple[()]:
         """Return what `find_orbits` finds; without stops there is nothing to search for."""
         osc, force = self.system(value)
         return find_orbits(osc, force, *counts, seed) if osc.stops else ()

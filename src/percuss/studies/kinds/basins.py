@@ -81,7 +81,6 @@ class Basins(Question):
 
     doing: ClassVar = "following the starts"
     is_ensemble: ClassVar = True
-    for_structures: ClassVar = True
     needed: ClassVar = ("basins",)
     needed_of_structures: ClassVar = ("over",)
     of_oscillators: ClassVar = ("x0", "v0", "cycle", "v", "stop", "t0")

@@ -65,7 +65,6 @@ class Branch(Question):
 
     doing: ClassVar = "following the orbit"
     is_certifiable: ClassVar = True
-    for_structures: ClassVar = True
     needed: ClassVar = ("over",)
     needed_of_structures: ClassVar = ("over",)
     draw_keys: ClassVar = ("quantity",)

@@ -47,7 +47,6 @@ class Curve(Question):
 
     doing: ClassVar = "following the curves"
     stem: ClassVar = "curves"
-    for_structures: ClassVar = True
     needed: ClassVar = ("over",)
     needed_of_structures: ClassVar = ("over",)
     # One row a point of a curve.

@@ -115,7 +115,6 @@ class Design(Question):
     """
 
     doing: ClassVar = "searching"
-    for_structures: ClassVar = True
     needed: ClassVar = ("design",)
     needed_of_structures: ClassVar = ("design",)
 

@@ -76,7 +76,6 @@ class Diagram(Question):
 
     doing: ClassVar = "following the motions"
     is_ensemble: ClassVar = True
-    for_structures: ClassVar = True
     needed: ClassVar = ("over",)
     needed_of_structures: ClassVar = ("over",)
     of_structures: ClassVar = ("on",)

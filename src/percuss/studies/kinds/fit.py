@@ -115,7 +115,6 @@ class Fit(Question):
     """
 
     doing: ClassVar = "fitting"
-    for_structures: ClassVar = True
     takes_store: ClassVar = True
     needed: ClassVar = ("fit",)
     needed_of_structures: ClassVar = ("fit",)

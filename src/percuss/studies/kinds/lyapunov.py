@@ -31,7 +31,6 @@ class Lyapunov(Question):
     """The Lyapunov exponents of the motion from a start, as `lyapunov_exponents` takes them."""
 
     doing: ClassVar = "following the motion and its neighbours"
-    for_structures: ClassVar = True
     columns: ClassVar = {"lyapunov": "table"}
 
     start: StartState = AT_REST

@@ -41,7 +41,6 @@ class Motion(Question):
 
     doing: ClassVar = "simulating"
     is_certifiable: ClassVar = True
-    for_structures: ClassVar = True
     needed: ClassVar = ("start", "run")
     needed_of_structures: ClassVar = ("run",)
     save_keys: ClassVar = ("samples",)

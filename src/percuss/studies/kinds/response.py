@@ -23,7 +23,6 @@ class Response(Question):
     """All families of orbits over one parameter, as `percuss.response_curve` takes it."""
 
     doing: ClassVar = "looking for families of orbits"
-    for_structures: ClassVar = True
     needed: ClassVar = ("over",)
     needed_of_structures: ClassVar = ("over",)
     of_structures: ClassVar = ("on",)

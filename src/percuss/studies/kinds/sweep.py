@@ -75,7 +75,6 @@ class Sweep(Question):
 
     doing: ClassVar = "measuring"
     is_ensemble: ClassVar = True
-    for_structures: ClassVar = True
     needed: ClassVar = ("over", "sweep")
     needed_of_structures: ClassVar = ("over", "sweep")
     of_structures: ClassVar = ("on",)
