@@ -11,7 +11,7 @@ import pytest
 
 import percuss as pc
 from percuss.arrays import Floats
-from percuss.orbits.surface.manifolds import LONGEST, local_manifold
+from percuss.orbits.surface.manifold_growth import LONGEST, local_manifold
 
 PENDULUM = pc.Oscillator(stiffness=-1.0, damping=0.1)
 # Slopes of the manifolds of free motion at k = -1, a = 0.1.

@@ -22,7 +22,7 @@ DIFFERENT = {("np", name) for name in [*ELEMENTARY, "hypot", "linalg"]}
 DIFFERENT |= {(module, name) for module in ("math", "cmath") for name in ELEMENTARY}
 
 # Products here are those of `numerics.wide.Wide`, which are percuss's own, and not of arrays.
-PRODUCTS_OF_WIDE = ("model/acting_sets.py", "numerics/modes.py", "numerics/wide.py")
+PRODUCTS_OF_WIDE = ("model/structure_frames.py", "numerics/modes.py", "numerics/wide.py")
 
 
 def calls_that_differ(text: str) -> list[str]:

@@ -16,7 +16,7 @@ from percuss.numerics import log, power
 from percuss.orbits.finding.settled import Settled
 from percuss.orbits.orbit.extremes import Extremes
 
-__all__ = ["Families", "Range", "SeenAttractor", "Starts"]
+__all__ = ["Families", "Range", "SeenAttractor", "SettlingStarts"]
 
 # Ranges whose ends have a larger ratio are divided by ratios, others by differences.
 WIDE = 4.0
@@ -83,7 +83,7 @@ class Range:
         return (value - self.low) / (self.high - self.low)
 
 
-class Starts(NamedTuple):
+class SettlingStarts(NamedTuple):
     """The starts of motions that are followed until they settle: so many at random, and others."""
 
     n: int
@@ -123,7 +123,9 @@ class Families(ABC):
         """Yield orbits at a value that need no search."""
 
     @abstractmethod
-    def settled(self, value: float, counts: tuple[int, int], starts: Starts) -> list[Settled]:
+    def settled(
+        self, value: float, counts: tuple[int, int], starts: SettlingStarts
+    ) -> list[Settled]:
         """Return the attractors to which motions settle at a value."""
 
     @abstractmethod

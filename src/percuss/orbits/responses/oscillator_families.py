@@ -28,7 +28,7 @@ from percuss.orbits.orbit.itinerary import Itinerary
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.solve import solve
 from percuss.orbits.orbit.steady import free_region, steady_orbit
-from percuss.orbits.responses.families import Families, Starts
+from percuss.orbits.responses.families import Families, SettlingStarts
 
 __all__ = ["OscillatorFamilies"]
 
@@ -94,7 +94,9 @@ class OscillatorFamilies(Families):
                     orbits = single_impact_orbits(osc, force, n_periods, stop)
                     yield from (orbit for orbit in orbits if orbit.admissible)
 
-    def settled(self, value: float, counts: tuple[int, int], starts: Starts) -> list[Settled]:
+    def settled(
+        self, value: float, counts: tuple[int, int], starts: SettlingStarts
+    ) -> list[Settled]:
         """Return the attractors to which motions settle at a value."""
         pairs = [(x, v) for x, v in starts.also]
         return settled_motions(

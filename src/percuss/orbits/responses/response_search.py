@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from percuss.orbits.finding.settled import Settled
-from percuss.orbits.responses.families import Families, SeenAttractor, Starts
+from percuss.orbits.responses.families import Families, SeenAttractor, SettlingStarts
 from percuss.progress import Progress, Report
 
 __all__ = ["search_families"]
@@ -119,7 +119,7 @@ class _ResponseSearch:
         value = self.families.within.value(part)
         if not self.progress.advance(text=f"settling at {self.families.path} = {value:.6g}"):
             return []
-        starts = Starts(STARTS, self.seed + number, [seen.state for seen in before])
+        starts = SettlingStarts(STARTS, self.seed + number, [seen.state for seen in before])
         return self.families.settled(value, self.counts, starts)
 
     def compared(self, round_number: int, n_values: int) -> Iterator[SeenAttractor]:

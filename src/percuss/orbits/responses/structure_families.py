@@ -26,7 +26,7 @@ from percuss.orbits.finding.structure_settled import (
 )
 from percuss.orbits.orbit.extremes import Extremes
 from percuss.orbits.orbit.structure_orbit import StructureOrbit, structure_orbit_at
-from percuss.orbits.responses.families import Families, Starts
+from percuss.orbits.responses.families import Families, SettlingStarts
 
 __all__ = ["StructureFamilies"]
 
@@ -72,7 +72,9 @@ class StructureFamilies(Families):
         """Return nothing: no orbit of several masses is known without a search."""
         return ()
 
-    def settled(self, value: float, counts: tuple[int, int], starts: Starts) -> list[Settled]:
+    def settled(
+        self, value: float, counts: tuple[int, int], starts: SettlingStarts
+    ) -> list[Settled]:
         """Return the attractors to which motions settle at a value."""
         return settled_structures(
             self.system(value),
