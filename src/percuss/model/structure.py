@@ -210,9 +210,12 @@ class Structure:
         points = ", ".join(name for name, _ in self.points)
         damped = "damped" if any(map(any, self.damping)) else "undamped"
         size = "1 coordinate" if self.n == 1 else f"{self.n} coordinates"
-        return "; ".join(
-            [f"<Structure: {size}, {damped}", stops, *([f"points {points}"] if points else [])]
-        ) + ">"
+        return (
+            "; ".join(
+                [f"<Structure: {size}, {damped}", stops, *([f"points {points}"] if points else [])]
+            )
+            + ">"
+        )
 
     def text(self) -> str:
         """Return the call that makes the structure, with every number as it was given.
