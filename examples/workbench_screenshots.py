@@ -111,6 +111,32 @@ def _explore(page: Page) -> None:
     page.evaluate("scrollTo(0, 0)")
 
 
+def _panel(page: Page) -> None:
+    """A mass in SI units, a shaker whose force follows its frequency, and a record."""
+    _open(page, "fig06_above")
+    page.set_viewport_size({**SIZE, "height": 960})
+    panel = page.locator("form.panel")
+    panel.get_by_role("button", name="give it a mass").click()
+    units = panel.get_by_role("group", name="units")
+    for quantity, name in (("length", "mm"), ("time", "s"), ("mass", "t")):
+        units.get_by_label(quantity).select_option(name)
+    panel.get_by_label("name of a new parameter").fill("w")
+    panel.get_by_role("button", name="add a parameter").click()
+    for path, value in (
+        ("parameters-w", "2.8"),
+        ("forcing-harmonics-0-omega", "w"),
+        ("forcing-harmonics-0-amplitude", "0.15*w**2"),
+    ):
+        page.locator(f"#p-{path}").fill(value)
+        page.locator(f"#p-{path}").blur()
+    table = "t,f\n" + "".join(f"{t},{f}\n" for t, f in ((0, 0), (5, 1), (6, -1), (20, 0), (40, 0)))
+    panel.locator("input[type=file]").set_input_files(
+        {"name": "gust.csv", "mimeType": "text/csv", "buffer": table.encode()}
+    )
+    panel.get_by_role("button", name="use it").click()
+    page.wait_for_timeout(1500)
+
+
 def _certify(page: Page) -> None:
     _open(page, "first_impacts")
     for path, value in (("oscillator-damping", "0"), ("oscillator-stops-0-at", "0")):
@@ -181,6 +207,7 @@ def _phone(page: Page) -> None:
 
 SHOWN = {
     "explore": _explore,
+    "panel": _panel,
     "certify": _certify,
     "dark": _dark,
     "diagram": _diagram,

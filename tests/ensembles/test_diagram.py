@@ -40,12 +40,15 @@ SOFT = pc.Oscillator(
 def test_passages_are_those_of_the_section_of_a_run(
     osc: pc.Oscillator, direction: SectionDirection, at: float
 ) -> None:
-    """In the free flight, at the edge of the soft stop, and behind the wall: none at all."""
+    """In the free flight, at the edge of the soft stop, and where none is."""
     diagram = pc.bifurcation_diagram(
         osc, pc.cosine(2.5), over={"forcing.omega": [2.5, 2.8]}, starts=[(0.0, 1.0)],
         follow=(), transient=50, points=40, section={"at": at, "direction": direction},
     )  # fmt: skip
 
+    if osc is OSC and at == -0.85:
+        assert np.isnan(diagram.v).all(), "inside the wall"
+        return
     for i, omega in enumerate((2.5, 2.8)):
         period = float(pc.cosine(omega).period or 0.0)
         run = pc.simulate(osc, pc.cosine(omega), v0=1.0, t_end=89 * period)

@@ -66,10 +66,16 @@ def test_the_edge_of_a_stop_is_passed_at_its_crossings() -> None:
     assert passed.v.values.tolist() == run.crossings.v.tolist()
 
 
-def test_at_a_wall_and_beyond_it_there_is_no_passage() -> None:
-    run = pc.simulate(pc.impact_oscillator("0.9", wall=0), pc.cosine(2), v0=1.0, t_end=50.0)
+def test_at_a_wall_there_is_no_passage_and_inside_it_no_section() -> None:
+    osc, force = pc.impact_oscillator("0.9", wall=0), pc.cosine(2)
+    run = pc.simulate(osc, force, v0=1.0, t_end=50.0)
 
-    assert len(run.section(at=0.0).t) == len(run.section(at=-0.1).t) == 0
+    assert len(run.section(at=0.0).t) == 0
+    inside = r"^at = -0\.1: below the wall at x = 0"
+    with pytest.raises(pc.ParameterError, match=inside):
+        run.section(at=-0.1)
+    with pytest.raises(pc.ParameterError, match=inside):
+        pc.section_map(osc, force, at=-0.1)
 
 
 def test_a_start_on_the_level_is_no_passage() -> None:

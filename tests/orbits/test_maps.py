@@ -213,7 +213,7 @@ def test_an_orbit_has_its_multipliers_at_every_section() -> None:
 @pytest.mark.parametrize(
     ("keywords", "message"),
     [
-        ({"at": 0.9}, "x0 = 0.9"),
+        ({"at": 0.9}, "at = 0.9: above the wall"),
         ({"at": 0.1, "direction": "in"}, "direction = 'in': none of up, down, both"),
         ({"at": math.inf}, "at = inf"),
     ],

@@ -221,6 +221,37 @@ def test_curves_of_folds_and_doublings_meet_at_one_orbit() -> None:
     assert places[0] == pytest.approx(places[1], abs=1e-9)
 
 
+def folds_of(structure: pc.Structure) -> list[pc.StructureSpecialPoint]:
+    orbit = pc.find_orbit(structure, pc.Loads({0: pc.cosine("1.5", amplitude=2)}))
+    branch = pc.continue_orbit(orbit, over={"loads.0.amplitude": (3.0, 1.0)}, largest_step=0.1)
+    return [point for point in branch.special_points if point.kind == "fold"]
+
+
+def test_curves_of_folds_meet_in_a_cusp() -> None:
+    soft = pc.SoftStop(1, "above", 9, on=0)
+    one = pc.Structure(1, 1, "0.1", stops=[soft])
+    two = pc.chain([1, "0.2"], [1, "0.1", 0], "0.05", [soft])
+    ranges = {"loads.0.omega": (1.4, 1.7), "loads.0.amplitude": (1.0, 1.6)}
+    places = []
+    for structure in (one, two):
+        curves = [pc.continue_curve(fold, ranges, largest_step=0.1) for fold in folds_of(structure)]
+        assert len(curves) == 2
+        (place,), (other,) = ([p for p in c.special_points if p.kind == "cusp"] for c in curves)
+        assert place.values == pytest.approx(other.values, abs=1e-10)
+        places.append(place.values)
+
+    # That of the oscillator, which has equations of its own (tests/orbits/test_curve_points.py).
+    assert places[0] == pytest.approx((1.5061875042422, 1.3294810409536), abs=1e-10)
+    # Beyond that of two masses no orbit of the family folds.
+    omega, amplitude = places[1]
+    for part, count in ((0.995, 2), (1.005, 0)):
+        loads = pc.Loads({0: pc.cosine(omega - 0.04, amplitude=part * amplitude)})
+        branch = pc.continue_orbit(
+            pc.find_orbit(two, loads), over={"loads.0.omega": (omega - 0.06, omega + 0.06)}
+        )
+        assert sum(point.kind == "fold" for point in branch.special_points) == count
+
+
 def test_a_curve_of_torus_points_has_its_strong_resonances() -> None:
     orbit = pc.find_orbit(NLVIB, nlvib_loads("0.60"))
     branch = pc.continue_orbit(orbit, over={"loads.0.omega": (0.57, 0.63)}, largest_step=0.2)

@@ -245,6 +245,59 @@ def test_axes_have_the_units_of_the_study(page: Page, address: str) -> None:
     assert view.locator(".plot").get_attribute("data-y") == "x at whole periods (mm)"
 
 
+def test_a_mass_and_units_are_given_on_the_panel(page: Page, address: str) -> None:
+    study = copy.deepcopy(METRIC)
+    soft = {"type": "soft", "at": "0.1", "side": "above", "stiffness": 20, "damping": "1/3"}
+    study["oscillator"] |= {"damping": "0.05", "stops": [soft]}
+    opened(page, address, study)
+    units = page.get_by_role("group", name="units")
+    expect(units.locator("select")).to_have_count(2)
+
+    before = drawn(page)
+    page.get_by_role("button", name="give it a mass").click()
+    wait_for_drawing(page, before)
+    heavy = study_in(page)
+    expect(page.get_by_role("button", name="give it a mass")).to_have_count(0)
+    runs = [
+        pc.simulate(osc.oscillator, osc.forcing, x0="0.5", periods=10)
+        for osc in map(study_of, (study, heavy))
+    ]
+    np.testing.assert_array_equal(runs[0].crossings.t, runs[1].crossings.t)
+    assert len(runs[0].crossings) > 0
+    assert heavy["oscillator"] == {
+        "mass": 1,
+        "stiffness": 1,
+        "damping_coefficient": "0.1",
+        "stops": [soft | {"damping": "2*(1/3)"}],
+        "units": {"length": "mm", "time": "s", "mass": "kg"},
+    }
+
+    for quantity, name in (("length", "m"), ("mass", "t")):
+        before = drawn(page)
+        units.get_by_label(quantity).select_option(name)
+        wait_for_drawing(page, before)
+    expect(page.get_by_text("stiffness k (kN/m)", exact=True)).to_be_visible()
+    for quantity in ("length", "time", "mass"):
+        before = drawn(page)
+        units.get_by_label(quantity).select_option("")
+        if quantity == "mass":
+            wait_for_drawing(page, before)
+    assert "units" not in study_in(page)["oscillator"]
+
+
+def test_impacts_of_a_motion_without_a_period_are_shown_over_time(page: Page, address: str) -> None:
+    study = copy.deepcopy(METRIC) | {"run": {"t_end": 8}}
+    study["oscillator"]["stops"][0]["at"] = "-0.2"
+    study["forcing"] = {"record": {"t": [0, 1, 3], "f": [0, 1, -1]}}
+    opened(page, address, study)
+    impacts = page.locator('.explore .plot[data-y^="speed before the impact"]')
+    assert impacts.get_attribute("data-x") == "time t (s)"
+    expect(impacts).not_to_contain_text("no impacts")
+
+    opened(page, address, METRIC)
+    assert impacts.get_attribute("data-x") == "cycle (t / period) mod 1"
+
+
 def test_a_diagram_over_a_value_of_a_table() -> None:
     path = "oscillator.stops.0.restitution.values.2"
     options = OPTIONS | {"path": path, "low": 0.5, "high": 0.7}

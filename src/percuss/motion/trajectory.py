@@ -19,9 +19,10 @@ from percuss.kernels.law_columns import N_HARMONICS, PERIOD
 from percuss.kernels.record import MotionRecord
 from percuss.kernels.sample import cycles, evaluate
 from percuss.model.exact import Phase, as_float, real, reals, whole
+from percuss.model.faults import raise_first
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator, mass_of
-from percuss.model.start import Start
+from percuss.model.start import Start, wall_faults
 from percuss.model.system import System
 from percuss.model.units import FORCE, Units
 from percuss.motion.energetics import energy_at, forces_at
@@ -346,7 +347,8 @@ class Trajectory(HasPicture):
         Raises
         ------
         ParameterError
-            If the displacement is not a finite number, or there is no such direction.
+            If the displacement is not a finite number or inside a wall, or there is no such
+            direction.
 
         Examples
         --------
@@ -357,6 +359,7 @@ class Trajectory(HasPicture):
         """
         section = section_of({"at": at, "direction": direction})
         level = section.at
+        raise_first(wall_faults(self.oscillator, "at", level))
         crossings = level_crossings(self.system, self._motion_record, level, self.t_end)
         t, v = crossings[section.sign * crossings[:, 1] >= 0.0].T
         data = {"t": ("crossing", t), "x": ("crossing", np.full(len(t), level)),

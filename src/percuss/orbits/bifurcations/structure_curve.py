@@ -14,6 +14,7 @@ from percuss.arrays import Complexes, Floats
 from percuss.errors import ParameterError
 from percuss.model.exact import Phase
 from percuss.model.paths import long_form
+from percuss.numerics import directions, dot, matmul
 from percuss.orbits.bifurcations.branch import CurveRows
 from percuss.orbits.bifurcations.branch_equations import range_about
 from percuss.orbits.bifurcations.structure_branch import (
@@ -51,6 +52,9 @@ CONDITIONS = {
 RESONANCES = {"resonance_1_1": 1.0, "resonance_1_2": -1.0, "resonance_1_3": -0.5,
               "resonance_1_4": 0.0}  # fmt: skip
 OTHERS = {"multiplier 1": "fold", "multiplier -1": "doubling", "torus": "torus"}
+CUSP = "cusp"
+# Scaled step of central differences, where h^2 and 1e-16/h are both small.
+CENTRAL = 1e-5
 # The order in which two of them are named.
 ORDER = ("fold", "doubling", "torus", "grazing")
 
@@ -62,7 +66,7 @@ class StructureCurvePoint:
     Attributes
     ----------
     kind
-        "resonance_1_3", "resonance_1_4" and "resonance_1_2", "resonance_1_1" where the pair of a
+        "cusp" (two curves of folds meet and end); "resonance_1_3", "resonance_1_4" and "resonance_1_2", "resonance_1_1" where the pair of a
         torus point has that angle; "fold_doubling", "fold_torus", "doubling_torus", "fold_grazing",
         "doubling_grazing" and "torus_grazing" where two conditions hold together: at grazes those of
         the orbit without the impact that begins.
@@ -156,14 +160,20 @@ class _CurveDetector:
     ) -> Segment[StructureEquations, StructureCurvePoint]:
         """Return the points of codimension two between two neighbours, in order."""
         equations = here.problem
-        before, after = self.tests(here.orbit), self.tests(new.orbit)
+        before, after = dict(self.tests(here.orbit)), dict(self.tests(new.orbit))
+        side = np.zeros(equations.size)
+        if self.condition == "multiplier 1":
+            side = null_vectors(equations.closure(here.z)[1])[0]
+            before[CUSP], after[CUSP] = (bend(equations, p.z, side) for p in (here, new))
         rows = []
-        for kind in before:
-            ends = before[kind], after[kind]
+        for kind, value in before.items():
+            ends = value, after[kind]
             if not changes_sign(*ends):
                 continue
 
             def test(z: Floats, kind: str = kind) -> float:
+                if kind == CUSP:
+                    return bend(equations, z, side)
                 return self.tests(equations.solution(z))[kind]
 
             zero = locate(here, new, test, ends)
@@ -184,6 +194,30 @@ class _CurveDetector:
     ) -> Segment[StructureEquations, StructureCurvePoint]:
         """Return that nothing is beyond the last point."""
         return Segment([], reason)
+
+
+def null_vectors(matrix: Floats) -> tuple[Floats, Floats]:
+    """Return the left and the right null vector of a singular matrix, of unit length.
+
+    Examples
+    --------
+    >>> left, right = null_vectors(np.array([[1.0, 2.0], [3.0, 6.0]]))
+    >>> bool(abs(left[0] + 3 * left[1]) < 1e-15), bool(abs(right[0] + 2 * right[1]) < 1e-15)
+    (True, True)
+    """
+    return directions(matrix.T)[1][-1], directions(matrix)[1][-1]
+
+
+def bend(equations: StructureEquations, z: Floats, side: Floats) -> float:
+    """Return psi' F_uu q q of an orbit on a fold, whose zeros are cusps (Kuznetsov 2004, 8.2).
+
+    The sign is that of the left null vector psi on the side of a vector.
+    """
+    left, right = null_vectors(equations.closure(z)[1])
+    along = np.concatenate([CENTRAL * right, np.zeros(len(equations.paths))])
+    ahead, behind = (equations.closure(z + step)[1] for step in (along, -along))
+    second = dot(left, matmul((ahead - behind) / (2.0 * CENTRAL), right))
+    return math.copysign(1.0, dot(left, side)) * second
 
 
 def _on_circle(multipliers: Complexes) -> complex:

@@ -21,7 +21,7 @@ from percuss.model.exact import as_float, real, reals, whole
 from percuss.model.faults import raise_first
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator, Wall, stops_in_words
-from percuss.model.start import start_faults
+from percuss.model.start import start_faults, wall_faults
 from percuss.model.system import System
 from percuss.motion.extremes import level_crossings
 from percuss.motion.sections import PoincareSection, SectionDirection, section_of
@@ -463,7 +463,7 @@ def section_map(
     """
     periodic_system(osc, force, "a section map")
     section = section_of({"at": at, "direction": direction})
-    raise_first(start_faults(osc, section.at, 0.0, t_end=1.0))
+    raise_first(wall_faults(osc, "at", section.at))
     return SectionMap(osc, force, section)
 
 

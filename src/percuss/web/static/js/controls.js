@@ -2,7 +2,7 @@
 
 import { button, element } from "./dom.js";
 import { choiceField, checkField } from "./fields.js";
-import { MODELS, equationOf, modelOf, nameFault, newHarmonic, newStop, parametersOf, valueOf, withModel, withRecord, withoutHarmonic, withoutRecord } from "./models.js";
+import { MODELS, equationOf, modelOf, nameFault, newHarmonic, newStop, parametersOf, UNITS, valueOf, withMass, withModel, withRecord, withUnit, withoutHarmonic, withoutRecord } from "./models.js";
 import { RecordForm } from "./records.js";
 import { Row } from "./row.js";
 import { get, put } from "./state.js";
@@ -190,8 +190,24 @@ export class Panel {
     } else {
       tools.append(button("add a wall", () => add("oscillator.stops", newStop("wall"))));
       tools.append(button("add a soft stop", () => add("oscillator.stops", newStop("soft"))));
+      const { mass } = study().oscillator;
+      if (mass === undefined) tools.append(button("give it a mass", () => change(withMass(study())), { title: "m, c and k in place of a unit mass; the motion stays" }));
+      return element("div", {}, tools, this.#units(study, change));
     }
-    return tools;
+  }
+
+  /** Fields for the names of units; of mass where there is one. */
+  #units(study, change) {
+    const { mass, units = {} } = study().oscillator;
+    const field = (quantity) => {
+      const own = units[quantity] ?? "";
+      const names = UNITS[quantity].includes(own) || own === "" ? UNITS[quantity] : [own, ...UNITS[quantity]];
+      const choice = choiceField(quantity, [["", "–"], ...names.map((name) => [name, name])], own, (name) => change(withUnit(study(), quantity, name)));
+      choice.title = `unit of ${quantity}`;
+      return choice;
+    };
+    const quantities = ["length", "time", ...(mass === undefined ? [] : ["mass"])];
+    return element("div", { class: "tools units", role: "group", "aria-label": "units" }, element("span", { class: "hint" }, "units"), ...quantities.map(field));
   }
 }
 

@@ -73,7 +73,7 @@ export class Explore {
     });
     this.section = new Plot({
       title: "Impacts", x: "cycle (t / period) mod 1", y: "speed before the impact", kind: "points", names: ["cycle", "speed before"],
-      about: "each impact: when in the forcing period, and how fast; few points: periodic, a cloud: chaotic",
+      about: "each impact: when in the forcing period, or without one at which time, and how fast; few points: periodic, a cloud: chaotic",
       onZoom: (zoom) => this.app.keepZoom("section", zoom),
       onHover: (index) => this.#peek("event_t", index),
     });
@@ -200,11 +200,15 @@ export class Explore {
     this.motion.label(axes.t, axes.x);
     this.portrait.label(axes.x, axes.v);
     this.velocity.label(axes.t, axes.v);
-    this.section.label("cycle (t / period) mod 1", axes.speed);
+    // Without a period the impacts are shown over time.
+    this.when = header.period === null ? "event_t" : "cycle";
+    this.section.label(header.period === null ? axes.t : "cycle (t / period) mod 1", axes.speed);
+    this.section.options.names[0] = header.period === null ? "t" : "cycle";
     this.spectrum.label(axes.omega, axes.amplitude);
     this.#drawMotion(isHeld);
     this.#drawPortrait(isHeld);
-    this.section.show([{ x: arrays.cycle, y: arrays.speed, kind: "points", colour: "--curve", size: arrays.cycle.length < 200 ? 5 : 2.5 }], [], sectionLimits(arrays), isHeld);
+    const impacts = { x: arrays[this.when], y: arrays.speed, kind: "points", colour: "--curve", size: arrays.cycle.length < 200 ? 5 : 2.5 };
+    this.section.show([impacts], [], sectionLimits(arrays, header.period === null ? this.span : [0, 1]), isHeld);
     if (arrays.cycle.length === 0) this.section.say("no impacts");
     this.velocity.show([{ x: arrays.velocity_t, y: arrays.v, colour: "--curve" }], [], null, isHeld);
     this.acting = showForces(this.forces, arrays, stops, axes, isHeld)[0];
@@ -272,14 +276,15 @@ export class Explore {
     // Where no force acts the cursor has no dot.
     this.forces.point(time, this.acting ? between(this.acting.x, this.acting.y, time) : Number.NaN);
     const last = after(curve.event_t, time) - 1;
-    this.section.point(last < 0 ? null : curve.cycle[last], curve.speed[last]);
+    this.section.point(last < 0 ? null : curve[this.when][last], curve.speed[last]);
   }
 }
 
-/** A cycle is from 0 to 1, a speed from 0 on. */
-function sectionLimits({ speed }) {
+/** Limits of the impacts: a cycle is from 0 to 1, a time in the run, a speed from 0 on. */
+function sectionLimits({ speed }, [from, to]) {
   let high = 0;
   for (const value of speed) high = Math.max(high, value);
   // A margin, so that dots on the edge are not cut off.
-  return { x: [-0.015, 1.015], y: [0, high > 0 ? 1.08 * high : 1] };
+  const margin = 0.015 * (to - from || 1);
+  return { x: [from - margin, to + margin], y: [0, high > 0 ? 1.08 * high : 1] };
 }

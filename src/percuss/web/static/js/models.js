@@ -45,6 +45,30 @@ export function withModel(study, kind) {
   return { ...study, oscillator, forcing, start: { ...study.start, x0, v0: 0 } };
 }
 
+/** Return a study of unit mass with that mass written: its motion stays, dashpots are c in place of c/2. */
+export function withMass(study) {
+  const { damping = 0, stiffness = 1, stops = [], units, ...rest } = study.oscillator;
+  const soft = (stop) => (stop.type === "soft" ? { ...stop, damping: twice(stop.damping ?? 0) } : stop);
+  const named = units && Object.keys(units).length > 0 ? { units: { ...units, mass: "kg" } } : {};
+  return { ...study, oscillator: { ...rest, mass: 1, stiffness, damping_coefficient: twice(damping), stops: stops.map(soft), ...named } };
+}
+
+/** Return twice a number, exactly. */
+function twice(value) {
+  if (typeof value === "number") return 2 * value;
+  return /^[-+\d.eE]+$/.test(value) ? String(2 * Number(value)) : `2*(${value})`;
+}
+
+/** Names of units to choose from, by what they measure. */
+export const UNITS = { length: ["m", "mm", "cm", "um"], time: ["s", "ms", "min"], mass: ["kg", "g", "t"] };
+
+/** Return a study with the name of a unit, none where it is empty. */
+export function withUnit(study, quantity, name) {
+  const { units: { [quantity]: _, ...others } = {}, ...oscillator } = study.oscillator;
+  const units = name === "" ? others : { ...others, [quantity]: name };
+  return { ...study, oscillator: Object.keys(units).length > 0 ? { ...oscillator, units } : oscillator };
+}
+
 export const newStop = (type) => ({ ...(type === "wall" ? WALL : SOFT) });
 export const newHarmonic = () => ({ ...HARMONIC });
 
