@@ -155,6 +155,35 @@ def test_the_code_that_a_theory_page_names_is_there(name: str) -> None:
     assert missing == []
 
 
+# Folders that commands make.
+MADE = {"demo/", "dist/"}
+
+
+def missing_paths(text: str) -> list[str]:
+    """Return the files and folders in backticks that are neither in the package nor beside it."""
+    missing = []
+    for line in text.splitlines():
+        folders = {SOURCES, ROOT}
+        for path in re.findall(r"`([\w.*-]*(?:/[\w.*-]*)+|\w+\.py)`", line):
+            files = [file for folder in folders for file in folder.glob(path.rstrip("/"))]
+            # Names without a folder lie in that of one before, as in `a/b.py`, `c.py`.
+            folders |= {file.parent for file in files}
+            if not files and path not in MADE:
+                missing.append(path)
+    return missing
+
+
+@pytest.mark.parametrize("page", ["docs/architecture.md", "CONTRIBUTING.md"])
+def test_the_files_that_a_page_on_the_house_names_are_there(page: str) -> None:
+    assert missing_paths((ROOT / page).read_text(encoding="utf-8")) == []
+
+
+def test_a_file_that_is_not_there_is_seen() -> None:
+    text = "`model/paths.py`, `forcing.py`, `march.py`, `demo/` and `orbits/nothing/`"
+
+    assert missing_paths(text) == ["march.py", "orbits/nothing/"]
+
+
 def test_every_page_stands_in_a_table_of_contents() -> None:
     listed = {"index.md"}
     for name, page in PAGES.items():

@@ -107,9 +107,6 @@ def plot_displacement(
     ----------
     run
         The run.
-    on
-        Of a structure the coordinate, direction or point that is drawn, with the stops on its line;
-        default: the line of its first stop.
 
     Returns
     -------
@@ -145,9 +142,6 @@ def plot_velocity(
     ----------
     run
         The run.
-    on
-        Of a structure the coordinate, direction or point that is drawn, with the stops on its line;
-        default: the line of its first stop.
 
     Returns
     -------
@@ -216,9 +210,6 @@ def plot_phase_portrait(
     ----------
     run
         The run.
-    on
-        Of a structure the coordinate, direction or point that is drawn, with the stops on its line;
-        default: the line of its first stop.
     against
         Of a structure another displacement, drawn upwards in place of the velocity: a pair of
         coordinates, with the stops of both, where an impact is a corner.

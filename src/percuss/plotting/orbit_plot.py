@@ -60,9 +60,6 @@ def plot_orbit(
     ----------
     orbit
         The orbit.
-    on
-        Of a structure the coordinate, direction or point that is drawn, with the stops on its line;
-        default: the line of its first stop.
 
     Returns
     -------

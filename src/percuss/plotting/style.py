@@ -70,6 +70,8 @@ class HasUnits(Protocol):
 SHARED_PARAMETERS = {
     "ax": "ax\n    Axes to draw on; default: those of a new figure.",
     "window": "window\n    First and last time that are drawn; default: the whole run.",
+    "on": "on\n    Of a structure the coordinate, direction or point that is drawn, with the stops on its "
+    "line;\n    default: the line of its first stop.",
     "units": "units\n    Units on the axes; default: those of the oscillator, or dimensionless.",
     **dict.fromkeys(
         ("xlabel", "ylabel"),
@@ -81,7 +83,7 @@ PlotFunction = TypeVar("PlotFunction", bound=Callable[..., Any])
 
 
 def shared_docs(plot: PlotFunction) -> PlotFunction:
-    """Add what all plot functions share to a docstring: `ax`, `window`, `units`, and the result.
+    """Add what plot functions share to a docstring: `ax`, `window`, `on`, `units`, and the result.
 
     A parameter or result that the docstring describes itself keeps that description. The order is
     that of the signature; a parameter that is described nowhere is an error.
