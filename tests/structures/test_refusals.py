@@ -38,9 +38,8 @@ CALLS: dict[str, Callable[[Any], Any]] = {
     "of a structure; follow each doubling": lambda orbit: pc.follow_cascade(
         orbit, over={"loads.0.omega": (0.8, 1.0)}
     ),
-    "not the run of an oscillator": lambda orbit: pc.spectrum(orbit.run),
+    "not the run of an oscillator or of a structure": pc.spectrum,
     "a structure has several resonant frequencies": lambda orbit: pp.plot_staircase(orbit.run),
-    "no spectrum of a structure is drawn": lambda orbit: pp.plot_spectrum(orbit.run),
     "not a Manifolds, which structures do not have": pp.plot_manifolds,
 }
 

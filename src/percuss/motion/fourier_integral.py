@@ -16,6 +16,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import TypeAlias
 
 import numpy as np
 
@@ -42,7 +43,20 @@ from percuss.model.system import region_rows
 from percuss.motion.trajectory import Trajectory
 from percuss.numerics import cos, dot, gauss_legendre, modulus, phasor, sin, times
 
-__all__ = ["fourier_integral"]
+__all__ = [
+    "NEAR_PART",
+    "NODES",
+    "PANEL_PHASE",
+    "Pair",
+    "blocks",
+    "fourier_integral",
+    "integral_of_exponentials",
+    "record_integral",
+    "turned",
+]
+
+# Numbers, and the low parts of them.
+Pair: TypeAlias = tuple[Floats, Floats]
 
 
 # A factor below this part of its own terms is not divided by.
@@ -130,7 +144,9 @@ def fourier_integral(run: Trajectory, omega: Floats, low: float, high: float) ->
         of_row = chosen
         if parts is not pieces:
             of_row = (parts.region == row) & ~parts.in_contact
-            driven = driven + _under_record(law, parts, of_row, omega[by_parts], low)
+            begins = parts.start[of_row], parts.start_low[of_row]
+            until = parts.end[of_row], parts.end_low[of_row]
+            driven = driven + record_integral(law, begins, until, omega[by_parts], low)
         total[by_parts] += (driven - ends) / factor[by_parts]
         total[is_near] += _panels(run, law, int(row), parts, of_row, omega[is_near], low)
     return total
@@ -220,7 +236,8 @@ def _held(pieces: Pieces, omega: Floats) -> Complexes:
     in_contact = pieces.in_contact
     start = (pieces.start[in_contact], pieces.start_low[in_contact])
     end = (pieces.end[in_contact], pieces.end_low[in_contact])
-    return _exponentials(start, end, omega, [(0.0, pieces.x0[in_contact].astype(np.complex128))])
+    held = pieces.x0[in_contact].astype(np.complex128)
+    return integral_of_exponentials(start, end, omega, [(0.0, held)])
 
 
 def _driving(
@@ -238,11 +255,11 @@ def _driving(
     for j in range(int(law[0, N_HARMONICS]) - int(law[0, N_KNOTS] > 0.0)):
         row = law[FIRST_HARMONIC + j]
         # At the window's start the harmonic is Re(phasor).
-        turn = complex(_turned(np.array([row[OMEGA]]), np.array([low]), np.zeros(1))[0, 0])
+        turn = complex(turned(np.array([row[OMEGA]]), np.array([low]), np.zeros(1))[0, 0])
         phasor = complex(row[COSINE], -row[SINE]) * turn.conjugate()
         parts.append((float(row[OMEGA]), 0.5 * phasor * ones))
         parts.append((-float(row[OMEGA]), 0.5 * phasor.conjugate() * ones))
-    return _exponentials(start, end, omega, parts)
+    return integral_of_exponentials(start, end, omega, parts)
 
 
 def _stretches(
@@ -255,9 +272,9 @@ def _stretches(
     return start, (pieces.end[last], pieces.end_low[last])
 
 
-def _exponentials(
-    start: tuple[Floats, Floats],
-    end: tuple[Floats, Floats],
+def integral_of_exponentials(
+    start: Pair,
+    end: Pair,
     omega: Floats,
     parts: Sequence[tuple[float, Complexes]],
 ) -> Complexes:
@@ -270,14 +287,14 @@ def _exponentials(
     # About the middle of a stretch the integral is real.
     middle = 0.5 * (start[0] + end[0])
     rest = 0.5 * ((start[0] - middle) + (end[0] - middle)) + 0.5 * (start[1] + end[1])
-    turned = [
-        times(weights * duration, _turned(np.array([-shift]), middle, rest)[0])
+    rotated = [
+        times(weights * duration, turned(np.array([-shift]), middle, rest)[0])
         for shift, weights in parts
     ]
-    for block, some in _blocks(len(omega), len(duration)):
+    for block, some in blocks(len(omega), len(duration)):
         w = omega[block]
-        turn = _turned(w, middle[some], rest[some])
-        for (shift, _), weights in zip(parts, turned, strict=True):
+        turn = turned(w, middle[some], rest[some])
+        for (shift, _), weights in zip(parts, rotated, strict=True):
             half = np.multiply.outer(w - shift, 0.5 * duration[some])
             # The sine of a half over it, which is 1 at zero.
             mean = np.divide(sin(half), half, out=np.ones_like(half), where=half != 0.0)
@@ -285,10 +302,12 @@ def _exponentials(
     return total
 
 
-def _under_record(law: Law, parts: Pieces, chosen: Flags, omega: Floats, low: float) -> Complexes:
-    """Return the Fourier integral of the force of a record over parts that no knot cuts."""
-    start, end = parts.start[chosen], parts.end[chosen]
-    start_low, end_low = parts.start_low[chosen], parts.end_low[chosen]
+def record_integral(law: Law, begins: Pair, ends: Pair, omega: Floats, low: float) -> Complexes:
+    """Return the Fourier integral of the force of a record over parts that no knot cuts.
+
+    Begins and ends are counted from ``low``, each with the low parts of its numbers.
+    """
+    (start, start_low), (end, end_low) = begins, ends
     duration = (end - start) + (end_low - start_low)
     middle = 0.5 * (start + end)
     rest = 0.5 * ((start - middle) + (end - middle)) + 0.5 * (start_low + end_low)
@@ -298,10 +317,10 @@ def _under_record(law: Law, parts: Pieces, chosen: Flags, omega: Floats, low: fl
     ramps = np.array(list(map(partial(record_at, law), instant, lost))).reshape(-1, 2)
     forces, rises = ramps[:, 0] * duration, 0.5 * ramps[:, 1] * duration * duration
     total = np.zeros(len(omega), dtype=np.complex128)
-    for block, some in _blocks(len(omega), len(duration)):
+    for block, some in blocks(len(omega), len(duration)):
         half = np.multiply.outer(omega[block], 0.5 * duration[some])
         mean = np.divide(sin(half), half, out=np.ones_like(half), where=half != 0.0)
-        turn = _turned(omega[block], middle[some], rest[some])
+        turn = turned(omega[block], middle[some], rest[some])
         weights = forces[some] * mean - 1j * (rises[some] * _first_bessel(half))
         total[block] += times(turn, weights).sum(axis=-1)
     return total
@@ -335,9 +354,9 @@ def _ends(pieces: Pieces, chosen: Flags, omega: Floats, damping: float) -> Compl
     instants, lows = instants[used], lows[used]
     weights = np.stack([velocity[used] + 2.0 * damping * place[used], place[used]], axis=1)
     total = np.zeros(len(omega), dtype=np.complex128)
-    for block, some in _blocks(len(omega), len(instants)):
-        turned = _turned(omega[block], instants[some], lows[some])
-        first, second = ((turned * column).sum(axis=-1) for column in weights[some].T)
+    for block, some in blocks(len(omega), len(instants)):
+        turn = turned(omega[block], instants[some], lows[some])
+        first, second = ((turn * column).sum(axis=-1) for column in weights[some].T)
         total[block] += first + 1j * omega[block] * second
     return total
 
@@ -376,7 +395,7 @@ def _panels(
     return total
 
 
-def _turned(omega: Floats, t: Floats, t_low: Floats) -> Complexes:
+def turned(omega: Floats, t: Floats, t_low: Floats) -> Complexes:
     """Return exp(-i w t), of shape (w, t); the product's rounding is made good."""
     phase = np.multiply.outer(omega, t)
     w_high, w_low = _halves(omega)
@@ -388,13 +407,13 @@ def _turned(omega: Floats, t: Floats, t_low: Floats) -> Complexes:
         error += np.multiply.outer(w, rest)
     whole = phasor(phase)
     cosine, sine = whole.real, whole.imag
-    turned = np.empty(phase.shape, dtype=np.complex128)
+    turn = np.empty(phase.shape, dtype=np.complex128)
     np.multiply(error, sine, out=phase)
-    np.subtract(cosine, phase, out=turned.real)
+    np.subtract(cosine, phase, out=turn.real)
     np.multiply(error, cosine, out=error)
     error += sine
-    np.negative(error, out=turned.imag)
-    return turned
+    np.negative(error, out=turn.imag)
+    return turn
 
 
 def _halves(values: Floats) -> tuple[Floats, Floats]:
@@ -403,7 +422,7 @@ def _halves(values: Floats) -> tuple[Floats, Floats]:
     return high, values - high
 
 
-def _blocks(n: int, width: int) -> Iterator[tuple[slice, slice]]:
+def blocks(n: int, width: int) -> Iterator[tuple[slice, slice]]:
     """Yield pieces of a table of n frequencies and so many instants."""
     for i in range(0, n, ROWS):
         for j in range(0, width, COLUMNS):

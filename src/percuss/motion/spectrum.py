@@ -1,9 +1,15 @@
-"""The spectrum of a run, and the Fourier coefficients of a periodic one."""
+"""The spectrum of a run, and the Fourier coefficients of a periodic one.
+
+A run of an oscillator has one displacement; of a structure that of a coordinate, a direction or a
+point is taken (`DisplacementSignal`).
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -12,6 +18,8 @@ from numpy.typing import ArrayLike, NDArray
 from percuss.arrays import Complexes, Floats
 from percuss.errors import ParameterError
 from percuss.model.exact import as_float, real, reals, whole
+from percuss.model.forcing import Forcing
+from percuss.model.oscillator import On
 from percuss.motion.fourier_integral import fourier_integral
 from percuss.motion.trajectory import Trajectory
 from percuss.numerics import cos, modulus, phasor, times
@@ -20,7 +28,9 @@ if TYPE_CHECKING:
     # A second of import.
     from xarray import Dataset
 
-__all__ = ["fast_amplitudes", "line_spectrum", "spectrum"]
+    from percuss.motion.structures import StructureTrajectory
+
+__all__ = ["DisplacementSignal", "fast_amplitudes", "line_spectrum", "signal_of", "spectrum"]
 
 Quantity = Literal["displacement", "velocity"]
 WindowName = Literal["hann", "none"]
@@ -33,8 +43,63 @@ MOST_FREQUENCIES = 4096
 MOST_SAMPLES = 1 << 22
 
 
+@dataclass(frozen=True, slots=True)
+class DisplacementSignal:
+    """A displacement over time: that of a run of an oscillator, or one of a structure's run.
+
+    Attributes
+    ----------
+    run
+        The run.
+    motion
+        Returns displacement and velocity at times, of their shape.
+    integral
+        Returns the integrals of the displacement times exp(-i w (t - low)) over [low, high], from
+        w, low and high.
+    forcings
+        What acts.
+    slowest
+        The lowest frequency of free motion [1/time], 0 without one.
+    """
+
+    run: Trajectory | StructureTrajectory
+    motion: Callable[..., tuple[Floats, Floats]]
+    integral: Callable[[Floats, float, float], Complexes]
+    forcings: tuple[Forcing, ...]
+    slowest: float
+
+
+def signal_of(run: Trajectory | StructureTrajectory, on: On | None) -> DisplacementSignal:
+    """Return the displacement of a run, of a structure's on a coordinate, direction or point.
+
+    Raises
+    ------
+    ParameterError
+        If it is no run, or there is no such displacement.
+    """
+    if isinstance(run, Trajectory):
+        if on is not None:
+            raise ParameterError("on", on, "a run of an oscillator has one displacement")
+        spring = math.sqrt(abs(as_float(run.oscillator.of_unit_mass().stiffness)))
+        forcings = () if run.forcing is None else (run.forcing,)
+        return DisplacementSignal(run, run, partial(fourier_integral, run), forcings, spring)
+    # By its name: the module of structures is loaded where there are some.
+    if type(run).__name__ != "StructureTrajectory":
+        raise ParameterError("run", run, "not the run of an oscillator or of a structure")
+    from percuss.motion.structure_fourier import slowest_rate, structure_fourier_integral
+
+    c = run.structure.direction(on)
+
+    def motion(t: ArrayLike, limit: Literal["after", "before"] = "after") -> tuple[Floats, Floats]:
+        x, v = run(t, limit)
+        return (x * c).sum(axis=-1), (v * c).sum(axis=-1)
+
+    integral = partial(structure_fourier_integral, run, c)
+    return DisplacementSignal(run, motion, integral, run.loads.forcings, slowest_rate(run))
+
+
 def spectrum(
-    run: Trajectory,
+    run: Trajectory | StructureTrajectory,
     method: Method = "exact",
     *,
     omega: ArrayLike | None = None,
@@ -42,6 +107,7 @@ def spectrum(
     of: Quantity = "displacement",
     between: tuple[float, float] | None = None,
     n: int | None = None,
+    on: On | None = None,
 ) -> Dataset:
     """Return the spectrum of a run over a finite time.
 
@@ -62,8 +128,9 @@ def spectrum(
         folded onto it; fast for long runs.
     omega
         Angular frequencies for "exact" [1/time]. Default: up to 4096 equidistant ones from 0 to
-        12 times the highest frequency of forcing and spring, multiples of pi/T if these are few
-        enough; lines of a long run are narrower than the distance of so few.
+        12 times the highest frequency of forcing and spring, of a structure of the loads and the
+        slowest mode, multiples of pi/T if these are few enough; lines of a long run are narrower
+        than the distance of so few.
     window
         "hann": (1 - cos(2 pi (t - start)/T))/2, whose side lobes fall as w^-3; "none".
     of
@@ -73,6 +140,9 @@ def spectrum(
     n
         Number of points for "fft", >= 4. Default: a power of two that reaches twice as far as the
         frequencies of "exact", at most 2^22.
+    on
+        Of a structure the coordinate, direction or point whose displacement is taken; none with one
+        coordinate.
 
     Returns
     -------
@@ -94,24 +164,28 @@ def spectrum(
     >>> lines = spectrum(run, omega=[0.0, 2.0], window="none").amplitude
     >>> (lines * 3.141592653589793).round(9).values
     array([4.        , 1.33333333])
+
+    The difference of two free masses that strike each other without loss is a triangle wave, with
+    8 / pi^2 at its frequency:
+
+    >>> pair = pc.simulate(pc.impact_pair(masses=[1, 1], gap=1), v0=[1, 0], t_end=40)
+    >>> lines = spectrum(pair, omega=1.5707963267948966, window="none", on=(1, -1)).amplitude
+    >>> (lines * 3.141592653589793**2).round(9).values
+    array([8.])
     """
-    if not isinstance(run, Trajectory):
-        reason = (
-            "not the run of an oscillator; of a structure run.sample() gives equally spaced values"
-        )
-        raise ParameterError("run", run, reason)
+    signal = signal_of(run, on)
     _check_words(method, window, of)
     low, high = _times(run, between)
     if method == "exact":
         if n is not None:
             raise ParameterError("n", n, 'a number of points belongs to method="fft"')
-        grid = _default_grid(run, low, high) if omega is None else _frequencies(omega)
-        transform = _exact(run, grid, low, high, window, of)
+        grid = _default_grid(signal, low, high) if omega is None else _frequencies(omega)
+        transform = _exact(signal, grid, low, high, window, of)
     else:
         if omega is not None:
             reason = 'the frequencies of method="fft" follow from n and the times'
             raise ParameterError("omega", np.shape(omega), reason)
-        grid, transform = _fast(run, low, high, window, of, _samples(run, low, high, n))
+        grid, transform = _fast(signal, low, high, window, of, _samples(signal, low, high, n))
     weight, squared = _weights(window, high - low)
     values = 2.0 * transform / weight
     power = (transform.real * transform.real + transform.imag * transform.imag) / (
@@ -149,19 +223,20 @@ def fast_amplitudes(run: Trajectory, low: float, high: float, n: int) -> tuple[F
     >>> bool((lines.amplitude.values == amplitude).all() and (lines.omega.values == omega).all())
     True
     """
-    omega, transform = _fast(run, low, high, "hann", "displacement", n)
+    omega, transform = _fast(signal_of(run, None), low, high, "hann", "displacement", n)
     weight, _ = _weights("hann", high - low)
     with np.errstate(over="ignore", invalid="ignore"):
         return omega, modulus(2.0 * transform / weight)
 
 
 def line_spectrum(
-    run: Trajectory,
+    run: Trajectory | StructureTrajectory,
     period: float,
     n_lines: int = 33,
     *,
     of: Quantity = "displacement",
     periods: int = 1,
+    on: On | None = None,
 ) -> Dataset:
     """Return the exact Fourier coefficients of a periodic motion, from the end of a run.
 
@@ -181,6 +256,9 @@ def line_spectrum(
         "displacement" or "velocity".
     periods
         How many periods to take the mean of, >= 1.
+    on
+        Of a structure the coordinate, direction or point whose displacement is taken; none with one
+        coordinate.
 
     Returns
     -------
@@ -207,6 +285,7 @@ def line_spectrum(
     >>> float(lines.mismatch_v) < 1e-14
     True
     """
+    signal = signal_of(run, on)
     _check_words("exact", "none", of)
     period = real("period", period)
     n_lines, periods = whole("n_lines", n_lines, 1), whole("periods", periods, 1)
@@ -217,12 +296,12 @@ def line_spectrum(
         raise ParameterError("period", period, reason)
     low, high = run.t_end - periods * period, run.t_end
     omega = 2.0 * math.pi / period * np.arange(n_lines, dtype=np.float64)
-    values = 2.0 * _exact(run, omega, low, high, "none", of) / (high - low)
+    values = 2.0 * _exact(signal, omega, low, high, "none", of) / (high - low)
     values[0] *= 0.5
     names = {"method": "exact", "of": of, "period": period, "start": low, "end": high}
     dataset = _dataset("line", np.arange(n_lines), values, names)
     t = _middle_of_longest(run, high - period, high)
-    now, before = run(t), run(t - period)
+    now, before = signal.motion(t), signal.motion(t - period)
     return dataset.assign(
         omega=("line", omega),
         mismatch_x=abs(float(now[0] - before[0])),
@@ -240,7 +319,9 @@ def _check_words(method: str, window: str, of: str) -> None:
             raise ParameterError(name, value, f"neither {known[0]} nor {known[1]}")
 
 
-def _times(run: Trajectory, between: tuple[float, float] | None) -> tuple[float, float]:
+def _times(
+    run: Trajectory | StructureTrajectory, between: tuple[float, float] | None
+) -> tuple[float, float]:
     low, high = (run.t0, run.t_end) if between is None else reals("between", between).tolist()
     if not run.t0 <= low < high <= run.t_end:
         reason = f"not two times in order inside the run, {run.t0!r} to {run.t_end!r}"
@@ -255,60 +336,68 @@ def _frequencies(omega: ArrayLike) -> Floats:
     return grid
 
 
-def _highest(run: Trajectory) -> float:
+def _highest(signal: DisplacementSignal) -> float:
     """Return the frequency up to which a spectrum is drawn."""
-    harmonics = () if run.forcing is None else run.forcing.components()
-    fastest = max((float(harmonic.omega) for harmonic in harmonics), default=0.0)
-    record = None if run.forcing is None else run.forcing.record
-    if record is not None and record.period is not None:
-        fastest = max(fastest, 2.0 * math.pi / as_float(record.period))
-    spring = math.sqrt(abs(as_float(run.oscillator.of_unit_mass().stiffness)))
-    return REACH * (max(fastest, spring) or 2.0 * math.pi / (run.t_end - run.t0))
+    fastest = signal.slowest
+    for forcing in signal.forcings:
+        rates = [float(harmonic.omega) for harmonic in forcing.components()]
+        record = forcing.record
+        if record is not None and record.period is not None:
+            rates.append(2.0 * math.pi / as_float(record.period))
+        fastest = max([fastest, *rates])
+    return REACH * (fastest or 2.0 * math.pi / (signal.run.t_end - signal.run.t0))
 
 
-def _default_grid(run: Trajectory, low: float, high: float) -> Floats:
-    highest = _highest(run)
+def _default_grid(signal: DisplacementSignal, low: float, high: float) -> Floats:
+    highest = _highest(signal)
     n = min(MOST_FREQUENCIES, math.ceil(highest * (high - low) / math.pi) + 1)
     return np.linspace(0.0, highest, max(n, 2))
 
 
-def _samples(run: Trajectory, low: float, high: float, n: int | None) -> int:
+def _samples(signal: DisplacementSignal, low: float, high: float, n: int | None) -> int:
     if n is not None:
         return whole("n", n, 4)
-    wanted = 4.0 * _highest(run) * (high - low) / (2.0 * math.pi)
+    wanted = 4.0 * _highest(signal) * (high - low) / (2.0 * math.pi)
     return min(MOST_SAMPLES, 1 << max(2, (math.ceil(wanted) - 1).bit_length()))
 
 
 def _exact(
-    run: Trajectory, omega: Floats, low: float, high: float, window: WindowName, of: Quantity
+    signal: DisplacementSignal,
+    omega: Floats,
+    low: float,
+    high: float,
+    window: WindowName,
+    of: Quantity,
 ) -> Complexes:
     """Return X: the Hann window is three exponentials, so it takes three integrals."""
     if window == "none":
-        transform = _plain(run, omega, low, high, of)
+        transform = _plain(signal, omega, low, high, of)
     else:
         step = 2.0 * math.pi / (high - low)
         shifts = np.concatenate([omega, omega - step, omega + step])
-        middle, lower, upper = _plain(run, shifts, low, high, of).reshape(3, -1)
+        middle, lower, upper = _plain(signal, shifts, low, high, of).reshape(3, -1)
         transform = 0.5 * middle - 0.25 * (lower + upper)
     return times(transform, phasor(-omega * low))
 
 
-def _plain(run: Trajectory, omega: Floats, low: float, high: float, of: Quantity) -> Complexes:
+def _plain(
+    signal: DisplacementSignal, omega: Floats, low: float, high: float, of: Quantity
+) -> Complexes:
     """Return the integral of x or v times exp(-i w (t - low))."""
-    transform = fourier_integral(run, omega, low, high)
+    transform = signal.integral(omega, low, high)
     if of == "displacement":
         return transform
     # By parts: the displacement is continuous over impacts.
-    (first, last), _ = run([low, high])
+    (first, last), _ = signal.motion([low, high])
     return np.asarray(last * phasor(-omega * (high - low)) - first + 1j * omega * transform)
 
 
 def _fast(
-    run: Trajectory, low: float, high: float, window: WindowName, of: Quantity, n: int
+    signal: DisplacementSignal, low: float, high: float, window: WindowName, of: Quantity, n: int
 ) -> tuple[Floats, Complexes]:
     """Return the frequencies and X, as a sum over n points."""
     place = np.arange(n) / n
-    motion = run(np.minimum(low + place * (high - low), run.t_end))
+    motion = signal.motion(np.minimum(low + place * (high - low), signal.run.t_end))
     values = motion[0] if of == "displacement" else motion[1]
     if window == "hann":
         values = values * (0.5 - 0.5 * cos(2.0 * math.pi * place))
@@ -324,7 +413,7 @@ def _weights(window: WindowName, duration: float) -> tuple[float, float]:
     return (duration, duration) if window == "none" else (0.5 * duration, 0.375 * duration)
 
 
-def _middle_of_longest(run: Trajectory, low: float, high: float) -> float:
+def _middle_of_longest(run: Trajectory | StructureTrajectory, low: float, high: float) -> float:
     """Return the middle of the longest stretch without an event."""
     times = np.concatenate([run.impacts.t, run.crossings.t, [low, high]])
     cuts = np.unique(times[(times >= low) & (times <= high)])

@@ -20,7 +20,7 @@ from percuss.model.exact import as_float, whole
 from percuss.model.oscillator import On, SoftStop
 from percuss.motion.extremes import Extrema, QuantityName
 
-__all__ = ["extremes_of_run", "observable_at", "passages_of_run"]
+__all__ = ["displacement_form", "extremes_of_run", "observable_at", "part_at", "passages_of_run"]
 
 # Rows that one call of the kernels writes.
 AT_ONCE = 16_384
@@ -107,6 +107,15 @@ def observable_at(
     return out
 
 
+def part_at(run: StructureRun, b: int, form: LinearForm, times: Floats) -> Floats:
+    """Return a linear form of the modes in a set at times (n,) at which that set acts, else 0."""
+    forms: list[LinearForm | None] = [None] * len(run.sets.keys)
+    forms[b] = form
+    out = np.empty(len(times))
+    observe.observe_at(run, _gauge(run, forms, None), times, True, out)
+    return out
+
+
 def _traced(run: StructureRun, gauge: Gauge, span: tuple[float, float], stop: int) -> list[Floats]:
     """Return the turning points, or the passages, of an observable between two instants, in parts."""
     progress = np.zeros(observe.PROGRESS_ENTRIES)
@@ -138,7 +147,7 @@ def _forms(
         c = -(c[:, None] * structure.stiffness_matrix).sum(axis=0)
     forms: list[LinearForm | None] = []
     for b in range(len(sets.keys)):
-        form = _displacement(sets, b, c)
+        form = displacement_form(sets, b, c)
         if of in ("velocity", "acceleration"):
             form = _velocity(sets, b, form)
         forms.append(_slope(sets, b, form) if of == "acceleration" else form)
@@ -151,7 +160,7 @@ def _stop_force(system: StructureSystem, sets: Sets, b: int, i: int) -> LinearFo
         return None
     stop = system.structure.stops[i]
     if isinstance(stop, SoftStop):
-        y = _displacement(sets, b, system.structure.stop_directions[i])
+        y = displacement_form(sets, b, system.structure.stop_directions[i])
         y = y._replace(constant=y.constant - as_float(stop.at))
         zero = y.plus(y, -1.0)
         force = zero.plus(y, -as_float(stop.stiffness))
@@ -168,7 +177,7 @@ def _stop_force(system: StructureSystem, sets: Sets, b: int, i: int) -> LinearFo
     )
 
 
-def _displacement(sets: Sets, b: int, c: Floats) -> LinearForm:
+def displacement_form(sets: Sets, b: int, c: Floats) -> LinearForm:
     """Return c . x in a set."""
     shape = sets.shape[b]
     parts = [c[:, None] * shape[:, :, k] for k in range(2)]

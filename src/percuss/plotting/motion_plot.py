@@ -524,13 +524,14 @@ def _pad_lead(ax: Axes, low: float, high: float, spacing: float) -> None:
 
 @shared_docs
 def plot_spectrum(
-    result: Dataset | Trajectory,
+    result: Dataset | Trajectory | StructureTrajectory | StructureOrbit,
     ax: Axes | None = None,
     *,
     resonance: float | None = None,
     units: Units | None = None,
     xlabel: str | None = None,
     ylabel: str | None = None,
+    on: On | None = None,
 ) -> Axes:
     """Draw the amplitudes of a spectrum over the angular frequency.
 
@@ -542,16 +543,20 @@ def plot_spectrum(
     resonance
         Resonant frequency, marked by a vertical line [1/time]; default: that of the run's
         oscillator, if it has one.
+    on
+        Of the run of a structure the coordinate, direction or point whose displacement is taken.
 
     Returns
     -------
     Axes
         The axes; the lines of a periodic motion are drawn as lines.
     """
-    units = units_of(units, getattr(result, "oscillator", None))
-    if isinstance(result, StructureTrajectory | StructureOrbit):
-        reason = "no spectrum of a structure is drawn; run.sample(n) gives equally spaced values"
-        raise ParameterError("result", result, reason)
+    model = getattr(result, "structure", None) or getattr(result, "oscillator", None)
+    units = units_of(units, model)
+    if isinstance(result, StructureOrbit):
+        result = result.run
+    if isinstance(result, StructureTrajectory):
+        result = spectrum(result, on=on)
     if not hasattr(result, "data_vars"):
         check_kind("result", result, Trajectory)
     if isinstance(result, Trajectory):
