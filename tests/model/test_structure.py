@@ -81,8 +81,35 @@ def test_equal_structures_are_equal_and_survive_a_pickle() -> None:
 
     assert again == structure
     assert hash(again) == hash(structure)
-    assert eval(repr(structure), {"Structure": pc.Structure, "Wall": Wall}) == structure
+    assert eval(structure.text(), {"Structure": pc.Structure, "Wall": Wall}) == structure
     assert structure != pc.chain([1, "0.5"], [1, 2, 0])
+
+
+@pytest.mark.parametrize(
+    ("stops", "words"),
+    [
+        ((), "undamped; no stops"),
+        ([Wall("0.5", "above", on=7)], "undamped; wall above 0.5 on 7"),
+        ([SoftStop(1, "below", 2, on=(1, *[0] * 7))], "undamped; soft stop below 1 on a direction"),
+        ([SoftStop(1, "above", 2, on=i) for i in range(8)], "undamped; 8 soft stops"),
+        (
+            [*[SoftStop(1, "above", 2, on=i) for i in range(3)], Wall(2, "above", on=0)],
+            "undamped; 1 wall, 3 soft stops",
+        ),
+    ],
+)
+def test_many_masses_are_shown_in_a_line(stops: Any, words: str) -> None:
+    masses = pc.chain([1] * 8, [1] * 9, stops=stops)
+
+    assert repr(masses) == f"<Structure: 8 coordinates, {words}>"
+    # All of it stands in the call.
+    assert eval(masses.text(), vars(pc.model)) == masses
+
+
+def test_the_line_of_a_structure_names_its_points_and_damping() -> None:
+    beam = pc.cantilever(2, damping_ratio="0.1", points={"tip": 1})
+
+    assert repr(beam) == "<Structure: 2 coordinates, damped; no stops; points tip>"
 
 
 def test_arrays_of_a_structure_cannot_be_changed() -> None:

@@ -288,7 +288,10 @@ class Grid:
     def motion(self) -> dict[str, str]:
         """Return the oscillator, the forcing and the start in words."""
         parts = (self.osc, self.force, self.start)
-        words = {name: repr(part) for name, part in zip(self.owners, parts, strict=True)}
+        words = {
+            name: part.text() if isinstance(part, Structure) else repr(part)
+            for name, part in zip(self.owners, parts, strict=True)
+        }
         return words | ({"on": repr(self.on)} if self.on else {})
 
     def identity(self) -> dict[str, object]:

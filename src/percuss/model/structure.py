@@ -55,6 +55,10 @@ __all__ = [
 MatrixRows: TypeAlias = tuple[tuple[Exact, ...], ...]
 MatrixLike: TypeAlias = ArrayLike | Sequence[Any] | Exact
 _MATRICES = ("mass", "damping", "stiffness")
+# Stops that a line tells each by its place.
+MOST_NAMED = 3
+# Numbers of a direction that are shown.
+LONGEST_SHOWN = 4
 # The stops that act are bits of one integer.
 MOST_STOPS = 62
 
@@ -199,6 +203,39 @@ class Structure:
         )
 
     def __repr__(self) -> str:
+        """Return the structure in a line; `text` has all its numbers."""
+        stops = _counted_stops(self.stops)
+        if 0 < len(self.stops) <= MOST_NAMED:
+            stops = ", ".join(map(_stop_in_words, self.stops))
+        points = ", ".join(name for name, _ in self.points)
+        damped = "damped" if any(map(any, self.damping)) else "undamped"
+        size = "1 coordinate" if self.n == 1 else f"{self.n} coordinates"
+        return (
+            "; ".join(
+                [f"<Structure: {size}, {damped}", stops, *([f"points {points}"] if points else [])]
+            )
+            + ">"
+        )
+
+    def text(self) -> str:
+        """Return the call that makes the structure, with every number as it was given.
+
+        Returns
+        -------
+        str
+            The call, in which numbers, stops and units are those of percuss.
+
+        Examples
+        --------
+        >>> pair = Structure(mass=[1, 2], stiffness=[[3, -1], [-1, "1/3"]])
+        >>> pair
+        <Structure: 2 coordinates, undamped; no stops>
+        >>> pair.text()
+        "Structure(mass=((1, 0), (0, 2)), stiffness=((3, -1), (-1, '1/3')), \
+damping=((0, 0), (0, 0)), stops=())"
+        >>> eval(pair.text()) == pair
+        True
+        """
         # Fields that are empty are left out: stores know a study by this text.
         others = {"units": self.units, "points": self.points or None}
         more = "".join(f", {name}={value!r}" for name, value in others.items() if value is not None)
@@ -285,6 +322,21 @@ class Structure:
         if isinstance(on, str):
             return dict(self.points)[on]
         return tuple(int(i == (on or 0)) for i in range(self.n))
+
+
+def _counted_stops(stops: tuple[Stop, ...]) -> str:
+    """Return how many stops of each kind there are."""
+    walls = sum(isinstance(stop, Wall) for stop in stops)
+    numbers = {"wall": walls, "soft stop": len(stops) - walls}
+    counts = (f"{n} {name}{'' if n == 1 else 's'}" for name, n in numbers.items() if n)
+    return ", ".join(counts) or "no stops"
+
+
+def _stop_in_words(stop: Stop) -> str:
+    kind = "wall" if isinstance(stop, Wall) else "soft stop"
+    is_long = isinstance(stop.on, tuple) and len(stop.on) > LONGEST_SHOWN
+    where = "" if stop.on is None else " on a direction" if is_long else f" on {stop.on!r}"
+    return f"{kind} {stop.side} {stop.at!s}{where}"
 
 
 def structure_fields(
