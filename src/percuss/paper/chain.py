@@ -27,7 +27,6 @@ from percuss.paper.claims.half_harmonic_formulas import (
     INTERVAL,
     MEAN,
     PHASE,
-    ROOT_FACTOR,
     SIN,
     T_K,
     TIME,
@@ -37,6 +36,7 @@ from percuss.paper.claims.half_harmonic_formulas import (
     growth_steps,
     next_velocity_steps,
     no_mean,
+    root_steps,
     two_impact_steps,
 )
 from percuss.paper.dependence import falls_with
@@ -184,14 +184,7 @@ def _rate(formula: Formula) -> Deduction:
 
 def _root(formula: Formula) -> Deduction:
     law = formula.printed.rhs
-    steps = (
-        identity(
-            "It solves dV/dt = b^2/(2V), whatever the constant is,",
-            sympy.diff(law, TIME),
-            ROOT_FACTOR**2 / (2 * law),
-        ),
-        identity("and is 0 at t = 0.", law.subs(TIME, 0), sympy.Integer(0)),
-    )
+    steps = root_steps(law, "It solves dV/dt = b^2/(2V), whatever the constant is,")
     return Deduction("(35) from (34)", steps)
 
 

@@ -149,44 +149,52 @@ def _on_flights(formula: Formula, velocity: Formula) -> tuple[Comparison, ...]:
     return tuple(checks)
 
 
-def _flight_equation(formula: Formula) -> Finding:
+def _third_term_lost(
+    formula: Formula,
+    side: tuple[str, Callable[[float], float]],
+    derived: str,
+    remark: str,
+    state: tuple[float, float],
+) -> Finding:
+    """Compare a formula for an interval xi, whose left side has a name, with exact flights."""
+    name, measured = side
+
     def checks(*, right: bool) -> list[Comparison]:
-        side, comparisons = formula.side(T_K, V_K, INTERVAL, right=right), []
+        stated, comparisons = formula.side(T_K, V_K, INTERVAL, right=right), []
         for t, v in STATES:
             interval = half_harmonic_impact(t, v)[0] - t
-            what = f"tan xi for t_k = {t:g}, V_k = {v:g}"
-            measured, stated = numerics.tan(interval), side(t, v, interval)
-            comparisons.append(compare(what, measured, stated, ROUNDING, error=ONE_FLIGHT))
+            what = f"{name} for t_k = {t:g}, V_k = {v:g}"
+            found, expected = measured(interval), stated(t, v, interval)
+            comparisons.append(compare(what, found, expected, ROUNDING, error=ONE_FLIGHT))
         return comparisons
 
-    steps, what = flight_equation_steps(), "the equation of the time of flight"
+    steps = flight_equation_steps()
     return Finding(
-        (_derived(what, steps, formula), *checks(right=False)),
-        (_derived(what, steps, formula, right=True), *checks(right=True)),
+        (_derived(derived, steps, formula), *checks(right=False)),
+        (_derived(derived, steps, formula, right=True), *checks(right=True)),
         "the denominator has a third term, xi_k sin t_k",
-        remark="The two agree only where sin t_k = 0 or cos t_k = 0.",
-        study=motion_text(two_impacts(*STATES[0])),
+        remark=remark,
+        study=motion_text(two_impacts(*state)),
+    )
+
+
+def _flight_equation(formula: Formula) -> Finding:
+    return _third_term_lost(
+        formula,
+        ("tan xi", numerics.tan),
+        "the equation of the time of flight",
+        "The two agree only where sin t_k = 0 or cos t_k = 0.",
+        STATES[0],
     )
 
 
 def _factor(formula: Formula) -> Finding:
-    def checks(*, right: bool) -> list[Comparison]:
-        side, comparisons = formula.side(T_K, V_K, INTERVAL, right=right), []
-        for t, v in STATES:
-            interval = half_harmonic_impact(t, v)[0] - t
-            what = f"tan(xi)/xi for t_k = {t:g}, V_k = {v:g}"
-            measured = numerics.tan(interval) / interval
-            stated = side(t, v, interval)
-            comparisons.append(compare(what, measured, stated, ROUNDING, error=ONE_FLIGHT))
-        return comparisons
-
-    steps, what = flight_equation_steps(), "the factor of xi_k in tan xi_k = a_k xi_k"
-    return Finding(
-        (_derived(what, steps, formula), *checks(right=False)),
-        (_derived(what, steps, formula, right=True), *checks(right=True)),
-        "the denominator has a third term, xi_k sin t_k",
-        remark="Both forms are cos t_k / (2 V_k) + O(V_k^-2), so a_k is small as stated.",
-        study=motion_text(two_impacts(*STATES[1])),
+    return _third_term_lost(
+        formula,
+        ("tan(xi)/xi", lambda xi: numerics.tan(xi) / xi),
+        "the factor of xi_k in tan xi_k = a_k xi_k",
+        "Both forms are cos t_k / (2 V_k) + O(V_k^-2), so a_k is small as stated.",
+        STATES[1],
     )
 
 

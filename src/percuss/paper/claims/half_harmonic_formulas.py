@@ -48,6 +48,7 @@ __all__ = [
     "next_velocity_steps",
     "no_mean",
     "right_side",
+    "root_steps",
     "two_impact_steps",
 ]
 
@@ -355,6 +356,14 @@ def growth_steps() -> tuple[Step, ...]:
             ),
             formula=r"V \frac{dV}{dt} = \frac{1}{4} \sin 2t_k",
         ),
+    )
+
+
+def root_steps(law: sympy.Expr, words: str) -> tuple[Step, Step]:
+    """Return the steps that a law V(t) solves the law of growth, said in words, from rest."""
+    return (
+        identity(words, sympy.diff(law, TIME), ROOT_FACTOR**2 / (2 * law)),
+        identity("and is 0 at t = 0.", law.subs(TIME, 0), sympy.Integer(0)),
     )
 
 

@@ -43,6 +43,7 @@ from percuss.paper.claims.half_harmonic_formulas import (
     TWO_FLIGHTS,
     V_K,
     compared,
+    root_steps,
     two_impact_steps,
 )
 from percuss.paper.evidence import Comparison, Deduction, Measurement, Step, compare
@@ -327,12 +328,7 @@ def _square_root(formula: Formula) -> Finding:
     power = float(sympy.simplify(TIME * sympy.diff(law, TIME) / law))
     steps = (
         *envelope_steps(),
-        identity(
-            "What is printed solves dV/dt = b^2/(2V),",
-            sympy.diff(law, TIME),
-            ROOT_FACTOR**2 / (2 * law),
-        ),
-        identity("and is 0 at t = 0.", law.subs(TIME, 0), sympy.Integer(0)),
+        *root_steps(law, "What is printed solves dV/dt = b^2/(2V),"),
     )
     return Finding(
         (
