@@ -47,7 +47,7 @@ __all__ = [
     "NEAR_PART",
     "NODES",
     "PANEL_PHASE",
-    "Pair",
+    "SplitTimes",
     "blocks",
     "fourier_integral",
     "integral_of_exponentials",
@@ -56,7 +56,7 @@ __all__ = [
 ]
 
 # Numbers, and the low parts of them.
-Pair: TypeAlias = tuple[Floats, Floats]
+SplitTimes: TypeAlias = tuple[Floats, Floats]
 
 
 # A factor below this part of its own terms is not divided by.
@@ -273,8 +273,8 @@ def _stretches(
 
 
 def integral_of_exponentials(
-    start: Pair,
-    end: Pair,
+    start: SplitTimes,
+    end: SplitTimes,
     omega: Floats,
     parts: Sequence[tuple[float, Complexes]],
 ) -> Complexes:
@@ -302,7 +302,9 @@ def integral_of_exponentials(
     return total
 
 
-def record_integral(law: Law, begins: Pair, ends: Pair, omega: Floats, low: float) -> Complexes:
+def record_integral(
+    law: Law, begins: SplitTimes, ends: SplitTimes, omega: Floats, low: float
+) -> Complexes:
     """Return the Fourier integral of the force of a record over parts that no knot cuts.
 
     Begins and ends are counted from ``low``, each with the low parts of its numbers.

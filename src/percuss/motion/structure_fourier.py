@@ -26,7 +26,7 @@ from percuss.motion.fourier_integral import (
     NEAR_PART,
     NODES,
     PANEL_PHASE,
-    Pair,
+    SplitTimes,
     blocks,
     integral_of_exponentials,
     record_integral,
@@ -58,8 +58,8 @@ class Stretches:
         (k,) whether it is the tail of a chatter.
     """
 
-    begins: Pair
-    ends: Pair
+    begins: SplitTimes
+    ends: SplitTimes
     sets: Integers
     first: Floats
     last: Floats
@@ -186,7 +186,11 @@ def _of_set(
 
 
 def _inputs(
-    run: StructureTrajectory, b: int, spans: tuple[Pair, Pair], omega: Floats, low: float
+    run: StructureTrajectory,
+    b: int,
+    spans: tuple[SplitTimes, SplitTimes],
+    omega: Floats,
+    low: float,
 ) -> Complexes:
     """Return the integrals of 1, of each harmonic's cosine and sine, and of each record."""
     sets = run.record.sets
