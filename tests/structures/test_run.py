@@ -130,7 +130,10 @@ def _values(run: Any, of: str, where: dict[str, Any], t: Any) -> Any:
 
 def test_an_extreme_at_an_event_has_its_instant_to_the_bit() -> None:
     """The end of a flight and the event there are rounded otherwise: one in six differed."""
-    stops = [pc.Wall("0.3", "above", "0.5", on=1), pc.SoftStop("0.2", "above", 20, "0.5", on=(1, -1, 0))]
+    stops = (
+        pc.Wall("0.3", "above", "0.5", on=1),
+        pc.SoftStop("0.2", "above", 20, "0.5", on=(1, -1, 0)),
+    )
     three = pc.chain([1, 2, 1], [1, 3, 2, 0], "0.1", stops)
     loads = pc.Loads({0: pc.cosine("1.5", amplitude=2, constant="0.3"), 1: pc.sine(2)})
     at_events = 0
