@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 
 import numpy as np
@@ -59,6 +60,57 @@ def test_linear_structures_of_every_kind_move_as_the_exponential_of_their_matrix
     assert wrong == []
     assert set(refused) <= REFUSED
     assert all(computed[kind] > 0 for kind in KINDS if kind not in dict(REFUSED))
+
+
+# Two masses under a follower force, whose pairs of modes meet where it is this large.
+FLUTTER = math.sqrt(1.25)
+
+
+def follower(distance: float, damping: float) -> LinearMotion:
+    p = FLUTTER * (1.0 + distance)
+    stiffness = [[2.0, -1.0 + p], [-1.0 - p, 3.0]]
+    structure = pc.Structure([1, 1], stiffness, [damping, damping])
+    return LinearMotion("flutter", structure, np.array([1.0, 0.3]), np.array([-0.2, 0.5]))
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.01])
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_near_flutter_as_many_digits_are_lost_as_the_theory_says(
+    side: float, damping: float
+) -> None:
+    """docs/theory/structures.md: the error is some 3e-16 over the root of the distance."""
+    for distance in (1e-2, 1e-4, 1e-6, 1e-8, 1e-9):
+        motion = follower(side * distance, damping)
+        bound = 3e-15 / math.sqrt(distance)
+
+        assert farthest(motion) < bound
+        # An impact is off by as much: at its instant the free motion is at the wall.
+        wall = pc.Wall("1.2" if side < 0 else "2", "above", on=0)
+        own = motion.structure
+        walled = pc.Structure(own.mass, own.stiffness, own.damping, [wall])
+        run = pc.simulate(walled, x0=motion.x0, v0=motion.v0, t_end=100, max_impacts=1)
+        t = float(run.impacts.t[0])
+        x, v = motion.exact(t)
+        assert abs(x[0] - float(run.structure.stops[0].at)) < bound * max(1.0, np.abs(v).max())
+
+
+@pytest.mark.parametrize("distance", [-1e-11, 0.0, 1e-11])
+def test_at_flutter_a_structure_is_refused_in_a_sentence(distance: float) -> None:
+    motion = follower(distance, 0.01)
+
+    with pytest.raises(pc.ConvergenceError, match="two pairs of modes coincide .*change the stiff"):
+        pc.simulate(motion.structure, x0=motion.x0, v0=motion.v0, t_end=1)
+
+
+@pytest.mark.parametrize("damping", [0.0, 1e-15, 1e-12, 1e-9, 1e-6, 1e-3])
+@pytest.mark.parametrize("gyroscopic", [0.3, 5.0])
+def test_nearly_undamped_complex_pairs_lose_no_digits(gyroscopic: float, damping: float) -> None:
+    coupling = [[damping, gyroscopic], [-gyroscopic, 2 * damping]]
+    structure = pc.Structure([1, 1.5], [[2, -1], [-1, 3]], coupling)
+
+    assert (
+        farthest(LinearMotion("", structure, np.array([1.0, 0.3]), np.array([-0.2, 0.5]))) < 1e-14
+    )
 
 
 def test_a_clamped_beam_of_eight_elements_with_overdamped_modes() -> None:
