@@ -39,9 +39,10 @@ TESTS = $(BIN)/python -m pytest -n logical --dist worksteal
 # The examples of docstrings compile the kernels of one displacement on one core, on the other three
 # files of tests compile those of structures, the largest, before an example asks for them: each is
 # compiled once, beside others that share its parts, and all tests find it. Types and style are
-# checked by whichever core is first done.
-LARGE_KERNELS = tests/sensitivity/test_structures.py tests/structures/test_ensembles.py \
-	tests/fitting/test_structure_shooting.py
+# checked by whichever core is first done. The file that compares structures with oscillators comes
+# last: by then the doctests have compiled the kernels that both need.
+LARGE_KERNELS = tests/structures/test_ensembles.py tests/fitting/test_structure_shooting.py \
+	tests/sensitivity/test_structures.py
 test: .venv/dev.stamp
 	$(MAKE) --jobs 2 large-kernels doctests types style
 	$(TESTS) tests $(LARGE_KERNELS:%=--ignore=%)

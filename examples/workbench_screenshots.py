@@ -187,6 +187,23 @@ def _gallery(page: Page) -> None:
     page.wait_for_timeout(4000)
 
 
+def _design(page: Page) -> None:
+    _open(page, "first_impacts")
+    page.locator("#p-forcing-harmonics-0-omega").fill("2")
+    page.locator("#p-forcing-harmonics-0-omega").blur()
+    page.set_viewport_size({**SIZE, "height": 1000})
+    view = _view(page, "design")
+    _field(view, "goal").select_option("largest")
+    for path in ("stops.0.at", "damping"):
+        view.locator(f"[data-free='oscillator.{path}']").check()
+    view.get_by_role("button", name="add a limit").click()
+    view.locator(".limits select").select_option("grazing_margin")
+    view.locator(".limits input").first.fill("0.1")
+    view.locator(".limits input").first.blur()
+    view.get_by_role("button", name="Search").click()
+    expect(view.locator(".status")).to_contain_text("done", timeout=WAIT)
+
+
 def _structure(page: Page) -> None:
     _view(page, "gallery")
     page.set_viewport_size({**SIZE, "height": 980})
@@ -213,6 +230,7 @@ SHOWN = {
     "diagram": _diagram,
     "response": _response,
     "basins": _basins,
+    "design": _design,
     "structure": _structure,
     "gallery": _gallery,
     "paper": _paper,

@@ -49,7 +49,12 @@ def pytest_collection() -> Generator[None, object, object]:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark the tests that tests/long_tests.txt names: they run at night."""
+    """Mark the tests that tests/long_tests.txt names: they run at night. Those of pages begin.
+
+    They wait for a browser more than half of their time: one worker begins with them while others
+    compute, and they do not all stand at the end.
+    """
+    items.sort(key=lambda item: "tests/web/" not in item.nodeid)
     long = {line for line in LONG_TESTS.read_text(encoding="utf-8").splitlines() if line[0] != "#"}
     for item in items:
         case = item.nodeid.removeprefix("tests/")
@@ -58,8 +63,11 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 def pytest_xdist_auto_num_workers() -> int:
-    """One worker more than there are cores: tests wait for browsers, processes and clocks."""
-    return 1 + (os.cpu_count() or 1)
+    """Two workers more than there are cores.
+
+    Tests wait for browsers, processes and clocks a third of their time.
+    """
+    return 2 + (os.cpu_count() or 1)
 
 
 # A browser that asks nobody anything.

@@ -24,7 +24,7 @@ def test_nothing_is_cut_off_at_any_size(tab: Page, address: str, width: int, hei
     opened.set_viewport_size({"width": width, "height": height})
     opened.goto(f"http://{address}/")
     opened.wait_for_selector(".explore[data-drawn]", timeout=WAIT)
-    for view in ("explore", "diagram", "basins", "fit", "structure", "paper", "gallery"):
+    for view in ("explore", "diagram", "basins", "fit", "design", "structure", "paper", "gallery"):
         opened.locator(f"[data-view={view}]").click()
         opened.wait_for_timeout(150)
         assert opened.evaluate("document.documentElement.scrollWidth") <= width

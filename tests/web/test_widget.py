@@ -120,7 +120,15 @@ def test_the_front_end_of_the_widget_begins_and_asks(
     cells: tuple[Page, list[dict[str, Any]]],
 ) -> None:
     for found in cells[1]:
-        assert found["tabs"] == ["Explore", "Diagram", "Basins", "Fit", "Structure", "Gallery"]
+        assert found["tabs"] == [
+            "Explore",
+            "Diagram",
+            "Basins",
+            "Fit",
+            "Design",
+            "Structure",
+            "Gallery",
+        ]
         assert '"kind":"explore"' in found["sent"][0]["text"]
         # A cell is as high as what is in it, not as the window.
         assert 500 < found["height"] < 1000

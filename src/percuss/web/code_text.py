@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -65,6 +66,8 @@ def python_text(study: Study) -> str:
     lines += ["force = None"] if study.forcing is None else _forcing(study.forcing, parameters)
     if study.kind == "fit":
         return "\n".join(["import numpy as np", *lines, *_fit(study), ""])
+    if study.kind == "design":
+        return "\n".join([*lines, *_design(study), ""])
     if study.kind in _LONG:
         return "\n".join(["import numpy as np", *lines, *_long(study), ""])
     motion = motion_of(study)
@@ -128,6 +131,46 @@ def _fit(study: Study) -> list[str]:
         "print(found)",
         'plotting.plot_fit(found).savefig("fit.png")',
     ]
+
+
+def _design(study: Study) -> list[str]:
+    """Return the call of a design or a front, and of its picture."""
+    tables: dict[str, Any] = study.question.tables()
+    own = tables["design"]
+    names, goals = own.pop("outcome"), own.pop("goal")
+    is_front = not isinstance(names, str) and len(names) > 1
+    first = tuple(names) if is_front else _alone(names)
+    pair = goals if isinstance(goals, list | tuple) else [goals, goals]
+    given: dict[str, Any] = {"goals": tuple(pair)} if is_front else {"goal": _alone(goals)}
+    given["free"] = {path: tuple(ends) for path, ends in own.pop("free").items()}
+    limits = own.pop("subject_to", None) or {}
+    given["subject_to"] = {
+        name: tuple(None if end in (-math.inf, math.inf) else end for end in ends)
+        for name, ends in limits.items()
+    } or None
+    given |= own
+    start, run = tables.get("start"), tables.get("run") or {}
+    if start is not None:
+        given["start"] = tuple(start[name] for name in ("x0", "v0", "t0"))
+    given |= {name: run.get(name) for name in ("t_end", "periods", "max_impacts")}
+    call, draw = ("pareto_front", "plot_pareto") if is_front else ("design", "plot_design")
+    rows = [f"    {name}={value!r}," for name, value in given.items() if value is not None]
+    return [
+        f"best = pc.{call}(",
+        f"    {first!r},",
+        "    osc,",
+        "    force,",
+        *rows,
+        "    progress=True,",
+        ")",
+        "print(best)",
+        f'plotting.{draw}(best).figure.savefig("design.png")',
+    ]
+
+
+def _alone(value: Any) -> Any:
+    """Return the one value of a list, and anything else as it is."""
+    return value[0] if isinstance(value, list | tuple) else value
 
 
 def _saddles(study: Study) -> list[str]:

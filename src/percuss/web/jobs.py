@@ -21,6 +21,7 @@ from percuss.studies.kinds.diagram import Diagram
 from percuss.studies.kinds.response import Response
 from percuss.studies.study import Study
 from percuss.web.answer_cache import ANSWERS
+from percuss.web.design_view import answer_design
 from percuss.web.fit_view import answer_fit
 from percuss.web.frame import frame
 from percuss.web.request import PageRequest, RunningRequest, path_of, range_of, study_of
@@ -287,10 +288,16 @@ def _fit(request: PageRequest, running: RunningRequest) -> Iterator[bytes]:
     yield from answer_fit(study_of_view(request), request, running)
 
 
+def _design(request: PageRequest, running: RunningRequest) -> Iterator[bytes]:
+    """Yield the best setting, or a front."""
+    yield from answer_design(study_of_view(request), request, running)
+
+
 JOBS: dict[str, Callable[[PageRequest, RunningRequest], Iterator[bytes]]] = {
     "diagram": _diagram,
     "response": _response,
     "basins": _basins,
+    "design": _design,
     "fit": _fit,
 }
 

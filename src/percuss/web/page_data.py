@@ -7,6 +7,7 @@ import re
 from pathlib import Path
 
 from percuss.version import __version__
+from percuss.web.design_view import outcomes_of_page
 from percuss.web.presets import FIGURES, presets
 from percuss.web.proof import can_certify
 from percuss.web.structure_view import mechanism_rows
@@ -28,7 +29,7 @@ def page_data(report: Path | None = None) -> dict[str, object]:
     Returns
     -------
     dict
-        The version, the presets, the mechanisms of several masses, whether there is a report, its
+        The version, the presets, the mechanisms of several masses, the outcomes of designs, whether there is a report, its
         figures by their presets and its claims with their verdicts, and whether runs can be
         certified here.
 
@@ -45,6 +46,7 @@ def page_data(report: Path | None = None) -> dict[str, object]:
         "version": __version__,
         "presets": rows,
         "mechanisms": mechanism_rows(),
+        "outcomes": outcomes_of_page(),
         "report": report is not None,
         "figures": FIGURES,
         "claims": [] if report is None else claims_of(report),

@@ -12,6 +12,7 @@ from percuss.studies.axes import Span
 from percuss.studies.kinds.diagram import Diagram
 from percuss.studies.study import Study
 from percuss.studies.tables import Certify, Draw
+from percuss.web.design_view import design_tables
 from percuss.web.fit_view import fit_tables
 from percuss.web.request import (
     BadRequest,
@@ -84,7 +85,7 @@ def study_of_view(request: PageRequest) -> Study:
         "place",
         "impacts",
     )
-    needs_period = request.kind != "fit" and not at_section
+    needs_period = request.kind in NAMES and not at_section
     if (force is None or force.is_constant) and needs_period:
         raise BadRequest(f"{NAMES[request.kind]} a periodic force: add a harmonic in Explore")
     model = {name: request.tables[name] for name in MODEL if name in request.tables}
@@ -175,4 +176,10 @@ def _basins(request: PageRequest, motion: Study) -> Mapping[str, Any]:
     return {"basins": axes | {"t0": number(motion_of(motion).start.t0)}}
 
 
-VIEWS = {"diagram": _diagram, "response": _response, "basins": _basins, "fit": fit_tables}
+VIEWS = {
+    "diagram": _diagram,
+    "response": _response,
+    "basins": _basins,
+    "design": design_tables,
+    "fit": fit_tables,
+}

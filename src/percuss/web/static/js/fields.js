@@ -5,20 +5,21 @@ import { numberOf } from "./models.js";
 
 const MOST = 1e6;
 
-/** A field with a number, 0.45, 1/3 or -pi/2; `change` is called with it; what is none has a sentence. */
-export function numberField(label, value, change, { min = -MOST, max = MOST, step = null } = {}) {
+/** A field with a number, 0.45, 1/3 or -pi/2; `change` is called with it, or with null where it may be empty; what is none has a sentence. */
+export function numberField(label, value, change, { min = -MOST, max = MOST, step = null, mayBeEmpty = false } = {}) {
+  const reasonNow = () => (mayBeEmpty && input.value.trim() === "" ? "" : reasonOf(input.value, min, max, step));
   const message = element("small", { class: "fault", role: "alert" });
   const input = element("input", {
     type: "text", class: "number", value: String(value), inputmode: "text", spellcheck: "false", autocomplete: "off",
     title: step === 1 ? `a whole number from ${min} to ${max}` : "a number, such as 0.45, 1/3 or -pi/2",
     oninput: () => {
       // While it is typed a fault is taken back, but none is found.
-      if (reasonOf(input.value, min, max, step) === "") field.complain("");
+      if (reasonNow() === "") field.complain("");
     },
     onchange: () => {
-      const reason = reasonOf(input.value, min, max, step);
+      const reason = reasonNow();
       field.complain(reason);
-      if (reason === "") change(numberOf(input.value));
+      if (reason === "") change(input.value.trim() === "" ? null : numberOf(input.value));
     },
   });
   // Ends of a narrow range have many digits.

@@ -1,9 +1,10 @@
 // A record and the parameters fitted to it.
 
 import { button, element, say, shown } from "./dom.js";
-import { checkField, checkRange, numberField } from "./fields.js";
+import { checkField, numberField } from "./fields.js";
+import { FreeParameters } from "./free.js";
 import { Job } from "./job.js";
-import { axesOf, named, numberOf, pathsOf, startAt, unitsOf, valueOf } from "./models.js";
+import { axesOf, named, pathsOf, startAt, unitsOf } from "./models.js";
 import { Plot } from "./plots.js";
 import { put } from "./state.js";
 
@@ -15,15 +16,13 @@ export class Fit {
   constructor(app) {
     this.app = app;
     this.csv = "";
-    // What is ticked: {path: null for a guess, or [low, high]}.
-    this.free = {};
+    this.free = new FreeParameters(app.store, () => this.#paths());
     this.noise = null;
     this.isStarted = false;
     this.current = null;
     this.file = element("input", { type: "file", accept: ".csv,.txt,.tsv,text/csv,text/plain", "aria-label": "table of measurements", hidden: true, onchange: () => this.#read(this.file.files[0]) });
     this.told = element("p", { class: "hint", role: "status" });
     this.fault = element("p", { class: "fault", role: "alert" });
-    this.rows = element("div", { class: "free" });
     this.form = element("form", { class: "settings", onsubmit: (event) => event.preventDefault() });
     this.job = new Job(app, () => this.#start(), (header, arrays) => this.#receive(header, arrays), this.form);
     this.job.start.textContent = "Fit";
@@ -64,7 +63,7 @@ export class Fit {
   /** Another motion: what is fitted belongs to the one before; the record stays. */
   begin() {
     this.job.clear();
-    this.free = {};
+    this.free.clear();
     this.#forget();
   }
 
@@ -79,10 +78,7 @@ export class Fit {
 
   #request() {
     const { study } = this.app.store.value;
-    const known = new Set(this.#paths().map(({ path }) => path));
-    const entries = Object.entries(this.free).filter(([path]) => known.has(path));
-    const free = Object.fromEntries(entries.map(([path, range]) => [path, range ?? numberOf(valueOf(study, path) ?? 0)]));
-    return { kind: "fit", study, csv: this.csv, free, noise: this.noise, start: this.isStarted };
+    return { kind: "fit", study, csv: this.csv, free: this.free.value, noise: this.noise, start: this.isStarted };
   }
 
   #start() {
@@ -96,80 +92,22 @@ export class Fit {
 
   /** The parameters are others, or have other names and values. */
   #changed() {
-    if (this.root.hidden) return;
-    const shape = JSON.stringify(this.#paths().map(({ path, name }) => [path, name])) + this.isStarted;
-    if (shape !== this.shape) this.#fields(shape);
-    for (const [path, guess] of this.guesses) guess.textContent = this.free[path] ? "" : `guess ${shown(numberOf(valueOf(this.app.store.value.study, path) ?? 0), 6)}`;
+    if (!this.root.hidden) this.free.update();
   }
 
-  #fields(shape = "") {
-    this.shape = shape;
-    this.guesses = new Map();
+  #fields() {
     const load = button("Load a record", () => {
       this.file.value = "";
       this.file.click();
     }, { title: "a table of measurements, as a file; or drop it here" });
-    const noise = numberField("noise (empty: estimated)", this.noise ?? "", (value) => (this.noise = value), { min: 1e-300 });
-    // No number is needed.
-    noise.querySelector("input").addEventListener("change", (event) => {
-      if (event.target.value.trim() !== "") return;
-      this.noise = null;
-      noise.complain("");
-    });
+    const noise = numberField("noise (empty: estimated)", this.noise ?? "", (value) => (this.noise = value), { min: 1e-300, mayBeEmpty: true });
     const start = checkField("start as in Explore", this.isStarted, (isOn) => {
       this.isStarted = isOn;
       this.#changed();
     });
     start.title = "the start of the record is known; else it is unknown, too";
-    this.rows.replaceChildren(...this.#paths().map((it) => this.#row(it)));
-    this.form.replaceChildren(element("div", { class: "tools" }, load, this.file, this.told, noise, start), this.rows, this.fault);
-  }
-
-  /** One parameter: a tick, and once it is ticked its guess or its range. */
-  #row({ path, name }) {
-    const ends = element("span", { class: "ends" });
-    const guess = element("span", { class: "hint" });
-    this.guesses.set(path, guess);
-    const fill = () => {
-      const range = this.free[path];
-      if (range === undefined) ends.replaceChildren();
-      else if (range === null) ends.replaceChildren(guess, button("range", () => choose(this.#around(path)), { "aria-label": `range of ${name}` }));
-      else {
-        const set = (k) => (value) => {
-          range[k] = value;
-          checkRange(high, ...range);
-        };
-        const low = numberField("from", range[0], set(0));
-        const high = numberField("to", range[1], set(1));
-        ends.replaceChildren(low, high, button("guess", () => choose(null), { "aria-label": `guess of ${name}` }));
-      }
-    };
-    const choose = (range) => {
-      this.free = { ...this.free, [path]: range };
-      fill();
-      this.#changed();
-    };
-    const tick = checkField(name, path in this.free, (isOn) => {
-      if (isOn) choose(null);
-      else {
-        const { [path]: _, ...rest } = this.free;
-        this.free = rest;
-        fill();
-      }
-    });
-    tick.querySelector("input").dataset.free = path;
-    fill();
-    return element("div", {}, tick, ends);
-  }
-
-  /** A range about a guess: that of its slider, or half and twice of it. */
-  #around(path) {
-    const value = numberOf(valueOf(this.app.store.value.study, path) ?? 0);
-    const own = this.app.store.value.ranges?.[path];
-    if (own) return [...own];
-    if (path.endsWith(".restitution")) return [0.1, 1];
-    if (!Number.isFinite(value) || value === 0) return [-1, 1];
-    return (value > 0 ? [value / 2, 2 * value] : [2 * value, value / 2]).map((end) => Number(end.toPrecision(4)));
+    this.free.build();
+    this.form.replaceChildren(element("div", { class: "tools" }, load, this.file, this.told, noise, start), this.free.root, this.fault);
   }
 
   #watchDrops() {

@@ -11,6 +11,7 @@ const HELP = [
   ["Diagram", "Choose a parameter and Compute. Click a point to open that motion in Explore."],
   ["Basins", "Colours tell which attractor a start goes to. Crosses are saddles; their stable manifolds, the lines, part the basins. Click to start there."],
   ["Fit", "Load a record, tick what is not known, Fit: values with errors, residuals, and the sliders set by them."],
+  ["Design", "Tick what may change, choose which outcome shall be least or largest, and Search: the best setting, or a front between two outcomes."],
   ["Structure", "Two or three masses with stops: choose one, move its sliders; Play, or hover over Displacements, moves the picture."],
   ["Certify", "In the card Outcome: proves the run in ball arithmetic, each impact with a radius that is certain."],
   ["Words", "(2, 4): two impacts in four forcing periods. Multipliers inside the unit circle: stable. Clearance: how far the orbit is from touching a stop in passing. Formal: it solves the equations, but passes through a stop; no motion follows it."],
@@ -51,7 +52,7 @@ export function makeTabs(names, prefix, choose) {
 }
 
 /** Return the files of a kind of request: [extension, table or null, label]. */
-export function filesOf({ kind, study, digits }) {
+export function filesOf({ kind, study, digits, outcomes }) {
   const hasSoft = (study.oscillator.stops ?? []).some((stop) => stop.type === "soft");
   const tables = {
     motion: ["impacts", ...(hasSoft ? ["crossings"] : []), ...(digits ? ["certified"] : [])],
@@ -59,6 +60,7 @@ export function filesOf({ kind, study, digits }) {
     response: ["response", "special_points"],
     basins: ["basins", "attractors"],
     fit: ["fit", "covariance", "residuals", "impacts"],
+    design: outcomes?.length > 1 ? ["design"] : ["design", "best"],
   }[kind];
   return [
     ["toml", null, "study.toml, for percuss run"],
@@ -76,7 +78,7 @@ function readingOf(kind) {
   return [`csv: pandas.read_csv(name)`, `nc: ${nc}`];
 }
 
-const NOTES = { motion: "of the motion in Explore", diagram: "of the diagram", response: "of the response chart", basins: "of the basins", fit: "of the fit" };
+const NOTES = { motion: "of the motion in Explore", diagram: "of the diagram", response: "of the response chart", basins: "of the basins", fit: "of the fit", design: "of the design" };
 
 /**
  * Return the menu of files; it closes by Escape, by a choice and by a click elsewhere.

@@ -1,6 +1,7 @@
 // The workbench: views over one state.
 
 import { Basins } from "./basins.js";
+import { Design } from "./design.js";
 import { Diagram } from "./diagram.js";
 import { button, element, say } from "./dom.js";
 import { Explore } from "./explore.js";
@@ -91,7 +92,7 @@ class App {
 
   #build() {
     const { facts } = this.options;
-    this.views = { explore: new Explore(this), diagram: new Diagram(this), basins: new Basins(this), fit: new Fit(this), structure: new Mechanism(this) };
+    this.views = { explore: new Explore(this), diagram: new Diagram(this), basins: new Basins(this), fit: new Fit(this), design: new Design(this), structure: new Mechanism(this) };
     if (this.options.hasLinks && !this.options.isStatic) this.views.paper = new Paper(this, facts);
     this.views.gallery = new Gallery(this, facts);
     for (const [name, view] of Object.entries(this.views)) {

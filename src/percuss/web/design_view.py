@@ -1,0 +1,155 @@
+"""The best setting of free parameters on the page, or the front between two outcomes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from percuss.arrays import Floats
+from percuss.execution import Execution
+from percuss.model.oscillator import Oscillator
+from percuss.motion.trajectory import Trajectory
+from percuss.optimization import Design as DesignResult
+from percuss.optimization.outcomes import outcome_names
+from percuss.plotting.samples import reduce_to_columns, sample_curve
+from percuss.studies.kinds.design import Design as DesignQuestion
+from percuss.studies.study import Study
+from percuss.web.answer_cache import ANSWERS
+from percuss.web.frame import frame
+from percuss.web.request import BadRequest, PageRequest, RunningRequest
+from percuss.web.wording import plain
+
+__all__ = ["answer_design", "design_tables", "outcomes_of_page"]
+
+# Parameters that may be free at once, limits, restarts and designs of a front on the page.
+MOST_FREE, MOST_LIMITS, MOST_RESTARTS, MOST_DESIGNS = 12, 8, 16, 24
+# Points of the curve of the motion.
+POINTS = 4000
+MOTIONS = ("orbit", "run")
+# Ends of an outcome without limits, in a study file.
+UNLIMITED = (-math.inf, math.inf)
+
+
+def outcomes_of_page() -> dict[str, list[str]]:
+    """Return the names of the outcomes of an orbit and of a run.
+
+    Examples
+    --------
+    >>> outcomes_of_page()["orbit"][-3:]
+    ['grazing_margin', 'multiplier', 'period']
+    """
+    model = Oscillator()
+    return {on: list(outcome_names(model, of_orbit=on == "orbit")) for on in MOTIONS}
+
+
+def design_tables(request: PageRequest, motion: Study) -> Mapping[str, Any]:  # noqa: ARG001
+    """Return the tables of the study of a design.
+
+    Parameters
+    ----------
+    request
+        With the options ``outcomes``, one or two names; ``goals``, "least", "largest" or a number
+        for each; ``free``, ranges by path; ``limits``, pairs by outcome, None for no limit;
+        ``on``, "orbit" or "run"; ``restarts``, and ``n`` of a front.
+    motion
+        The motion that is set.
+    """
+    options = request.options
+    free, limits = options.get("free"), options.get("limits", {})
+    if not isinstance(free, Mapping) or not free:
+        raise BadRequest("tick the parameters that are free, and give their ranges")
+    if len(free) > MOST_FREE:
+        raise BadRequest(f"{len(free)} free parameters; the page takes {MOST_FREE} at most")
+    if not isinstance(limits, Mapping) or len(limits) > MOST_LIMITS:
+        raise BadRequest(f"limits of outcomes: {MOST_LIMITS} at most")
+    outcomes, goals = options.get("outcomes"), options.get("goals")
+    if not isinstance(outcomes, list) or not isinstance(goals, list):
+        raise BadRequest("choose an outcome and what it shall be")
+    on = request.choice("on", MOTIONS)
+    # On the page a parameter is a row of its table.
+    own = {str(path).removeprefix("parameters."): ends for path, ends in free.items()}
+    design: dict[str, Any] = {
+        "outcome": outcomes,
+        "free": own,
+        "goal": goals,
+        "subject_to": {name: _ends(ends) for name, ends in limits.items()},
+        "on": on,
+        "restarts": int(request.number("restarts", 2, 0, MOST_RESTARTS)),
+    }
+    if len(outcomes) > 1:
+        design["n"] = int(request.number("n", 8, 2, MOST_DESIGNS))
+    names = ("start", "run") if on == "run" else ()
+    return {"design": design} | {name: request.tables.get(name, {}) for name in names}
+
+
+def _ends(given: object) -> object:
+    """Return the ends of a limit as a study file has them."""
+    if not isinstance(given, list) or len(given) != 2:
+        return given
+    return [free if end is None else end for end, free in zip(given, UNLIMITED, strict=True)]
+
+
+def answer_design(study: Study, request: PageRequest, running: RunningRequest) -> Iterator[bytes]:
+    """Yield the design of a study, or the front.
+
+    Parameters
+    ----------
+    study
+        The study of the design.
+    request
+        As `design_tables` takes it.
+    running
+        State of the answer.
+
+    Yields
+    ------
+    bytes
+        One frame: `report`, rows of a name and words; `outcomes`; `designs`, each with `values` by
+        path, its `outcomes`, the `reason` why it is no optimum, and the `start` of its motion;
+        arrays ``t``, ``x``, ``portrait_x``, ``portrait_v`` of the motion at the first of them.
+    """
+    question = study.question
+    assert isinstance(question, DesignQuestion)
+    result: Any = question.answer(study, Execution(progress=running.progress(0.0, 1.0)))
+    if running.is_cancelled:
+        return
+    ANSWERS.put(study, result)
+    designs = list(result.designs) if question.is_front else [result]
+    pairs = result.values.tolist() if question.is_front else [[result.value]]
+    # As the page has asked: the paths of a mass are others in the model.
+    asked = dict(zip(designs[0].values, map(str, request.options["free"]), strict=True))
+    header = {
+        "id": request.id,
+        "kind": request.kind,
+        "done": True,
+        "share": 1.0,
+        "outcomes": list(question.outcome),
+        "converged": not any(best.reason for best in designs),
+        "report": [[asked.get(name, name), text] for name, text in question.report(result).items()],
+        "designs": [
+            {
+                "values": {asked[path]: value for path, value in best.values.items()},
+                "outcomes": pair,
+                "reason": plain(best.reason),
+                "start": _start(best),
+            }
+            for best, pair in zip(designs, pairs, strict=True)
+        ],
+    }
+    yield frame(header, _curve(designs[0].run))
+
+
+def _start(best: DesignResult) -> list[float]:
+    """Return x0, v0 and t0 of the motion at a setting."""
+    run = best.run
+    x, v = run(run.t0)
+    return [float(x), float(v), run.t0]
+
+
+def _curve(run: Trajectory) -> dict[str, Floats]:
+    """Return the motion as it is drawn."""
+    curve = sample_curve(run)
+    t, x, _ = reduce_to_columns(curve.t, curve.x, curve.jumps, columns=POINTS // 2, most=POINTS)
+    last = slice(-POINTS, None)
+    return {"t": t, "x": x, "portrait_x": curve.x[last], "portrait_v": curve.v[last]}

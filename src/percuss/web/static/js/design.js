@@ -1,0 +1,207 @@
+// The setting of free parameters at which an outcome is best, and the front between two outcomes.
+
+import { button, element, say, shown } from "./dom.js";
+import { count } from "./facts.js";
+import { choiceField, numberField } from "./fields.js";
+import { FreeParameters } from "./free.js";
+import { Job } from "./job.js";
+import { axesOf, pathsOf, startAt } from "./models.js";
+import { Plot } from "./plots.js";
+import { put } from "./state.js";
+
+const HINT = "Tick what may change and give its range; choose what shall be best, and keep other outcomes within limits. SciPy's SLSQP searches with exact derivatives, from the setting of Explore and from others in the ranges. Two outcomes give a front: designs of which neither can be better without the other being worse.";
+const GOALS = [["least", "least"], ["largest", "largest"], ["wanted", "a value"]];
+const MOTIONS = [["orbit", "orbits that attract"], ["run", "the motion of Explore"]];
+
+export class Design {
+  constructor(app) {
+    this.app = app;
+    this.outcomes = app.options.facts.outcomes ?? { orbit: [], run: [] };
+    this.settings = { outcome: "peak_impact_velocity", goal: "least", wanted: 1, second: "", secondGoal: "least", on: "orbit", restarts: 2, n: 8 };
+    // Those of other outcomes: {outcome, low, high}, null for none.
+    this.limits = [];
+    this.current = null;
+    this.free = new FreeParameters(app.store, () => this.#paths(), { hasGuesses: false });
+    this.form = element("form", { class: "settings", onsubmit: (event) => event.preventDefault() });
+    this.job = new Job(app, () => this.#start(), (header, arrays) => this.#receive(header, arrays), this.form);
+    this.job.start.textContent = "Search";
+    this.verdict = element("p", { role: "status" });
+    this.result = element("table", { class: "fitted", hidden: true });
+    this.#plots();
+    this.root = element(
+      "section", { class: "wide fit", "aria-label": "Design" },
+      this.form, this.job.root, this.verdict, this.result,
+      element("div", { class: "plots" }, ...this.plots.map((plot) => plot.root)), element("p", { class: "hint" }, HINT),
+    );
+    this.#fields();
+    app.store.watch((_, why) => {
+      if (why === "study" || why === "all") this.shown();
+    });
+  }
+
+  #plots() {
+    this.front = new Plot({ title: "Front", x: "", y: "", kind: "points", names: ["first outcome", "second outcome"], about: "the designs of the front, the second outcome over the first", onZoom: () => {} });
+    this.motion = new Plot({ title: "Motion at the best setting", x: "time t", y: "displacement x", kind: "line", names: ["t", "x"], about: "of an orbit one period; of a front its first design", onZoom: () => {} });
+    this.portrait = new Plot({ title: "Phase portrait", x: "displacement x", y: "velocity v", kind: "portrait", names: ["x", "v"], about: "velocity over displacement", onZoom: () => {} });
+    this.front.root.classList.add("broad");
+    this.front.root.hidden = true;
+    this.plots = [this.front, this.motion, this.portrait];
+    for (const plot of this.plots) plot.wait("Search shows it", { x: [0, 1], y: [0, 1] });
+  }
+
+  recolour() {
+    for (const plot of this.plots) plot.recolour();
+  }
+
+  close() {
+    for (const plot of this.plots) plot.close();
+  }
+
+  /** Another motion: what was found belongs to the one before. */
+  begin() {
+    this.job.clear();
+    this.free.clear();
+    this.current = null;
+    this.result.hidden = true;
+    this.verdict.textContent = "";
+  }
+
+  shown() {
+    if (!this.root.hidden) this.free.update();
+  }
+
+  /** The request whose files are offered: of the design that is shown, or of what is set. */
+  request() {
+    return Object.keys(this.free.value).length === 0 ? null : (this.current ?? this.#request());
+  }
+
+  #request() {
+    const { outcome, goal, wanted, second, secondGoal, on, restarts, n } = this.settings;
+    const isFront = second !== "";
+    const limits = Object.fromEntries(this.limits.map((it) => [it.outcome, [it.low, it.high]]));
+    return {
+      kind: "design", study: this.app.store.value.study, free: this.free.value, limits, on, restarts,
+      outcomes: isFront ? [outcome, second] : [outcome],
+      goals: isFront ? [goal, secondGoal] : [goal === "wanted" ? wanted : goal],
+      ...(isFront && { n }),
+    };
+  }
+
+  #start() {
+    this.pending = this.#request();
+    return this.pending;
+  }
+
+  /** The start plays a part in a motion alone. */
+  #paths() {
+    return pathsOf(this.app.store.value.study).filter(({ path }) => !path.startsWith("start.") || this.settings.on === "run");
+  }
+
+  #set(parts) {
+    Object.assign(this.settings, parts);
+    const names = this.outcomes[this.settings.on];
+    if (!names.includes(this.settings.outcome)) this.settings.outcome = "peak_impact_velocity";
+    if (!names.includes(this.settings.second) || this.settings.second === this.settings.outcome) this.settings.second = "";
+    // A front is between what is least or largest.
+    if (this.settings.second !== "" && this.settings.goal === "wanted") this.settings.goal = "least";
+    this.limits = this.limits.filter((it) => names.includes(it.outcome));
+    this.#fields();
+  }
+
+  #fields() {
+    const { outcome, goal, wanted, second, secondGoal, on, restarts, n } = this.settings;
+    const isFront = second !== "";
+    const names = this.outcomes[on].map((name) => [name, wordsOf(name)]);
+    const ends = GOALS.slice(0, isFront ? 2 : 3);
+    this.free.build();
+    this.form.replaceChildren(
+      choiceField("outcome", names, outcome, (name) => this.#set({ outcome: name })),
+      choiceField("goal", ends, goal, (name) => this.#set({ goal: name })),
+      ...(goal === "wanted" ? [numberField("value", wanted, (value) => (this.settings.wanted = value))] : []),
+      choiceField("against", [["", "no other outcome"], ...names.filter(([name]) => name !== outcome)], second, (name) => this.#set({ second: name })),
+      ...(isFront
+        ? [choiceField("its goal", ends, secondGoal, (name) => this.#set({ secondGoal: name })), numberField("designs", n, (value) => (this.settings.n = value), { min: 2, max: 24, step: 1 })]
+        : []),
+      choiceField("of", MOTIONS, on, (name) => this.#set({ on: name })),
+      numberField("restarts", restarts, (value) => (this.settings.restarts = value), { min: 0, max: 16, step: 1 }),
+      element("div", { class: "free limits" }, ...this.limits.map((it) => this.#limit(it, names))),
+      element("div", { class: "tools" }, button("add a limit", () => this.#addLimit(), { title: "the least and the largest value of another outcome" })),
+      this.free.root,
+    );
+  }
+
+  #addLimit() {
+    const taken = new Set(this.limits.map((it) => it.outcome));
+    const outcome = this.outcomes[this.settings.on].find((name) => !taken.has(name) && name !== this.settings.outcome);
+    if (outcome === undefined || this.limits.length === 8) return;
+    this.limits = [...this.limits, { outcome, low: null, high: null }];
+    this.#fields();
+  }
+
+  /** The limits of one outcome. */
+  #limit(it, names) {
+    const others = new Set(this.limits.filter((other) => other !== it).map((other) => other.outcome));
+    const choice = choiceField("limit of", names.filter(([name]) => !others.has(name)), it.outcome, (name) => {
+      it.outcome = name;
+      this.#fields();
+    });
+    const end = (name, label) => numberField(label, it[name] ?? "", (value) => (it[name] = value), { mayBeEmpty: true });
+    const remove = button("remove", () => {
+      this.limits = this.limits.filter((other) => other !== it);
+      this.#fields();
+    }, { "aria-label": `remove the limit of ${wordsOf(it.outcome)}` });
+    return element("div", {}, element("span", { class: "ends" }, choice, end("low", "at least"), end("high", "at most"), remove));
+  }
+
+  #receive(header, arrays) {
+    this.current = this.pending;
+    const { designs, outcomes, report, converged } = header;
+    const isFront = outcomes.length > 1;
+    const labels = new Map(pathsOf(this.current.study).map((it) => [it.path, it.name]));
+    const labelOf = (name) => labels.get(name) ?? wordsOf(name);
+    const reason = designs.find((it) => it.reason)?.reason;
+    this.verdict.textContent = converged ? (isFront ? `${count(designs.length, "design")}.` : "An optimum that keeps all limits.") : `No optimum: ${reason}. These are the best values found.`;
+    this.verdict.className = converged ? "" : "fault";
+    const take = (design) => button("put into the sliders", () => this.#take(design), { title: "these values, and the start of the orbit, become those of Explore" });
+    const paths = Object.keys(designs[0].values);
+    const head = isFront ? [...outcomes, ...paths].map(labelOf) : ["", ""];
+    const rows = isFront
+      ? designs.map((it) => [...it.outcomes.map((value) => shown(value, 6)), ...paths.map((path) => shown(it.values[path], 6)), take(it)])
+      : [...report.map(([name, text]) => [labelOf(name), text.replaceAll("_", " ")]), ["", take(designs[0])]];
+    this.result.replaceChildren(
+      ...(isFront ? [element("thead", {}, element("tr", {}, ...[...head, ""].map((name) => element("th", {}, name))))] : []),
+      element("tbody", {}, ...rows.map((row) => element("tr", {}, ...row.map((cell) => element("td", {}, cell))))),
+    );
+    this.result.hidden = false;
+    this.#draw(isFront ? header : null, arrays);
+  }
+
+  #draw(front, { t, x, portrait_x: px, portrait_v: pv }) {
+    const { study } = this.current;
+    const axes = axesOf(study);
+    this.front.root.hidden = front === null;
+    if (front !== null) {
+      const column = (k) => Float64Array.from(front.designs, (it) => it.outcomes[k]);
+      this.front.label(...front.outcomes.map(wordsOf));
+      this.front.take(null);
+      this.front.show([{ x: column(0), y: column(1), kind: "points", colour: "--curve", size: 6 }]);
+    }
+    this.motion.label(axes.t, axes.x);
+    this.portrait.label(axes.x, axes.v);
+    for (const plot of [this.motion, this.portrait]) plot.take(null);
+    this.motion.show([{ x: t, y: x, colour: "--curve" }]);
+    this.portrait.show([{ x: px, y: pv, colour: "--curve" }]);
+    this.root.dataset.drawn = String(Number(this.root.dataset.drawn ?? 0) + 1);
+  }
+
+  /** The values of a design, and where its orbit starts, become those of the motion. */
+  #take({ values, start: [x, v, t0] }) {
+    let { study } = this.current;
+    for (const [path, value] of Object.entries(values)) study = put(study, path, String(Number(value.toPrecision(10))));
+    if (this.current.on === "orbit") study = { ...study, start: { ...study.start, ...startAt(study, x, v, { t0: String(Number(t0.toPrecision(8))) }) } };
+    this.app.store.set({ study }, "study");
+    say(this.app.root, "the design is in Explore");
+  }
+}
+
+const wordsOf = (name) => name.replaceAll("_", " ");
