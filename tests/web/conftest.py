@@ -34,11 +34,12 @@ def tab(browser: Browser) -> Iterator[Page]:
 BEGIN = """async () => {
   if (!globalThis.isWhole) return false;
   delete globalThis.isWhole;
+  const { begin } = await import('/static/js/page.js');
+  // At once: the workbench that ends may write its own link while this waits.
   history.replaceState(null, '', '/');
   scrollTo(0, 0);
-  const { begin } = await import('/static/js/page.js');
   begin();
-  return true;
+  return !document.querySelector('.explore').hidden;
 }"""
 
 
