@@ -98,7 +98,9 @@ def test_near_flutter_as_many_digits_are_lost_as_the_theory_says(
 def test_at_flutter_a_structure_is_refused_in_a_sentence(distance: float) -> None:
     motion = follower(distance, 0.01)
 
-    with pytest.raises(pc.ConvergenceError, match=r"two pairs of modes coincide .*change the stiff"):
+    with pytest.raises(
+        pc.ConvergenceError, match=r"two pairs of modes coincide .*change the stiff"
+    ):
         pc.simulate(motion.structure, x0=motion.x0, v0=motion.v0, t_end=1)
 
 

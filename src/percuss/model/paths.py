@@ -20,24 +20,33 @@ alone is another name of it.
 
 from __future__ import annotations
 
-import dataclasses
 import difflib
 import re
 from collections.abc import Iterable, Mapping
-from functools import cache
-from typing import Any, NamedTuple, TypeAlias, TypeVar, cast
+from typing import Any, NamedTuple, TypeVar
 
 from percuss.errors import ParameterError
-from percuss.model.exact import Exact, Phase, PiTimes, angle, as_float, kept, pi_times
+from percuss.model.exact import Phase, PiTimes, angle, as_float, kept, pi_times
 from percuss.model.expression import Expression, as_expression, parameters_in
-from percuss.model.faults import draft, faults, raise_first
-from percuss.model.force_record import ForceRecord
-from percuss.model.forcing import Forcing, ForcingTerm, FourierTerm
+from percuss.model.faults import faults, raise_first
+from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads
-from percuss.model.oscillator import Oscillator, Stop
+from percuss.model.oscillator import Oscillator
+from percuss.model.parameter_fields import (
+    PREFIXES,
+    AnyForce,
+    AnyStart,
+    fields_by_path,
+    forcings_by_name,
+    free_parameters,
+    is_changed,
+    is_tied,
+    parameters_by_path,
+    with_values,
+)
 from percuss.model.restitution import RestitutionTable
 from percuss.model.start import Start
-from percuss.model.structure import MatrixRows, Structure, StructureStart
+from percuss.model.structure import Structure, StructureStart
 
 __all__ = [
     "MovedFields",
@@ -51,10 +60,7 @@ __all__ = [
     "replace_parameters",
 ]
 
-AnyForce: TypeAlias = Forcing | Loads | None
-AnyStart: TypeAlias = Start | StructureStart | None
 
-T = TypeVar("T")
 OscT = TypeVar("OscT", bound=Oscillator | Structure)
 ForceT = TypeVar("ForceT", bound=Forcing | Loads | None)
 BeginT = TypeVar("BeginT", bound=Start | StructureStart | None)
@@ -103,7 +109,7 @@ def parameter_paths(
     >>> parameter_paths(impact_oscillator())[2:]
     ('oscillator.stops.0.at', 'oscillator.stops.0.restitution')
     """
-    return tuple(_parameters(osc, force, start))
+    return tuple(parameters_by_path(osc, force, start))
 
 
 def get_parameter(
@@ -139,7 +145,7 @@ def get_parameter(
     if owner is not None and owner[1].given_period is None:
         times, plus = angle(pi_times(2) / as_expression(_one_frequency(*owner)[1]))
         return PiTimes(times, plus) if times else kept(plus)
-    return _parameters(osc, force, start)[name]
+    return parameters_by_path(osc, force, start)[name]
 
 
 def replace_parameter(
@@ -214,7 +220,7 @@ def replace_parameters(
     >>> start
     Start(x0=0.5, v0=0.0, t0=0.0)
     """
-    fields, by_path = _fields_of(osc, force, start), dict[str, Phase]()
+    fields, by_path = fields_by_path(osc, force, start), dict[str, Phase]()
     for path, value in changes.items():
         name = _long_form(path, fields, force, osc)
         if name in by_path:
@@ -224,14 +230,14 @@ def replace_parameters(
             raise ParameterError("path", (before, path), "the same parameter, named twice")
         by_path[name] = value
     by_path = _by_field(by_path, fields, force)
-    if _changed(by_path, _NAMES[type(osc)]):
-        osc = _replaced(osc, by_path)
+    if is_changed(by_path, PREFIXES[type(osc)]):
+        osc = with_values(osc, by_path)
         raise_first(faults(osc))
-    if force is not None and _changed(by_path, _NAMES[type(force)]):
-        force = _replaced(force, by_path)
+    if force is not None and is_changed(by_path, PREFIXES[type(force)]):
+        force = with_values(force, by_path)
         raise_first(faults(force))
-    if start is not None and _changed(by_path, "start"):
-        start = _replaced(start, by_path)
+    if start is not None and is_changed(by_path, "start"):
+        start = with_values(start, by_path)
         raise_first(faults(start))
     return osc, force, start
 
@@ -277,18 +283,18 @@ def long_forms(
     start: AnyStart = None,
 ) -> list[str]:
     """Return the long form of each path, as `long_form` does, which looks the fields up each time."""
-    fields = _fields_of(osc, force, start)
+    fields = fields_by_path(osc, force, start)
     return [_long_form(path, fields, force, osc) for path in paths]
 
 
 def _long_form(
     path: str, fields: Mapping[str, Phase], force: AnyForce, osc: Oscillator | Structure
 ) -> str:
-    known = _free(fields)
+    known = free_parameters(fields)
     if path in known:
         return path
     short_forms: dict[str, str] = {}
-    for name, forcing in _forcings(force).items():
+    for name, forcing in forcings_by_name(force).items():
         part = _only_part(forcing)
         if part is not None:
             forms = {f"{name}.{word}": f"{name}.{part}.{word}" for word in _SHORT_FORMS}
@@ -299,7 +305,7 @@ def _long_form(
     owner = _owner_of_period(path, force)
     if owner is not None and _has_one_frequency(owner[1]):
         long, _ = _one_frequency(*owner)
-        if not _is_tied(fields[long]):
+        if not is_tied(fields[long]):
             return path
     if long in known:
         return long
@@ -312,8 +318,8 @@ def _long_form(
         raise ParameterError("path", path, reason)
     periods = [
         f"{name}.period"
-        for name, forcing in _forcings(force).items()
-        if _has_one_frequency(forcing) and not _is_tied(fields[_one_frequency(name, forcing)[0]])
+        for name, forcing in forcings_by_name(force).items()
+        if _has_one_frequency(forcing) and not is_tied(fields[_one_frequency(name, forcing)[0]])
     ]
     alike = [*known, *short_forms, *periods]
     raise ParameterError("path", path, _unknown(path, alike, force, _tables_of(osc)))
@@ -370,7 +376,7 @@ def moved_fields(
     forcing.harmonics.0.amplitude = 0.15*w**2
     forcing.harmonics.0.omega = w
     """
-    name, fields = long_form(path, osc, force, start), _fields_of(osc, force, start)
+    name, fields = long_form(path, osc, force, start), fields_by_path(osc, force, start)
     own = "x"
     while own in parameters_in(*fields.values()):
         own += "_"
@@ -414,10 +420,10 @@ def moved_in_law(osc: Oscillator, force: Forcing | None, path: str) -> MovedFiel
     moved = moved_fields(osc, force, None, path)
     if osc.mass is None:
         return moved
-    osc = _replaced(osc, moved.fields)
-    force = None if force is None else _replaced(force, moved.fields)
+    osc = with_values(osc, moved.fields)
+    force = None if force is None else with_values(force, moved.fields)
     unit = None if force is None else force.acceleration_of(osc.mass)
-    fields = _fields_of(osc.of_unit_mass(), unit, None)
+    fields = fields_by_path(osc.of_unit_mass(), unit, None)
     tied = {field: value for field, value in fields.items() if isinstance(value, Expression)}
     return MovedFields(
         moved.name, {field: value for field, value in tied.items() if moved.name in value.names}
@@ -445,17 +451,10 @@ def _by_field(
     return by_field
 
 
-def _forcings(force: AnyForce) -> dict[str, Forcing]:
-    """Return the forcings by the beginning of their paths."""
-    if isinstance(force, Loads):
-        return {f"loads.{i}": forcing for i, forcing in enumerate(force.forcings)}
-    return {} if force is None else {"forcing": force}
-
-
 def _owner_of_period(path: str, force: AnyForce) -> tuple[str, Forcing] | None:
     """Return the forcing whose period a path is, and the beginning of its path."""
     name, _, word = str(path).rpartition(".")
-    forcings = _forcings(force)
+    forcings = forcings_by_name(force)
     return (name, forcings[name]) if word == "period" and name in forcings else None
 
 
@@ -505,7 +504,7 @@ def _unknown(path: str, known: list[str], force: AnyForce, tables: list[str]) ->
     if force is None and path.startswith("forcing."):
         return "no such parameter; the motion is free, it has no forcing"
     name, _, own = str(path).rpartition(".")
-    forcing = _forcings(force).get(name)
+    forcing = forcings_by_name(force).get(name)
     if forcing is not None and own in _SHORT_FORMS and len(forcing.harmonics) > 1:
         wanted = f"{name}.harmonics.0.{own}"
         if wanted in known:
@@ -527,235 +526,3 @@ def _of_that_word(path: str, known: list[str]) -> list[str]:
     named = [full for full in known if re.sub(r"(\.\d+)+$", "", full).endswith(f".{word}")]
     short = [full for full in named if re.fullmatch(r"(forcing|loads\.\d+)\.\w+", full)]
     return (short or named)[:MOST_MEANT]
-
-
-def _parameters(osc: Oscillator | Structure, force: AnyForce, start: AnyStart) -> dict[str, Phase]:
-    """Return all parameters by their long form."""
-    return _free(_fields_of(osc, force, start))
-
-
-def _free(fields: Mapping[str, Phase]) -> dict[str, Phase]:
-    """Return the fields that depend on no parameter, and the parameters of the others."""
-    free = {path: value for path, value in fields.items() if not _is_tied(value)}
-    return free if len(free) == len(fields) else free | parameters_in(*fields.values())
-
-
-def _is_tied(value: object) -> bool:
-    return isinstance(value, Expression) and bool(value.parameters)
-
-
-def _fields_of(osc: Oscillator | Structure, force: AnyForce, start: AnyStart) -> dict[str, Phase]:
-    """Return the numbers of all fields by their paths."""
-    parameters: dict[str, Phase] = {}
-    if isinstance(osc, Structure):
-        parameters |= _structure_parameters(osc)
-    else:
-        parameters |= {
-            "oscillator.stiffness": osc.stiffness,
-            "oscillator.damping": osc.damping,
-        }
-        if osc.mass is not None:
-            parameters["oscillator.mass"] = osc.mass
-    for index, stop in enumerate(osc.stops):
-        fields = _fields(stop)
-        del fields["side"], fields["on"]
-        if isinstance(fields.get("restitution"), RestitutionTable):
-            fields |= _table_fields(fields.pop("restitution"))
-        path = f"{_NAMES[type(osc)]}.stops.{index}"
-        parameters |= {f"{path}.{name}": value for name, value in fields.items()}
-    for name, forcing in _forcings(force).items():
-        parameters |= _forcing_parameters(forcing, name)
-    if isinstance(force, Loads) and force.given_period is not None:
-        parameters["loads.period"] = force.given_period
-    if start is not None:
-        parameters |= _start_parameters(start)
-    return parameters
-
-
-def _structure_parameters(structure: Structure) -> dict[str, Phase]:
-    parameters: dict[str, Phase] = {}
-    for name in ("mass", "damping", "stiffness"):
-        for i, row in enumerate(getattr(structure, name)):
-            # Of two equal entries of the mass one is the parameter.
-            first = i if name == "mass" else 0
-            for j in range(first, len(row)):
-                parameters[f"structure.{name}.{i}.{j}"] = row[j]
-    return parameters
-
-
-def _start_parameters(start: Start | StructureStart) -> dict[str, Phase]:
-    if isinstance(start, Start):
-        return {f"start.{name}": value for name, value in _fields(start).items()}
-    parameters: dict[str, Phase] = {}
-    for name in ("x0", "v0"):
-        values = getattr(start, name)
-        parameters |= {f"start.{name}.{i}": value for i, value in enumerate(values)}
-    return parameters | {"start.t0": start.t0}
-
-
-def _forcing_parameters(force: Forcing, name: str) -> dict[str, Phase]:
-    parameters: dict[str, Phase] = {f"{name}.constant": force.constant}
-    if force.given_period is not None:
-        parameters[f"{name}.period"] = force.given_period
-    if force.base is not None:
-        parameters[f"{name}.omega"] = force.base
-    if force.record is not None:
-        parameters[f"{name}.record.amplitude"] = force.record.amplitude
-        if force.record.omega is not None:
-            parameters[f"{name}.record.omega"] = force.record.omega
-    for index, part in enumerate(force.harmonics):
-        paths = _part_paths(index, part, name)
-        parameters |= {path: _fields(part)[own] for path, own in paths.items()}
-    return parameters
-
-
-def _part_paths(index: int, part: ForcingTerm, name: str) -> dict[str, str]:
-    """Return the names of the fields of a part of a forcing by their paths."""
-    if isinstance(part, FourierTerm):
-        return {f"{name}.{own}.{index}": own for own in ("cos", "sin")}
-    return {f"{name}.harmonics.{index}.{own}": own for own in _fields(part)}
-
-
-def _changed(by_path: Mapping[str, Phase], owner: str) -> bool:
-    return any(path.startswith(f"{owner}.") for path in by_path)
-
-
-def _replaced(value: T, by_path: Mapping[str, Phase]) -> T:
-    """Return a system, a force or a start with other numbers, not checked yet."""
-    new: Any
-    if isinstance(value, Structure):
-        new = _replace_in_structure(value, by_path)
-    elif isinstance(value, Oscillator):
-        fields = _fields(value) | {"stops": _replace_in_stops(value.stops, "oscillator", by_path)}
-        new = _replace_fields(draft(Oscillator, **fields), "oscillator", by_path)
-    elif isinstance(value, Loads):
-        items = zip(value.items, _forcings(value).items(), strict=True)
-        new = draft(
-            Loads,
-            items=tuple((on, _replace_in_forcing(forcing, name, by_path))
-                        for (on, _), (name, forcing) in items),
-            period=by_path.get("loads.period", value.given_period),
-        )  # fmt: skip
-    elif isinstance(value, Forcing):
-        new = _replace_in_forcing(value, "forcing", by_path)
-    elif isinstance(value, StructureStart):
-        new = draft(
-            StructureStart,
-            x0=_replace_in_row(value.x0, "start.x0", by_path),
-            v0=_replace_in_row(value.v0, "start.v0", by_path),
-            t0=by_path.get("start.t0", value.t0),
-        )
-    else:
-        new = _replace_fields(value, "start", by_path)
-    return cast("T", new)
-
-
-def _replace_in_structure(structure: Structure, by_path: Mapping[str, Phase]) -> Structure:
-    def replaced(name: str) -> MatrixRows:
-        return tuple(
-            _replace_in_row(row, f"structure.{name}.{i}", by_path)
-            for i, row in enumerate(getattr(structure, name))
-        )
-
-    mass = replaced("mass")
-    n = len(mass)
-    fields = _fields(structure) | {
-        "mass": tuple(tuple(mass[min(i, j)][max(i, j)] for j in range(n)) for i in range(n)),
-        "stiffness": replaced("stiffness"),
-        "damping": replaced("damping"),
-        "stops": _replace_in_stops(structure.stops, "structure", by_path),
-    }
-    return draft(Structure, **fields)
-
-
-def _replace_in_row(
-    row: tuple[Exact, ...], prefix: str, by_path: Mapping[str, Phase]
-) -> tuple[Any, ...]:
-    return tuple(by_path.get(f"{prefix}.{i}", value) for i, value in enumerate(row))
-
-
-def _replace_in_stops(
-    stops: tuple[Stop, ...], prefix: str, by_path: Mapping[str, Phase]
-) -> tuple[Stop, ...]:
-    return tuple(
-        _replace_fields(stop, f"{prefix}.stops.{index}", by_path)
-        for index, stop in enumerate(stops)
-    )
-
-
-def _replace_in_forcing(force: Forcing, name: str, by_path: Mapping[str, Phase]) -> Forcing:
-    if not _changed(by_path, name):
-        return force
-    parts = tuple(
-        draft(
-            type(part),
-            **_fields(part)
-            | {
-                own: by_path[path]
-                for path, own in _part_paths(index, part, name).items()
-                if path in by_path
-            },
-        )
-        for index, part in enumerate(force.harmonics)
-    )
-    return draft(
-        Forcing,
-        harmonics=parts,
-        constant=by_path.get(f"{name}.constant", force.constant),
-        period=by_path.get(f"{name}.period", force.given_period),
-        base=by_path.get(f"{name}.omega", force.base),
-        record=_replace_in_record(force.record, name, by_path),
-        is_per_mass=force.is_per_mass,
-    )
-
-
-def _replace_in_record(
-    record: ForceRecord | None, name: str, by_path: Mapping[str, Phase]
-) -> ForceRecord | None:
-    paths = {own: f"{name}.record.{own}" for own in ("amplitude", "omega")}
-    new = {own: by_path[path] for own, path in paths.items() if path in by_path}
-    return record if record is None or not new else record.with_fields(**new)
-
-
-def _replace_fields(value: T, prefix: str, by_path: Mapping[str, Phase]) -> T:
-    fields = _fields(value)
-    new = {name: by_path.get(f"{prefix}.{name}", old) for name, old in fields.items()}
-    table = fields.get("restitution")
-    if isinstance(table, RestitutionTable) and _changed(by_path, f"{prefix}.restitution"):
-        parts = {
-            name: tuple(
-                by_path.get(f"{prefix}.restitution.{name}.{i}", old)
-                for i, old in enumerate(getattr(table, name))
-            )
-            for name in ("speeds", "values")
-        }
-        new["restitution"] = draft(RestitutionTable, **parts)
-    return draft(type(value), **new)
-
-
-def _table_fields(table: RestitutionTable) -> dict[str, Phase]:
-    """Return the numbers of a table of restitutions by the ends of their paths."""
-    return {
-        f"restitution.{name}.{i}": value
-        for name in ("speeds", "values")
-        for i, value in enumerate(getattr(table, name))
-    }
-
-
-def _fields(value: Any) -> dict[str, Any]:
-    kind: Any = type(value)
-    return {name: getattr(value, name) for name in _names_of(kind)}
-
-
-@cache
-def _names_of(kind: Any) -> tuple[str, ...]:
-    return tuple(field.name for field in dataclasses.fields(kind))
-
-
-# The beginnings of the paths.
-_NAMES: dict[type, str] = {
-    Oscillator: "oscillator",
-    Structure: "structure",
-    Forcing: "forcing",
-    Loads: "loads",
-}
