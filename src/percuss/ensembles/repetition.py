@@ -110,9 +110,11 @@ def period_of(points: Floats, longest: int) -> Integers:
     array([2])
     """
     size = np.abs(points).max(axis=(1, 2))
-    # A motion that repeats itself does so at the end: one pair of strobes rules out most periods.
+    # A motion that repeats itself does so at the end, and has done so from the beginning: two pairs of
+    # strobes rule out most periods, the first pair those of motions that still settle.
     last = np.abs(points[:, -1:] - points[:, -1 - longest : -1]).max(axis=2)[:, ::-1]
-    hopeful = last <= SAME * size[:, np.newaxis]
+    first = np.abs(points[:, 1 : 1 + longest] - points[:, :1]).max(axis=2)
+    hopeful = np.maximum(last, first) <= SAME * size[:, np.newaxis]
     periods = np.zeros(len(points), dtype=np.int64)
     for p in (1 + np.flatnonzero(hopeful.any(axis=0))).tolist():
         rows = np.flatnonzero(hopeful[:, p - 1])
@@ -125,6 +127,8 @@ def period_of(points: Floats, longest: int) -> Integers:
         for q in (q for q in range(1, p // 2 + 1) if p % q == 0):
             distinct &= _difference(points[rows], q) > SETTLED * SAME * size[rows]
         periods[rows[distinct]] = p
+        if not hopeful.any():
+            break
     return periods
 
 

@@ -230,22 +230,23 @@ class StructureSystem:
         frame, n = self._frames.at(key), self.structure.n
         inward, direct = frame["inward"], frame["direct"]
         modes, levels, guard = (frame[name].copy() for name in ("modes", "levels", "guard"))
-        pull = frame["pull"] + self._constant
-        modes[:, at.FORCE] = matmul(inward[:, 1, n:], pull)
-        modes[:, at.RATE] = matmul(inward[:, 0, n:], pull)
-        levels[:, at.CONSTANT] += matmul(direct, self._constant)
-        m, r, s = len(self.omegas), len(self._record_directions), len(levels)
-        drive = np.zeros((n, m, at.DRIVE_ENTRIES))
-        feed = np.zeros((s, m, 2))
-        for k, push in enumerate(self._pushes):
-            for column, part in ((at.FORCE_COS, 1), (at.RATE_COS, 0)):
-                drive[:, k, column] = matmul(inward[:, part, n:], push.real)
-                drive[:, k, column + 1] = -matmul(inward[:, part, n:], push.imag)
-            feed[:, k, 0], feed[:, k, 1] = matmul(direct, push.real), -matmul(direct, push.imag)
-        record_drive = np.zeros((n, r, 2))
-        for k, push in enumerate(self._record_directions):
-            record_drive[:, k, 0] = matmul(inward[:, 1, n:], push)
-            record_drive[:, k, 1] = matmul(inward[:, 0, n:], push)
+        m = len(self.omegas)
+        # All accelerations at once, in rows: of the constants, the harmonics and the records.
+        pushes = np.concatenate(
+            [frame["pull"][None] + self._constant, self._constant[None], self._pushes.real,
+             -self._pushes.imag, self._record_directions]
+        )  # fmt: skip
+        into_modes = (inward[:, :, None, n:] * pushes).sum(axis=-1)
+        into_guards = (direct[:, None, :] * pushes).sum(axis=-1)
+        modes[:, at.FORCE], modes[:, at.RATE] = into_modes[:, 1, 0], into_modes[:, 0, 0]
+        levels[:, at.CONSTANT] += into_guards[:, 1]
+        cosines, sines, records = slice(2, 2 + m), slice(2 + m, 2 + 2 * m), slice(2 + 2 * m, None)
+        drive = np.empty((n, m, at.DRIVE_ENTRIES))
+        for column, part in ((at.FORCE_COS, 1), (at.RATE_COS, 0)):
+            drive[:, :, column] = into_modes[:, part, cosines]
+            drive[:, :, column + 1] = into_modes[:, part, sines]
+        feed = np.stack([into_guards[:, cosines], into_guards[:, sines]], axis=-1)
+        record_drive = np.stack([into_modes[:, 1, records], into_modes[:, 0, records]], axis=-1)
         arrays = {name: frame[name] for name in ("shape", "offset", "inverse", "kick")} | {
             "modes": modes,
             "drive": drive,
@@ -253,7 +254,7 @@ class StructureSystem:
             "guard": guard,
             "levels": levels,
             "feed": feed,
-            "record_feed": matmul(direct, self._record_directions.T) if r else np.zeros((s, 0)),
+            "record_feed": into_guards[:, records],
         }
         law = self._law(modes)
         arrays |= {"law": law, "of_set": self._bounds(law, arrays)}
@@ -359,24 +360,24 @@ def fill_guard_bounds(
     modes, drive = arrays["modes"], arrays["drive"]
     spring, drag = modes[:, at.SPRING], modes[:, at.DRAG]
     pace = 0.5 * np.abs(drag) + np.sqrt(0.25 * drag * drag + np.abs(spring))
-    for i in range(len(guard)):
-        p, q = guard[i, :, at.OF_U], guard[i, :, at.OF_W]
-        p1, q1 = -spring * q, p - drag * q
-        p2, q2 = -spring * q1, p1 - drag * q1
-        with np.errstate(divide="ignore", invalid="ignore"):
-            energy = np.sqrt(np.where(spring > 0.0, p2 * p2 / spring, 0.0) + q2 * q2)
-            other = np.where(spring < 0.0, np.abs(p2) / pace, 0.0) + np.abs(q2)
-        guard[i, :, at.OF_NORM] = np.where(spring >= 0.0, energy, other)
-        levels[i, at.SURGES] = float((guard[i, :, at.OF_NORM] * modes[:, at.SURGE]).sum())
-        twist = 0.0
-        for k, omega in enumerate(omegas):
-            force = drive[:, k, 0] - 1j * drive[:, k, 1]
-            rate = drive[:, k, 2] - 1j * drive[:, k, 3]
-            direct = complex(feed[i, k, 0], -feed[i, k, 1])
-            whole = -omega * omega * complex((p1 * rate + q1 * force).sum())
-            whole += -1j * omega**3 * complex((p * rate + q * force).sum()) + omega**4 * direct
-            twist += math.hypot(whole.real, whole.imag)
-        levels[i, at.TWIST] = twist
+    p, q = guard[:, :, at.OF_U], guard[:, :, at.OF_W]
+    p1, q1 = -spring * q, p - drag * q
+    p2, q2 = -spring * q1, p1 - drag * q1
+    stiff = np.where(spring > 0.0, spring, 1.0)
+    energy = np.sqrt(np.where(spring > 0.0, p2 * p2 / stiff, 0.0) + q2 * q2)
+    growing = np.where(spring < 0.0, pace, 1.0)
+    other = np.where(spring < 0.0, np.abs(p2) / growing, 0.0) + np.abs(q2)
+    guard[:, :, at.OF_NORM] = np.where(spring >= 0.0, energy, other)
+    levels[:, at.SURGES] = (guard[:, :, at.OF_NORM] * modes[:, at.SURGE]).sum(axis=1)
+    twist = np.zeros(len(guard))
+    for k, omega in enumerate(omegas):
+        force = drive[:, k, 0] - 1j * drive[:, k, 1]
+        rate = drive[:, k, 2] - 1j * drive[:, k, 3]
+        direct = feed[:, k, 0] - 1j * feed[:, k, 1]
+        whole = -omega * omega * (p1 * rate + q1 * force).sum(axis=1)
+        whole += -1j * omega**3 * (p * rate + q * force).sum(axis=1) + omega**4 * direct
+        twist += np.sqrt(whole.real * whole.real + whole.imag * whole.imag)
+    levels[:, at.TWIST] = twist
 
 
 def _joined(parts: Sequence[Floats]) -> Floats:

@@ -1,9 +1,9 @@
 """When a guard of a flight first falls to zero, with proof.
 
-The walk goes in steps of doubling lengths. Over a step the guard lies within M h^4 / 384 of the
-cubic through its ends, with M the bound of its fourth derivative from the norms of the modes; so a
-quick mode of small amplitude does not shorten the step. A step that is not clear is halved, down to
-the shortest, and there `first_root` decides as it does for one mass (docs/theory/structures.md).
+The walk goes in steps of doubling lengths, each as long as its tests can tell something. Over a
+step the guard lies within M h^4 / 384 of the cubic through its ends, with M the bound of its fourth
+derivative from the norms of the modes; so a quick mode of small amplitude does not shorten the step.
+A step that is not clear is halved, down to the shortest, and there `first_root` decides as it does for one mass (docs/theory/structures.md).
 """
 
 from __future__ import annotations
@@ -76,8 +76,6 @@ from percuss.kernels.structure.flight import (
 
 # (verdict, s, guard, velocity or clearance, what is to be added to s or rounding bound).
 Event: TypeAlias = tuple[int, float, int, float, float]
-# The first step is this many times doubled.
-FIRST_LEVEL = 3
 # Rounding of one step, as a part of that of a walk.
 OF_ONE_STEP = 0.01
 # Walks between two checks for Ctrl-C.
@@ -172,7 +170,7 @@ def next_event(flight: ModalFlight, scratch: Floats, free: Floats, longest: floa
     if s >= longest:
         return NONE, longest, -1, 0.0, 0.0
     top = int(basis.of_set[N_LEVELS]) - 1
-    level = min(top, FIRST_LEVEL)
+    level = top
     # Errors grow with the motion where it grows: begin each step from the closed form.
     steps_a_walk = STEPS_A_WALK if basis.of_set[GROWTH] == 0.0 else 1
     for _ in range(WALKS_AT_ONCE):
@@ -187,6 +185,7 @@ def next_event(flight: ModalFlight, scratch: Floats, free: Floats, longest: floa
         while steps < steps_a_walk:
             if s >= longest:
                 return NONE, longest, -1, 0.0, 0.0
+            level = level_of(flight, s, level, seen, free)
             width = basis.of_set[STEP_LENGTH] * (1 << level)
             step_on(flight, level, s, modes, phases, after, turned)
             see(flight, after, turned, s + width, rates, seen1)
@@ -222,6 +221,33 @@ def next_event(flight: ModalFlight, scratch: Floats, free: Floats, longest: floa
             copy(turned, phases)
             copy(seen1, seen)
     return PAUSE, s, -1, 0.0, 0.0
+
+
+@formula
+def level_of(flight: ModalFlight, s: float, level: int, seen: Floats, free: Floats) -> int:
+    """Return the highest level, from one down, at which the tests of a step may tell something.
+
+    They ask for a bound of the fourth derivative that is small beside what the guard is, or falls
+    by; where it ends follows from its derivatives at the beginning.
+    """
+    basis = flight.basis
+    width = basis.of_set[STEP_LENGTH] * (1 << level)
+    for i in range(basis.levels.shape[0]):
+        while level > 0 and basis.levels[i, IS_ON] == 1.0 and free[i] < s + width:
+            bend = fourth_bound(basis, i, seen[i, BEND], width) * width * width * width * width
+            falls = -width * (seen[i, SPEED] + 0.5 * width * seen[i, SECOND])
+            y = seen[i, VALUE]
+            ends = y - falls
+            room = 8.0 * falls
+            if ends > 0.0:
+                room = 384.0 * min(y, ends)
+                if s == 0.0 and flight.order[i] == 1.0:
+                    room = min(384.0 * ends, 24.0 * width * seen[i, SPEED])
+            if bend <= room:
+                break
+            level -= 1
+            width *= 0.5
+    return level
 
 
 @formula

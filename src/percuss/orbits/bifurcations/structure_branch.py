@@ -318,7 +318,9 @@ class StructureEquations:
 
     def image(self, z: Floats) -> Floats:
         """Return the scaled residuals of a point, without derivatives."""
-        residual, _ = self.closure(z)
+        return self._with_condition(z, self.closure(z)[0])
+
+    def _with_condition(self, z: Floats, residual: Floats) -> Floats:
         if self.condition is None:
             return residual
         return np.append(residual, self.conditions(z)[self.condition])
@@ -329,9 +331,10 @@ class StructureEquations:
         That is brought up to date by what the computed derivatives leave of a step (Broyden 1965).
         """
         n = self.size
-        residual = self.image(z)
+        closed, matrix_of_state = self.closure(z)
+        residual = self._with_condition(z, closed)
         matrix = np.empty((len(residual), len(z)))
-        matrix[:n, :n] = self.closure(z)[1]
+        matrix[:n, :n] = matrix_of_state
         if self.last is not None:
             step = z - self.last[0]
             along = step[n:]
