@@ -19,6 +19,7 @@ from percuss.web.request import BadRequest, PageRequest, RunningRequest, read_re
 from percuss.web.saddles import answer_saddles
 from percuss.web.scheduler import Scheduler, Task
 from percuss.web.structure_view import answer_mechanism, answer_mechanism_facts
+from percuss.web.study_file import answer_study_file
 from percuss.web.wording import plain
 
 __all__ = ["FAILED", "Schedulers", "Session"]
@@ -28,7 +29,7 @@ SendBytes = Callable[[bytes], Awaitable[None]]
 # again: the client sees that the server is still computing.
 PROGRESS_INTERVAL, HEARTBEAT = 0.3, 3.0
 # A newer request of the long kinds cancels the one that runs in the same queue.
-QUICK = ("explore", "thumb", "facts", "mechanism", "mechanism_facts", "measured")
+QUICK = ("explore", "thumb", "facts", "mechanism", "mechanism_facts", "measured", "study_file")
 LONG = (*JOBS, "saddles", "certify")
 FAILED = "percuss could not compute this; the terminal of the server says more"
 
@@ -82,6 +83,7 @@ class Session:
             "thumb": RequestQueue(send, short, _once(answer_explore), self._failed),
             "facts": RequestQueue(send, facts, _once(answer_facts), self._failed),
             "measured": RequestQueue(send, facts, _once(answer_measured), self._failed),
+            "study_file": RequestQueue(send, facts, _once(answer_study_file), self._failed),
             "mechanism": RequestQueue(send, short, _once(answer_mechanism), self._failed),
             "mechanism_facts": RequestQueue(
                 send, facts, _once(answer_mechanism_facts), self._failed

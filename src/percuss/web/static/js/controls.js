@@ -1,6 +1,6 @@
 // The panel of parameters: a slider and a box for each.
 
-import { button, element } from "./dom.js";
+import { button, element, isStudyFile, watchDrops } from "./dom.js";
 import { choiceField, checkField } from "./fields.js";
 import { MODELS, equationOf, modelOf, nameFault, newHarmonic, newStop, parametersOf, UNITS, valueOf, withMass, withModel, withRecord, withUnit, withoutHarmonic, withoutRecord } from "./models.js";
 import { RecordForm } from "./records.js";
@@ -39,15 +39,11 @@ export class Panel {
 
   /** A table that is dropped on the panel is a record of the force. */
   #watchDrops() {
-    const hasFile = (event) => event.dataTransfer?.types.includes("Files");
-    this.root.addEventListener("dragover", (event) => {
-      if (hasFile(event)) event.preventDefault();
-    });
-    this.root.addEventListener("drop", (event) => {
-      if (!hasFile(event)) return;
-      event.preventDefault();
-      this.record.read(event.dataTransfer.files[0]);
+    watchDrops(this.root, (file) => {
+      if (isStudyFile(file)) return false;
+      this.record.read(file);
       this.record.root.scrollIntoView({ block: "nearest" });
+      return true;
     });
   }
 

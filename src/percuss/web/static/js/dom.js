@@ -44,3 +44,18 @@ export function say(root, text) {
   const mine = toast;
   setTimeout(() => mine.remove(), 3500);
 }
+
+/** Take files that are dropped on an element: `take(file)` returns whether the file is its own. */
+export function watchDrops(target, take) {
+  target.addEventListener("dragover", (event) => {
+    if (event.dataTransfer?.types.includes("Files")) event.preventDefault();
+  });
+  target.addEventListener("drop", (event) => {
+    const file = event.dataTransfer?.files[0];
+    if (file === undefined || event.defaultPrevented || !take(file)) return;
+    event.preventDefault();
+  });
+}
+
+/** Return whether a file is a study. */
+export const isStudyFile = (file) => file.name.toLowerCase().endsWith(".toml");
