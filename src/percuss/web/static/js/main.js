@@ -12,6 +12,7 @@ import { Mechanism } from "./mechanism.js";
 import { Paper } from "./paper.js";
 import { digitsOf } from "./scales.js";
 import { decodeLink, encode, History, Store } from "./state.js";
+import { Tour } from "./tour.js";
 
 export { Requests } from "./transport.js";
 
@@ -103,9 +104,11 @@ class App {
     this.tabs = makeTabs(Object.keys(this.views), this.prefix, (name) => this.store.set({ view: name }, "view"));
     this.banner = element("p", { class: "banner", role: "alert", hidden: true }, "Connection lost; trying again. If that does not help, start percuss serve again.");
     this.help = makeHelp();
+    this.tour = new Tour(this);
     this.root.replaceChildren(
       element("header", { class: "top" }, element("h1", {}, "percuss"), this.tabs.root, this.#tools()),
       this.banner,
+      this.tour.root,
       element("main", {}, ...Object.values(this.views).map((view) => view.root)),
       this.help,
     );
@@ -117,6 +120,7 @@ class App {
     return element(
       "div",
       { class: "tools" },
+      button("Tour", () => this.tour.go(0), { title: "five steps: period doubling, chaos, grazing, chatter" }),
       button("↶", () => this.undo(), { title: "undo (Ctrl+Z); again with Ctrl+Shift+Z", "aria-label": "Undo" }),
       button("Copy link", () => this.#copyLink(), { hidden: !this.options.hasLinks }),
       button("Copy as Python", () => this.#copyPython()),
@@ -165,15 +169,20 @@ class App {
     if (!this.history.move(isRedo)) say(this.root, isRedo ? "nothing to do again" : "nothing to undo");
   }
 
+  /** Show a state as a link holds it, in place of all that is set. */
+  show(state) {
+    const whole = { ranges: {}, zooms: {}, diagram: undefined, basins: undefined, mechanism: undefined, digits: undefined, tour: undefined, ...state };
+    for (const view of Object.values(this.views)) view.begin?.(whole);
+    for (const view of Object.values(this.views)) view.restore?.(whole);
+    this.store.set(whole, "all");
+  }
+
   /** Show the study in a file. */
   async openStudy(file) {
     const toml = await file.text();
     this.requests.put("study_file", { kind: "study_file", toml }, {
       answer: ({ link }) => {
-        const state = decodeLink(link);
-        for (const view of Object.values(this.views)) view.begin?.(state);
-        for (const view of Object.values(this.views)) view.restore?.(state);
-        this.store.set({ ranges: {}, zooms: {}, ...state }, "all");
+        this.show(decodeLink(link));
         say(this.root, `${file.name} is shown`);
       },
       fault: (faults) => this.#complain(`${file.name}: ${faults.map(({ path, reason }) => (path ? `${path} = ${reason}` : reason)).join("; ")}`),

@@ -92,9 +92,9 @@ export function decodeLink(text) {
   try {
     const raw = atob(text.replaceAll("-", "+").replaceAll("_", "/"));
     const bytes = Uint8Array.from(raw, (letter) => letter.charCodeAt(0));
-    const { view, study, diagram, basins, mechanism, ranges, zooms, digits } = JSON.parse(new TextDecoder().decode(bytes));
+    const { view, study, diagram, basins, mechanism, ranges, zooms, digits, tour } = JSON.parse(new TextDecoder().decode(bytes));
     if (!isStudy(study)) return null;
-    return { view: String(view), study, diagram, basins, mechanism: isTable(mechanism) ? mechanism : undefined, ranges: rangesOf(ranges), zooms: zoomsOf(zooms), digits: Number.isInteger(digits) ? digits : undefined };
+    return { view: String(view), study, diagram, basins, mechanism: isTable(mechanism) ? mechanism : undefined, ranges: rangesOf(ranges), zooms: zoomsOf(zooms), digits: Number.isInteger(digits) ? digits : undefined, tour: Number.isInteger(tour) ? tour : undefined };
   } catch {
     return null;
   }
