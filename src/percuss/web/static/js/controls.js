@@ -9,15 +9,15 @@ import { get, put } from "./state.js";
 
 /** Build the panel; it follows the store, and writes what the user sets into it. */
 export class Panel {
-  /** `prefix` makes the ids unique, `onRelease` is called when a slider is released. */
-  constructor(store, prefix, onRelease) {
+  /** `prefix` makes the ids unique, `onRelease` is called when a slider is released, `askRecord` for the samples of a table. */
+  constructor(store, prefix, onRelease, askRecord) {
     this.store = store;
     this.prefix = prefix;
     this.isHeld = false;
     this.rows = new Map();
     this.root = element("form", { class: "panel", "aria-label": "Parameters", onsubmit: (event) => event.preventDefault() });
     this.shape = "";
-    this.record = new RecordForm((record) => store.set({ study: withRecord(store.value.study, record) }, "study"));
+    this.record = new RecordForm(askRecord, (record) => store.set({ study: withRecord(store.value.study, record) }, "study"));
     this.#watchDrops();
     this.#watchHands(onRelease);
     store.watch(() => this.update());

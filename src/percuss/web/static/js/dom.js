@@ -59,3 +59,14 @@ export function watchDrops(target, take) {
 
 /** Return whether a file is a study. */
 export const isStudyFile = (file) => file.name.toLowerCase().endsWith(".toml");
+
+/** Return the text of a file, as spreadsheets of any age encode it. */
+export async function textOf(file) {
+  const bytes = new Uint8Array(await file.arrayBuffer());
+  const wide = { "255,254": "utf-16le", "254,255": "utf-16be" }[bytes.subarray(0, 2)];
+  try {
+    return new TextDecoder(wide ?? "utf-8", { fatal: true }).decode(bytes);
+  } catch {
+    return new TextDecoder("windows-1252").decode(bytes);
+  }
+}

@@ -22,7 +22,7 @@ export class Explore {
   constructor(app) {
     this.app = app;
     this.store = app.store;
-    this.panel = new Panel(this.store, app.prefix, () => this.#settle());
+    this.panel = new Panel(this.store, app.prefix, () => this.#settle(), (csv, columns, handlers) => app.requests.put("record", { kind: "record", study: this.store.value.study, csv, ...columns }, handlers));
     this.facts = new Facts();
     if (app.options.isStatic) this.facts.showMissing();
     this.general = element("p", { class: "fault", role: "alert" });

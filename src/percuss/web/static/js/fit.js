@@ -1,6 +1,6 @@
 // A record and the parameters fitted to it.
 
-import { button, element, isStudyFile, say, shown, watchDrops } from "./dom.js";
+import { button, element, isStudyFile, say, shown, textOf, watchDrops } from "./dom.js";
 import { checkField, numberField } from "./fields.js";
 import { FreeParameters } from "./free.js";
 import { Job } from "./job.js";
@@ -119,13 +119,7 @@ export class Fit {
     this.#forget();
     this.csv = "";
     this.told.textContent = `reading ${file.name} …`;
-    const bytes = await file.arrayBuffer();
-    let csv;
-    try {
-      csv = new TextDecoder("utf-8", { fatal: true }).decode(bytes);
-    } catch {
-      csv = new TextDecoder("windows-1252").decode(bytes);
-    }
+    const csv = await textOf(file);
     this.app.requests.put("measured", { kind: "measured", study: this.app.store.value.study, csv }, {
       answer: (header, arrays) => {
         this.csv = csv;
