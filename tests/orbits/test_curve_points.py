@@ -22,20 +22,6 @@ def points(branch: Branch, kind: str) -> list[SpecialPoint]:
     return [point for point in branch.special_points if point.kind == kind]
 
 
-@pytest.fixture(scope="module")
-def soft() -> Branch:
-    osc = pc.Oscillator(1.0, "0.05", (pc.SoftStop(1.0, "above", 9.0),))
-    orbit = pc.find_orbit(osc, pc.cosine("1.5", amplitude=3))
-    return pc.continue_orbit(orbit, over={AMPLITUDE: (4.0, 0.5)})
-
-
-@pytest.fixture(scope="module")
-def mirrored() -> Branch:
-    stops = (pc.Wall(0.3, "above", 0.7), pc.Wall(-0.3, "below", 0.7))
-    orbit = pc.find_orbit(pc.Oscillator(1.0, 0.02, stops), pc.cosine(1.5), 2, 1)
-    return pc.continue_orbit(orbit, over={AMPLITUDE: (0.05, 4.0)})
-
-
 def test_curves_of_folds_at_a_soft_stop_end_in_a_cusp(soft: Branch) -> None:
     few = {OMEGA: (1.45, 1.6), AMPLITUDE: (1.2, 1.4)}
     both = [pc.continue_curve(fold, few) for fold in points(soft, "fold")]

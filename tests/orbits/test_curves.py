@@ -45,20 +45,6 @@ def curves(branch: Branch) -> dict[str, Curve]:
     return {point.kind: pc.continue_curve(point, PLANE) for point in branch.special_points}
 
 
-@pytest.fixture(scope="module")
-def soft() -> Branch:
-    osc = pc.Oscillator(1.0, "0.05", (pc.SoftStop(1.0, "above", 9.0),))
-    orbit = pc.find_orbit(osc, pc.cosine("1.5", amplitude=3))
-    return pc.continue_orbit(orbit, over={AMPLITUDE: (4.0, 0.5)})
-
-
-@pytest.fixture(scope="module")
-def mirrored() -> Branch:
-    stops = (pc.Wall(0.3, "above", 0.7), pc.Wall(-0.3, "below", 0.7))
-    orbit = pc.find_orbit(pc.Oscillator(1.0, 0.02, stops), pc.cosine(1.5), 2, 1)
-    return pc.continue_orbit(orbit, over={AMPLITUDE: (0.05, 4.0)})
-
-
 def test_grazing_is_where_the_motion_without_impacts_reaches_the_wall(
     curves: dict[str, Curve],
 ) -> None:

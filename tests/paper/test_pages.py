@@ -23,7 +23,7 @@ from percuss.paper.collection import items, statement_with_id
 from percuss.paper.dependence import falls_with
 from percuss.paper.evidence import Deduction, Step, compare
 from percuss.paper.figure_files import Drawn
-from percuss.paper.findings import HEADLINES, Headline, told
+from percuss.paper.findings import HEADLINES, Headline, headlines_of
 from percuss.paper.records import records_text, schema_text
 from percuss.paper.report.chain import BOX, chain, dependence_graph
 from percuss.paper.report.coverage import coverage_page
@@ -58,7 +58,7 @@ def test_a_finding_says_what_its_records_say(headline: Headline) -> None:
     claims = {id: examine(statement_with_id(KNOWN[id])) for id in kinds}
 
     assert {id: claim.kind for id, claim in claims.items() if claim.kind not in kinds[id]} == {}
-    assert headline in told(claims)
+    assert headline in headlines_of(claims)
 
 
 @pytest.mark.parametrize("headline", HEADLINES, ids=lambda headline: headline.record)
@@ -74,14 +74,16 @@ def test_a_finding_names_a_record_and_a_figure_that_there_are(headline: Headline
 
 def test_there_are_six_findings_and_each_falls_with_any_of_its_records() -> None:
     claims = supporting()
-    assert told(claims) == HEADLINES
+    assert headlines_of(claims) == HEADLINES
     assert len(HEADLINES) == 6
     for headline in HEADLINES:
         for id, kinds in headline.kinds.items():
             assert "undecided" not in kinds
             changed = {**claims, id: replace(claims[id], kind="undecided")}
-            assert headline not in told(changed)
-            assert headline not in told({name: c for name, c in claims.items() if name != id})
+            assert headline not in headlines_of(changed)
+            assert headline not in headlines_of(
+                {name: c for name, c in claims.items() if name != id}
+            )
 
 
 def test_findings_show_both_formulas_a_small_picture_and_one_record(tmp_path: Path) -> None:

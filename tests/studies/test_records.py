@@ -5,12 +5,13 @@ from __future__ import annotations
 import base64
 import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-import percuss as pc
 from percuss.errors import StudyError
 from percuss.io.exact_json import decoded, encoded
+from percuss.model import ForceRecord
 from percuss.studies import load_study, parse_study
 from percuss.studies.link import link_of
 from percuss.studies.running import run_study
@@ -32,7 +33,7 @@ def test_a_table_beside_the_study_is_read_by_the_names_of_its_columns(tmp_path: 
     body = 'file = "waves.csv"\ntime = "time"\nforce = "force"\namplitude = "0.1"\nkind = "hold"\n'
     study = load_study(study_file(tmp_path, body, table))
     assert study.forcing is not None
-    assert study.forcing.record == pc.model.ForceRecord(
+    assert study.forcing.record == ForceRecord(
         (0.0, 1.0, 2.5), (0.5, -0.1, 0.0), "hold", amplitude="0.1"
     )
 
@@ -65,14 +66,22 @@ def test_tables_of_spreadsheets_are_read_as_they_are_saved(tmp_path: Path) -> No
         (tmp_path / "waves.csv").write_bytes(table)
         study = load_study(path)
         assert study.forcing is not None, name
-        assert study.forcing.record == pc.model.ForceRecord((0.0, 1.5), (0.5, -0.1)), name
+        assert study.forcing.record == ForceRecord((0.0, 1.5), (0.5, -0.1)), name
 
 
 @pytest.mark.parametrize(
     ("table", "words"),
     [
         ("t,f\n0,0\n1,nan\n", ['line 3: f = "nan" is no finite number']),
-        ("t,f\n0,0\n1,\n2\n", ['line 3: f = ""', 'line 4: f = ""']),
+        (
+            "t,f\n0,0\n1,\n2\n",
+            ['line 3: f = ""', "line 4: 1 cell between commas, where the names have 2"],
+        ),
+        ("t,f,t\n0,0,0\n1,1,1\n", ['"t" is the name of 2 columns']),
+        (
+            "Buoy;7\n\nZeit [s];Kraft [kN]\n0;1\n1;2\n",
+            ['no column "t", "f"; its columns are Zeit [s], Kraft [kN]'],
+        ),
         ("t,f\n0,0\n1,2\n1,3\n", ["line 4: t = 1.0 is there twice"]),
         ("t,f\n0,0\n2,2\n1,3\n", ["line 4: t = 1.0 comes after 2.0; instants must rise"]),
         ("time,f\n0,0\n", ['no column "t"; its columns are time, f']),
@@ -137,32 +146,54 @@ def test_a_record_may_have_a_frequency_that_a_study_ranges_over() -> None:
     assert parse_study(text).kind == "diagram"
 
 
-def test_units_in_the_names_of_columns_have_to_fit_the_model(tmp_path: Path) -> None:
+def test_columns_with_units_are_converted_into_those_of_the_model(tmp_path: Path) -> None:
     units = 'units = {length = "m", time = "s", mass = "kg"}\n'
     head = HEAD.replace("stiffness = 1\n", f"stiffness = 1\nmass = 2\n{units}")
     path = tmp_path / "s.toml"
 
-    def read(time: str, force: str, more: str = "") -> object:
-        (tmp_path / "waves.csv").write_text(f"{time},{force}\n0,1\n1,2\n", encoding="utf-8")
+    def read(time: str, force: str, more: str = "", below: str = "") -> Any:
+        table = f"{time};{force}\n{below}0;0,1\n3;2\n"
+        (tmp_path / "waves.csv").write_text(table, encoding="utf-8")
         body = f'file = "waves.csv"\ntime = "{time}"\nforce = "{force}"\n{more}'
         path.write_text(head + RECORD + body, encoding="utf-8")
-        return load_study(path).forcing
+        forcing = load_study(path).forcing
+        return None if forcing is None else forcing.record
 
     with pytest.raises(StudyError) as wrong:
         read("t (kg)", "f [m]")
-    assert 'forcing.record.time = "t (kg)": kg is no unit of time' in str(wrong.value)
-    assert 'forcing.record.force = "f [m]": m is no unit of force' in str(wrong.value)
-    with pytest.raises(StudyError) as other:
-        read("t (ms)", "f (kN)")
-    assert ": ms is 0.001 of the unit of the model" in str(other.value)
-    assert "convert the column, or give amplitude = 1000" in str(other.value)
-    assert read("t (s)", "f (kN)", "amplitude = 1000\n") is not None
-    # Taken as a force, an acceleration would be divided by the mass.
+    assert '"t (kg)": kg is no unit of time; "f [m]": m is no unit of force; give amplitude' in str(
+        wrong.value
+    )
+    plain = read("t (s)", "f (N)")
+    assert (plain.t, plain.f) == ((0.0, 3.0), (0.1, 2.0))
+    found = read("t (ms)", "f (kN)", "amplitude = 2\n")
+    assert (found.t, found.f, found.amplitude) == ((0.0, 0.003), (100.0, 2000.0), 2)
+    assert read("t", "f", below="ms;kN\n") == read("t (ms)", "f (kN)")
+    # Of waves the amplitude is the force of each metre.
+    assert read("t (s)", "eta (m)", "amplitude = 20\n").f == (0.1, 2.0)
     with pytest.raises(
-        StudyError, match=r"m/s2 is no unit of force; with per_mass = true it is an"
+        StudyError, match="V is no unit of force; give amplitude, the force of each V"
     ):
+        read("t (s)", "f (V)")
+    # Of a wave the first column holds phases.
+    assert read("t (rad)", "f (N)", "repeat = true\nomega = 2\n").t == (0.0, 3.0)
+    # Taken as a force, an acceleration would be divided by the mass.
+    with pytest.raises(StudyError, match="m/s2 is no unit of force; with per_mass = true it is an"):
         read("t (s)", "f (m/s2)")
     head += "[forcing]\nper_mass = true\n"
-    assert read("t (s)", "f (m/s2)") is not None
-    with pytest.raises(StudyError, match="N is no unit of acceleration"):
+    assert read("t (s)", "f (mm/s2)").f == (0.0001, 0.002)
+    assert read("t (s)", "f (g)").f == (0.980665, 19.6133)
+    with pytest.raises(StudyError, match="N is no unit of acceleration; without per_mass it is a"):
         read("t (s)", "f (N)")
+    head = HEAD
+    with pytest.raises(StudyError, match="the model has no units to convert ms into"):
+        read("t (ms)", "f (N)")
+
+
+def test_a_column_is_named_with_its_unit_or_without(tmp_path: Path) -> None:
+    table = "# buoy\nZeit [s];Kraft [N];Notiz\n0;0,5;\n1;1;an\n"
+    for names in (("Zeit", "Kraft"), ("Zeit [s]", "Kraft [N]")):
+        body = 'file = "waves.csv"\ntime = "{}"\nforce = "{}"\n'.format(*names)
+        study = load_study(study_file(tmp_path, body, table))
+        assert study.forcing is not None
+        assert study.forcing.record == ForceRecord((0.0, 1.0), (0.5, 1.0))

@@ -100,6 +100,27 @@ def test_a_record_is_chosen_as_a_file_with_its_columns_by_name(page: Page, tmp_p
     assert "record" not in study_in(page)["forcing"]
 
 
+def test_columns_with_units_are_converted_on_the_page(
+    page: Page, address: str, tmp_path: Path
+) -> None:
+    study = copy.deepcopy(METRIC)
+    study["oscillator"] |= {"mass": 2, "units": {"length": "m", "time": "s", "mass": "kg"}}
+    opened(page, address, study)
+    choose(page, written(tmp_path, "t (ms),f (kN),eta (m)\n0,1,2\n500,2,3\n"))
+    panel = page.locator("form.panel")
+    expect(panel.get_by_text("2 samples from t = 0 to 0.5")).to_be_visible()
+    panel.locator('label:has-text("forces") select').select_option("eta (m)")
+    expect(panel.get_by_text("give amplitude, the force of each m")).to_be_visible()
+    panel.locator('label:has-text("forces") select').select_option("f (kN)")
+    expect(panel.get_by_text("give amplitude")).to_have_count(0)
+    before = drawn(page)
+    panel.get_by_role("button", name="use it").click()
+    wait_for_drawing(page, before)
+
+    record = study_in(page)["forcing"]["record"]
+    assert (record["t"], record["f"]) == ([0, 0.5], [1000, 2000])
+
+
 def test_a_record_is_dropped_on_the_panel(page: Page) -> None:
     data = page.evaluate_handle(
         """() => {
@@ -122,6 +143,7 @@ def test_a_record_is_dropped_on_the_panel(page: Page) -> None:
         "t;f\n0;0,5\n1,5;-1e-1\n".encode("utf-16"),
         b'\xef\xbb\xbf"t"\t"f"\r\n0\t0.5\r\n1.5\t-0,1\r\n',
         "Messung;Böe 7\n\nt;f\n0;0,5\n1,5;-0.1\n".encode("cp1252"),
+        b"t;f;Bemerkung\n0;0,5;an\n1,5;-0,1;\n",
     ],
 )
 def test_tables_of_spreadsheets_are_read_as_they_are_saved(
@@ -143,18 +165,18 @@ def test_tables_of_spreadsheets_are_read_as_they_are_saved(
     [
         (
             "t,f\n0,0\n1,x\n1,2\n",
-            'waves.csv: line 3: f = "x" is no finite number; line 4: t = 1 is',
+            'waves.csv: line 3: f = "x" is no finite number; line 4: t = 1.0 is',
         ),
-        ("t,f\n0,0\n2,1\n1,2\n", "line 4: t = 1 comes after 2; instants must rise"),
+        ("t,f\n0,0\n2,1\n1,2\n", "line 4: t = 1.0 comes after 2.0; instants must rise"),
         ("t,f\n2,0\n1,1\n0,2\n", "the samples are in reverse order, the last one first"),
         ("t;f\n0;0,5\n1,5;x\n", 'waves.csv: line 3: f = "x" is no finite number'),
-        ("0,0\n1,1\n", "its first line holds numbers; write the names of the columns above them"),
-        ("t,f\n0,0\n", "a record needs two samples at least"),
-        ("", "the table is empty"),
+        ("0,0\n1,1\n", "its first line holds numbers; write the names above them"),
+        ("t,f\n0,0\n", "1 sample; a record needs two at least"),
+        ("", "it is empty"),
         ("t\n0\n1\n", "it has one column"),
         (
             "t,f\n" + "".join(f"{k},{k / 7}\n" for k in range(4000)),
-            "4000 samples make 86 kB; links of the page hold 56 kB, some 2634 of these samples",
+            "4000 samples: 86 kB; links of the page hold 56 kB, some 2634 of these samples",
         ),
     ],
 )

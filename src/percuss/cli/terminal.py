@@ -239,9 +239,9 @@ def print_verdicts(result: PaperResult) -> None:
 
 def _print_findings(console: Console, result: PaperResult) -> None:
     """Print what was found, each in a line."""
-    from percuss.paper.findings import told
+    from percuss.paper.findings import headlines_of
 
-    headlines = told(result.claims)
+    headlines = headlines_of(result.claims)
     if headlines:
         console.print(Text("What was found", style="bold"))
     for headline in headlines:

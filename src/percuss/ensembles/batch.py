@@ -64,7 +64,7 @@ class Plan:
     edges
         (n, m + 1) array [time], rising: the greatest impact speeds in the intervals between them
         are recorded, also before ``since``; None records none.
-    level, way
+    level, sign
         The displacement [length] whose passages are kept, and the sign of the velocity there, 0
         for either.
     of_stop
@@ -87,7 +87,7 @@ class Plan:
     max_impacts: int = MOST_IMPACTS
     edges: Floats | None = None
     level: float = 0.0
-    way: float = 0.0
+    sign: float = 0.0
     of_stop: int = -1
     n_tangents: int = 1
     timed: Floats | None = None
@@ -179,8 +179,8 @@ def follow_batch(
     speeds = [np.zeros((n, 1)), edges, np.zeros((n, edges.shape[1] - 1))] if edges.size else []
     values = np.concatenate([np.zeros((n, observables.N_OBSERVABLES)), *speeds], axis=1)
     points = np.full((n, plan.n_points, observables.POINT_COLUMNS), np.nan)
-    level, way = np.full(n, plan.level), np.full(n, plan.way)
-    plans = np.stack([plan.since, plan.every, plan.until, level, way], axis=1)
+    level, sign = np.full(n, plan.level), np.full(n, plan.sign)
+    plans = np.stack([plan.since, plan.every, plan.until, level, sign], axis=1)
     laws, which = np.ascontiguousarray(laws), np.ascontiguousarray(which, dtype=np.int64)
     if plan.timed is not None:
         laws = laws.copy()

@@ -439,7 +439,7 @@ class Branches:
             n_points=self.window.periods + 1,
             max_impacts=MOST_IMPACTS,
             level=self.section.at,
-            way=self.section.sign,
+            sign=self.section.sign,
             timed=self.window.longest(period) if self.is_free else None,
             of_stop=self.of_stop,
         )

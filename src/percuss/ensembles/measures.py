@@ -449,7 +449,7 @@ def _plan(
             section=SECTIONS[section.kind],
             n_points=window.periods + 1,
             level=section.at,
-            way=section.sign,
+            sign=section.sign,
             timed=None if group.is_forced else window.longest(period),
         )
     elif any(measure.needs_tangent for measure in measures):

@@ -75,7 +75,7 @@ def _note_passages(
 ) -> None:
     """Write the last passages of a level, (cycle, y', -1)."""
     passages = passages_of_run(system, run, span[1], plan.level, tuple(on.tolist()))
-    kept = (passages[:, 0] >= span[0]) & (plan.way * passages[:, 1] >= 0.0)
+    kept = (passages[:, 0] >= span[0]) & (plan.sign * passages[:, 1] >= 0.0)
     result.values[i, observables.POINTS] = kept.sum()
     t, v = passages[kept][-plan.n_points :].T
     every = plan.every if plan.timed is None else plan.timed

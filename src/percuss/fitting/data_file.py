@@ -1,4 +1,4 @@
-"""Measurements in files of separated values, as data loggers and spreadsheets write them."""
+"""Measurements and records in files of separated values, as data loggers and spreadsheets write them."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ import difflib
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import TypeAlias
 
@@ -20,10 +21,11 @@ from percuss.model.units import Units
 __all__ = [
     "columns_of_file",
     "columns_of_text",
+    "forces_of_text",
     "known_names",
-    "misfit_of_unit",
     "quantity_named",
     "text_of_file",
+    "titles_of_text",
 ]
 
 # Other names of columns.
@@ -151,12 +153,11 @@ def columns_of_text(
     >>> {name: values.tolist() for name, values in found.items()}
     {'t': [0.0, 0.01], 'displacement': [0.0015, 0.002]}
     """
-    lines = [
-        (number, line)
-        for number, line in enumerate(text.splitlines(), 1)
-        if line.strip() and not line.lstrip().startswith(NOTES)
-    ]
-    titles, separator, rows = _table_of(lines, columns or {})
+    lines = _lines_of(text)
+    table = _table_of(lines, columns or {})
+    if table is None:
+        raise ValueError(_no_columns(lines, columns or {}))
+    titles, separator, rows = table
     head, rows = _with_units_below(_columns_in(titles, columns or {}), rows)
     faults = _faults_of_head(head, titles, columns or {})
     factors = []
@@ -169,12 +170,199 @@ def columns_of_text(
     if not faults and not rows:
         faults = ["no line of values under a line of names"]
     if faults:
-        more = [f"and {len(faults) - MOST_TOLD} more"] if len(faults) > MOST_TOLD else []
-        raise ValueError("; ".join([*faults[:MOST_TOLD], *more]))
-    return {
-        column.quantity: values[:, i] * factors[i] if factors[i] != 1.0 else values[:, i]
-        for i, column in enumerate(head)
-    }
+        raise ValueError(_all_of(faults))
+    return {column.quantity: _times(values[:, i], factors[i]) for i, column in enumerate(head)}
+
+
+def forces_of_text(
+    text: str,
+    units: Units | None = None,
+    time: str = "t",
+    force: str = "f",
+    *,
+    quantity: str = "stop_force",
+    has_omega: bool = False,
+    has_amplitude: bool = False,
+) -> tuple[Floats, Floats]:
+    r"""Return instants and forces of a record in a table, each sample of which is a number.
+
+    Parameters
+    ----------
+    text, units
+        As `columns_of_text` takes them.
+    time, force
+        Names of the columns, with their units or without.
+    quantity
+        "stop_force", "force" or "acceleration": what the unit of the second column is of.
+    has_omega
+        Whether the first column holds phases, whatever its unit.
+    has_amplitude
+        Whether a factor is given, which makes forces of another quantity.
+
+    Raises
+    ------
+    ValueError
+        With all faults, a sentence each with its line.
+
+    Examples
+    --------
+    >>> from percuss.model.units import Units
+    >>> t, f = forces_of_text("t (ms);f [kN]\n0;1,5\n10;2\n", Units("m", "s", "kg"))
+    >>> t.tolist(), f.tolist()
+    ([0.0, 0.01], [1500.0, 2000.0])
+    """
+    names = {"t": time, "force": force}
+    lines = _lines_of(text)
+    table = _table_of(lines, names)
+    if table is None:
+        raise ValueError(_no_columns(lines, names))
+    titles, separator, rows = table
+    wanted = [column for column in _columns_in(titles, names) if column.quantity in names]
+    head, rows = _with_units_below(wanted, rows)
+    faults = _faults_of_names(head, titles, names)
+    factors = {"t": 1.0, "force": 1.0}
+    for column in head if not faults else []:
+        if column.quantity == "t":
+            factor, fault = (1.0, "") if has_omega else _factor(column, units)
+        else:
+            factor, fault = _force_factor(column, units, quantity, has_amplitude=has_amplitude)
+        factors[column.quantity] = factor
+        faults += [fault] if fault else []
+    if not faults:
+        values, faults = _numbers(head, rows, separator, len(titles))
+        at = [column.quantity for column in head]
+        for i, j in np.argwhere(np.isnan(values)).tolist():
+            line, cells = rows[i]
+            # Of a line that is too short that is told.
+            if len(cells) > max(column.place for column in head):
+                cell = cells[head[j].place]
+                faults.append(f'line {line}: {head[j].title} = "{cell}" is no finite number')
+        t, f = (values[:, at.index(name)] for name in names)
+        faults += _faults_of_order(t, [line for line, _ in rows], time)
+        faults.sort(key=_line_of)
+    if faults:
+        raise ValueError(_all_of(faults))
+    return _times(t, factors["t"]), _times(f, factors["force"])
+
+
+def titles_of_text(text: str) -> list[str]:
+    r"""Return the names of all columns of a table, those in the line above the first numbers.
+
+    Examples
+    --------
+    >>> titles_of_text("Logger 7\n\nZeit [s];Kraft [kN];Notiz\n0;1,5;an\n")
+    ['Zeit [s]', 'Kraft [kN]', 'Notiz']
+    """
+    return _titles_above_numbers(_lines_of(text))
+
+
+def _lines_of(text: str) -> list[tuple[int, str]]:
+    """Return the lines of a table with their numbers, without empty ones and notes."""
+    return [
+        (number, line)
+        for number, line in enumerate(text.splitlines(), 1)
+        if line.strip() and not line.lstrip().startswith(NOTES)
+    ]
+
+
+def _titles_above_numbers(lines: Sequence[tuple[int, str]]) -> list[str]:
+    """Return the cells of the line above the first one with numbers, of the separator that finds most."""
+    best: list[str] = []
+    most = 0
+    for separator in SEPARATORS:
+        rows = [_cells(line, separator) for _, line in lines[: MOST_LINES_ABOVE + 1]]
+        for above, row in pairwise(rows):
+            count = sum(map(_is_number, row))
+            if count and not any(map(_is_number, above)):
+                # A cell with a decimal comma is one number, not two.
+                if count > most and (separator is not None or not most):
+                    best, most = above, count
+                break
+    return best
+
+
+def _line_of(fault: str) -> int:
+    """Return the line that a sentence begins with."""
+    found = re.match(r"line (\d+)", fault)
+    return int(found[1]) if found else 0
+
+
+def _all_of(faults: Sequence[str]) -> str:
+    more = [f"and {len(faults) - MOST_TOLD} more"] if len(faults) > MOST_TOLD else []
+    return "; ".join([*faults[:MOST_TOLD], *more])
+
+
+def _faults_of_names(
+    head: Sequence[FileColumn], titles: Sequence[str], names: Mapping[str, str]
+) -> list[str]:
+    """Return the faults of columns that are asked for by name: missing, or there twice."""
+    named = [column.quantity for column in head]
+    missing = [f'"{name}"' for quantity, name in names.items() if quantity not in named]
+    faults = [_no_such_columns(missing, titles)] if missing else []
+    for quantity, name in names.items():
+        if named.count(quantity) > 1:
+            faults.append(f'"{name}" is the name of {named.count(quantity)} columns')
+    return faults
+
+
+def _no_such_columns(missing: Sequence[str], titles: Sequence[str]) -> str:
+    return f"no column {', '.join(missing)}; its columns are {', '.join(titles)[:200]}"
+
+
+def _faults_of_order(t: Floats, lines: Sequence[int], name: str) -> list[str]:
+    """Return the faults of instants that do not rise, or are too few."""
+    if len(t) < 2:
+        count = "1 sample" if len(t) else "no samples"
+        return [f"{count}; a record needs two at least"]
+    # Where both are numbers: what is none is told already.
+    steps = np.diff(np.where(np.isfinite(t), t, math.nan))
+    if (steps < 0.0).all():
+        return ["the samples are in reverse order, the last one first; turn the lines round"]
+    faults = []
+    for i in np.flatnonzero(steps <= 0.0).tolist():
+        before, after = float(t[i]), float(t[i + 1])
+        order = "is there twice" if after == before else f"comes after {before!r}"
+        faults.append(f"line {lines[i + 1]}: {name} = {after!r} {order}; instants must rise")
+    return faults
+
+
+def _force_factor(
+    column: FileColumn, units: Units | None, quantity: str, *, has_amplitude: bool
+) -> tuple[float, str]:
+    """Return the factor that converts a force into the units of the model, or a fault.
+
+    A unit of another quantity, as of the elevation of waves, needs an amplitude, which is then the
+    force of each of it.
+    """
+    parsed = _unit(column.unit, quantity)
+    allowed = (_FORCE,) if quantity == "force" else POWERS[quantity]
+    if column.unit in NO_UNIT:
+        return 1.0, ""
+    if parsed is not None and parsed[1] in allowed:
+        own = "acceleration" if parsed[1] == _ACCELERATION else "stop_force"
+        return _factor(replace(column, quantity=own), units)
+    if has_amplitude or (parsed is None and not _has_units(units)):
+        return 1.0, ""
+    wrong = f'"{column.title}": {column.unit} is no unit of {_thing(quantity)}'
+    advice = f"give amplitude, the force of each {column.unit}"
+    if parsed is not None and parsed[1] in (_FORCE, _ACCELERATION):
+        # A mass divides a force, and no acceleration.
+        advice = (
+            "with per_mass = true it is an acceleration"
+            if quantity == "force"
+            else "without per_mass it is a force"
+        )
+    return 1.0, f"{wrong}; {advice}"
+
+
+def _has_units(units: Units | None) -> bool:
+    return units is not None and bool(units.length or units.time)
+
+
+def _times(values: Floats, factor: float) -> Floats:
+    """Return values times a factor; by a power of ten below 1 divided, which is exact to rounding."""
+    inverse = round(1.0 / factor)
+    return values / inverse if factor < 1.0 and 1.0 / inverse == factor else values * factor
 
 
 def known_names() -> str:
@@ -251,8 +439,8 @@ def _is_number(cell: str) -> bool:
 
 def _table_of(
     lines: Sequence[tuple[int, str]], names: Mapping[str, str]
-) -> tuple[list[str], str | None, list[NumberedRow]]:
-    """Return the names of columns, what separates them, and the rows below the names."""
+) -> tuple[list[str], str | None, list[NumberedRow]] | None:
+    """Return the names of columns, what separates them, and the rows below; None without any."""
     best: tuple[int, int, str | None] | None = None
     for i, (_, line) in enumerate(lines[:MOST_LINES_ABOVE]):
         for separator in SEPARATORS:
@@ -263,7 +451,7 @@ def _table_of(
             if count and not is_sentence and (best is None or count > best[0]):
                 best = count, i, separator
     if best is None:
-        raise ValueError(_no_columns(lines, names))
+        return None
     _, at, separator = best
     titles = _cells(lines[at][1], separator)
     rows = [(number, _cells(line, separator)) for number, line in lines[at + 1 :]]
@@ -275,13 +463,16 @@ def _no_columns(lines: Sequence[tuple[int, str]], names: Mapping[str, str]) -> s
     wanted = ", ".join(f'"{name}"' for name in names.values())
     wanted = wanted or f"t and one of {known_names()}"
     if not lines:
-        return "the file is empty"
+        return f"no column {wanted}; it is empty" if names else "the file is empty"
+    titles = _titles_above_numbers(lines)
+    if titles:
+        return _no_such_columns([wanted], titles)
     line = lines[0][1]
     separator = max(SEPARATORS[:3], key=lambda sign: line.count(sign or ""))
     cells = _cells(line, separator if separator in line else None)
     if all(map(_is_number, cells)):
         return f"its first line holds numbers; write the names above them: {wanted}"
-    return f"no column {wanted}; its columns are {', '.join(cells)[:200]}"
+    return _no_such_columns([wanted], cells)
 
 
 def _with_units_below(
@@ -373,7 +564,7 @@ def _factor(column: FileColumn, units: Units | None) -> tuple[float, str]:
     quantity = "stop_force" if column.quantity.startswith("stop_force") else column.quantity
     if column.unit in NO_UNIT or quantity not in POWERS:
         return 1.0, ""
-    has_units = units is not None and bool(units.length or units.time)
+    has_units = _has_units(units)
     parsed = _unit(column.unit, quantity)
     if parsed is None:
         known = f'"{column.title}": no unit that percuss knows; remove it, or convert the column'
@@ -394,42 +585,6 @@ def _factor(column: FileColumn, units: Units | None) -> tuple[float, str]:
     # Powers of ten as they are read, not as rounded quotients.
     nearest = float(f"{factor:.0e}")
     return (nearest if math.isclose(factor, nearest) else factor), ""
-
-
-def misfit_of_unit(title: str, quantity: str, units: Units | None) -> str:
-    """Return why a column that is taken as it is does not fit a model, "" where it does.
-
-    Parameters
-    ----------
-    title
-        Its name, with a unit in brackets or none.
-    quantity
-        "t", "force", "acceleration", or "stop_force": either of the two.
-    units
-        Those of the model.
-
-    Examples
-    --------
-    >>> from percuss.model.units import Units
-    >>> misfit_of_unit("time (kg)", "t", None)
-    'kg is no unit of time'
-    >>> misfit_of_unit("time (ms)", "t", Units("m", "s", "kg"))
-    'ms is 0.001 of the unit of the model, and no sample is converted; convert the column'
-    """
-    bracketed = _IN_BRACKETS.fullmatch(title)
-    unit = bracketed[2] if bracketed else ""
-    parsed = _unit(unit, quantity)
-    if unit in NO_UNIT or parsed is None:
-        return ""
-    if parsed[1] not in ((_FORCE,) if quantity == "force" else POWERS[quantity]):
-        return f"{unit} is no unit of {_thing(quantity)}"
-    of = "stop_force" if quantity == "force" else quantity
-    factor, _ = _factor(FileColumn(0, title, of, unit), units)
-    if units is None or factor == 1.0:
-        return ""
-    also = f", or give amplitude = {factor:g}" if quantity != "t" else ""
-    theirs = f"{unit} is {factor:g} of the unit of the model, and no sample is converted"
-    return f"{theirs}; convert the column{also}"
 
 
 def _thing(quantity: str) -> str:

@@ -97,7 +97,7 @@ class MeasuredMotion(Protocol):
         ...
 
     @property
-    def touches(self) -> Flags:
+    def in_contact(self) -> Flags:
         """Which events begin a flight in touch with a stop."""
         ...
 
@@ -172,10 +172,10 @@ def _of_fastest_impact(d: MeasuredMotion) -> MovedValue:
 
 
 def _of_contact_share(d: MeasuredMotion) -> MovedValue:
-    (instants, moved), touches = d.instants, d.touches
+    (instants, moved), in_contact = d.instants, d.in_contact
     whole, longer = instants[-1] - instants[0], moved[-1] - moved[0]
-    share = float(np.diff(instants)[touches].sum()) / whole
-    held = np.diff(moved, axis=0)[touches].sum(axis=0)
+    share = float(np.diff(instants)[in_contact].sum()) / whole
+    held = np.diff(moved, axis=0)[in_contact].sum(axis=0)
     return share, np.asarray((held - share * longer) / whole)
 
 

@@ -70,7 +70,7 @@ class _MeasuredOscillator:
         return _ends(d)
 
     @property
-    def touches(self) -> Flags:
+    def in_contact(self) -> Flags:
         run = self.derivative.run
         numbers = run.system.law[:, NUMBER]
         return np.array(

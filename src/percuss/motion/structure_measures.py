@@ -61,7 +61,7 @@ class _MeasuredStructure:
         return np.append(instants, d.run.t_end), np.concatenate([moved, last])
 
     @property
-    def touches(self) -> Flags:
+    def in_contact(self) -> Flags:
         record = self.derivative.run.record
         return np.asarray(record.sets.keys[record.marks[:, events_of.NEXT_REGION]] != 0)
 

@@ -14,7 +14,7 @@ from percuss.paper.claim import Claim
 from percuss.paper.dependence import own_errors
 from percuss.paper.statement import VerdictKind
 
-__all__ = ["HEADLINES", "FormulaPair", "Headline", "errors_of_their_own", "told"]
+__all__ = ["HEADLINES", "FormulaPair", "Headline", "errors_of_their_own", "headlines_of"]
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ class Headline:
         )
 
 
-def told(claims: Mapping[str, Claim]) -> tuple[Headline, ...]:
+def headlines_of(claims: Mapping[str, Claim]) -> tuple[Headline, ...]:
     """Return the findings that the records support.
 
     Parameters
@@ -92,7 +92,7 @@ def told(claims: Mapping[str, Claim]) -> tuple[Headline, ...]:
 
     Examples
     --------
-    >>> told({})
+    >>> headlines_of({})
     ()
     """
     return tuple(headline for headline in HEADLINES if headline.is_told_by(claims))

@@ -11,6 +11,7 @@ from typing import Any
 from percuss.errors import ParameterError
 from percuss.io.study_text import TomlTable, model_tables, number, start_table
 from percuss.model.exact import as_float
+from percuss.model.expression import parameters_in
 from percuss.model.oscillator import Wall
 from percuss.model.paths import long_form
 from percuss.model.start import Start
@@ -22,7 +23,7 @@ from percuss.studies.kinds.motion import Motion
 from percuss.studies.kinds.response import Response
 from percuss.studies.study import Study
 
-__all__ = ["link_of"]
+__all__ = ["check_size", "link_of"]
 
 # How long the motion beside a diagram, a chart or basins is followed, which have no end of their
 # own.
@@ -79,7 +80,7 @@ def link_of(study: Study) -> str:
         **model_tables(study.oscillator, study.forcing),
         **tables,
     }
-    _check_size(motion["forcing"].get("record"))
+    check_size(motion["forcing"].get("record"))
     state: dict[str, Any] = {"view": view, "study": motion, "ranges": {}, "zooms": {}}
     if settings:
         # The page computes the picture at once, and keeps the motion that it belongs to.
@@ -88,7 +89,7 @@ def link_of(study: Study) -> str:
     return base64.urlsafe_b64encode(text.encode()).decode().rstrip("=")
 
 
-def _check_size(record: Mapping[str, Any] | None) -> None:
+def check_size(record: Mapping[str, Any] | None) -> None:
     """Refuse a record of which a link, and a question of the page, do not hold all samples."""
     if record is None:
         return
@@ -161,6 +162,9 @@ def _response(response: Response, study: Study) -> Shown:
 def _path_of_page(path: str, study: Study, start: Start | None = None) -> str:
     """Return the path of a parameter by its key in the tables of a study, as the page has it."""
     name = long_form(path, study.oscillator, study.forcing, start)
+    if name in parameters_in(study.oscillator, study.forcing, study.question):
+        # On the page a parameter is a row of its table.
+        return f"parameters.{name}"
     is_coefficient = name == "oscillator.damping" and study.oscillator.mass is not None
     return "oscillator.damping_coefficient" if is_coefficient else name
 

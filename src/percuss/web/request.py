@@ -38,8 +38,8 @@ __all__ = [
 
 # Limits of a message, of stops and harmonics, of forcing periods: far above what a hand sets.
 MOST_BYTES = 65_536
-# Of a message with a table of measurements, and which these are.
-MOST_RECORD_BYTES, WITH_RECORDS = 1_000_000, ("measured", "fit")
+# Of a message with a file, and which these are.
+MOST_RECORD_BYTES, WITH_RECORDS = 1_000_000, ("measured", "fit", "record", "study_file")
 MOST_STOPS, MOST_HARMONICS = 16, 64
 MOST_PERIODS = 20_000
 # Digits that the page certifies a motion to.

@@ -15,10 +15,12 @@ from percuss.web.fit_view import answer_measured
 from percuss.web.frame import frame
 from percuss.web.jobs import JOBS, answer_job
 from percuss.web.proof import answer_certify
+from percuss.web.record_table import answer_record
 from percuss.web.request import BadRequest, PageRequest, RunningRequest, read_request
 from percuss.web.saddles import answer_saddles
 from percuss.web.scheduler import Scheduler, Task
 from percuss.web.structure_view import answer_mechanism, answer_mechanism_facts
+from percuss.web.study_file import answer_study_file
 from percuss.web.wording import plain
 
 __all__ = ["FAILED", "Schedulers", "Session"]
@@ -28,7 +30,16 @@ SendBytes = Callable[[bytes], Awaitable[None]]
 # again: the client sees that the server is still computing.
 PROGRESS_INTERVAL, HEARTBEAT = 0.3, 3.0
 # A newer request of the long kinds cancels the one that runs in the same queue.
-QUICK = ("explore", "thumb", "facts", "mechanism", "mechanism_facts", "measured")
+QUICK = (
+    "explore",
+    "thumb",
+    "facts",
+    "mechanism",
+    "mechanism_facts",
+    "measured",
+    "record",
+    "study_file",
+)
 LONG = (*JOBS, "saddles", "certify")
 FAILED = "percuss could not compute this; the terminal of the server says more"
 
@@ -82,6 +93,8 @@ class Session:
             "thumb": RequestQueue(send, short, _once(answer_explore), self._failed),
             "facts": RequestQueue(send, facts, _once(answer_facts), self._failed),
             "measured": RequestQueue(send, facts, _once(answer_measured), self._failed),
+            "record": RequestQueue(send, facts, _once(answer_record), self._failed),
+            "study_file": RequestQueue(send, facts, _once(answer_study_file), self._failed),
             "mechanism": RequestQueue(send, short, _once(answer_mechanism), self._failed),
             "mechanism_facts": RequestQueue(
                 send, facts, _once(answer_mechanism_facts), self._failed

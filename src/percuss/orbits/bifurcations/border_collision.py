@@ -102,7 +102,7 @@ def border_reached(here: Point[B]) -> Border[B] | None:
     crossing, z, sides = problem.border
     problem.border = problem.centre = None
     towards = here.tangent if dot(here.tangent, z - here.z) > 0.0 else z - here.z
-    tangents = [_one_sided(here, way * sides, (z, towards, crossing)) for way in (1.0, -1.0)]
+    tangents = [_one_sided(here, sign * sides, (z, towards, crossing)) for sign in (1.0, -1.0)]
     before = _stepped(here, z, crossing, -1.0, tangents[0])
     if norm(before.z - z) > norm(here.z - z):
         before = dataclasses.replace(here, tangent=tangents[0])
@@ -119,8 +119,8 @@ def border_reached(here: Point[B]) -> Border[B] | None:
                 raise
             end_reason = f"{point.text} reached"
     ends = [
-        problem.values(z + way * LOCATED * tangent)[0]
-        for way, tangent in zip((-1.0, 0.0, 1.0), (tangents[0], z, tangents[1]), strict=True)
+        problem.values(z + sign * LOCATED * tangent)[0]
+        for sign, tangent in zip((-1.0, 0.0, 1.0), (tangents[0], z, tangents[1]), strict=True)
     ]
     interval = min(ends), max(ends)
     chord = tangents[0] + tangents[1]
@@ -131,23 +131,23 @@ def _one_sided(here: Point[B], sides: Floats, at: tuple[Floats, Floats, Crossing
     """Return the unit tangent on one side of a border, in the direction in which it is passed."""
     z, towards, crossing = at
     tangent = tangent_of(here.problem.by_side(z, sides), towards)
-    rate = crossing.way * dot(here.problem.slope_of_border(z, crossing), tangent)
+    rate = crossing.side * dot(here.problem.slope_of_border(z, crossing), tangent)
     return tangent if rate > 0.0 else -tangent
 
 
 def _stepped(
-    here: Point[B], z: Floats, crossing: Crossing, way: float, tangent: Floats
+    here: Point[B], z: Floats, crossing: Crossing, sign: float, tangent: Floats
 ) -> Point[B]:
     """Return the point a small step off a border, -1 before it, 1 beyond."""
     problem, error = here.problem, "it lies on the other side"
     for length in STEPS_OFF:
         try:
-            there = problem.corrected(z + way * length * tangent, tangent)
+            there = problem.corrected(z + sign * length * tangent, tangent)
         except PercussError as caught:
             error = str(caught)
             continue
         inside = 0.0 <= there[-1] <= 1.0
-        if inside and way * crossing.way * problem.beyond_jump(there, crossing) > 0.0:
+        if inside and sign * crossing.side * problem.beyond_jump(there, crossing) > 0.0:
             point = problem.point(there, dataclasses.replace(here, tangent=tangent))
             return dataclasses.replace(point, tangent=tangent)
     what = f"no orbit next to the jump of the force: {error}"

@@ -95,7 +95,7 @@ class Bordered(ABC):
         if is_located:
             sides = np.zeros(len(before))
             for each in found:
-                sides[each.event] = -each.way
+                sides[each.event] = -each.side
             guess = self.centre + parts[first] * (z - self.centre)
             at = self._on_border(guess, found[first], sides)
             if at is not None and norm(at - self.centre) <= FAR * norm(z - self.centre):

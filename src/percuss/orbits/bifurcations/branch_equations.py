@@ -330,19 +330,19 @@ class BranchEquations(OrbitEquations, Bordered):
 
     def _is_smooth(self, z: Floats, step: float) -> bool:
         """Return whether no jump passes an event between two parameters about a point."""
-        low, high = (self._sides_at(z, float(z[-1]) + way * step) for way in (-1.0, 1.0))
+        low, high = (self._sides_at(z, float(z[-1]) + sign * step) for sign in (-1.0, 1.0))
         return bool((low == high).all())
 
     def _one_sided_slope(self, z: Floats, step: float) -> Floats:
         """Return the derivative by the parameter from differences of second order to one side."""
         here = self._sides_at(z, float(z[-1]))
-        way = next(
-            way
-            for way in (1.0, -1.0, 0.0)
-            if (self._sides_at(z, float(z[-1]) + 2.0 * way * step) == here).all()
+        sign = next(
+            sign
+            for sign in (1.0, -1.0, 0.0)
+            if (self._sides_at(z, float(z[-1]) + 2.0 * sign * step) == here).all()
         )
         # Between two jumps less than four steps apart the error of a short one has to do.
-        h = way * step if way else TINY * step
+        h = sign * step if sign else TINY * step
         width = self.high - self.low
         at = [self.residual(z, self.low + (float(z[-1]) + k * h) * width)[0] for k in range(3)]
         with np.errstate(over="ignore", invalid="ignore"):
@@ -388,9 +388,9 @@ class BranchEquations(OrbitEquations, Bordered):
         slope = np.zeros(len(z))
         slope[: 1 + crossing.event] = 1.0
         ends = []
-        for way in (-1.0, 1.0):
+        for sign in (-1.0, 1.0):
             moved = z.copy()
-            moved[-1] += way * STEP
+            moved[-1] += sign * STEP
             ends.append(self.beyond_jump(moved, crossing))
         slope[-1] = (ends[1] - ends[0]) / (2.0 * STEP)
         return slope

@@ -37,13 +37,13 @@ class Crossing:
         Its row in the itinerary.
     jump
         Number of the jump, counted on over the turns of the record.
-    way
+    side
         1.0 if the event comes to lie after the jump, -1.0 if before it.
     """
 
     event: int
     jump: int
-    way: float
+    side: float
 
 
 @dataclass(frozen=True, slots=True)

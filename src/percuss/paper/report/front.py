@@ -7,7 +7,7 @@ from html import escape
 
 from percuss.paper.claim import Claim
 from percuss.paper.figure_files import Drawn
-from percuss.paper.findings import Headline, told
+from percuss.paper.findings import Headline, headlines_of
 from percuss.paper.report.claims import badge, formula_pair
 from percuss.paper.report.pictures import thumbnail
 from percuss.paper.report.prose import prose
@@ -28,7 +28,7 @@ def findings(claims: Mapping[str, Claim], figures: Mapping[str, Drawn]) -> str:
     str
         A section; empty where no finding can be told.
     """
-    headlines = told(claims)
+    headlines = headlines_of(claims)
     if not headlines:
         return ""
     cards = "".join(

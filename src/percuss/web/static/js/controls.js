@@ -1,6 +1,6 @@
 // The panel of parameters: a slider and a box for each.
 
-import { button, element } from "./dom.js";
+import { button, element, isStudyFile, watchDrops } from "./dom.js";
 import { choiceField, checkField } from "./fields.js";
 import { MODELS, equationOf, modelOf, nameFault, newHarmonic, newStop, parametersOf, UNITS, valueOf, withMass, withModel, withRecord, withUnit, withoutHarmonic, withoutRecord } from "./models.js";
 import { RecordForm } from "./records.js";
@@ -9,15 +9,15 @@ import { get, put } from "./state.js";
 
 /** Build the panel; it follows the store, and writes what the user sets into it. */
 export class Panel {
-  /** `prefix` makes the ids unique, `onRelease` is called when a slider is released. */
-  constructor(store, prefix, onRelease) {
+  /** `prefix` makes the ids unique, `onRelease` is called when a slider is released, `askRecord` for the samples of a table. */
+  constructor(store, prefix, onRelease, askRecord) {
     this.store = store;
     this.prefix = prefix;
     this.isHeld = false;
     this.rows = new Map();
     this.root = element("form", { class: "panel", "aria-label": "Parameters", onsubmit: (event) => event.preventDefault() });
     this.shape = "";
-    this.record = new RecordForm((record) => store.set({ study: withRecord(store.value.study, record) }, "study"));
+    this.record = new RecordForm(askRecord, (record) => store.set({ study: withRecord(store.value.study, record) }, "study"));
     this.#watchDrops();
     this.#watchHands(onRelease);
     store.watch(() => this.update());
@@ -39,15 +39,11 @@ export class Panel {
 
   /** A table that is dropped on the panel is a record of the force. */
   #watchDrops() {
-    const hasFile = (event) => event.dataTransfer?.types.includes("Files");
-    this.root.addEventListener("dragover", (event) => {
-      if (hasFile(event)) event.preventDefault();
-    });
-    this.root.addEventListener("drop", (event) => {
-      if (!hasFile(event)) return;
-      event.preventDefault();
-      this.record.read(event.dataTransfer.files[0]);
+    watchDrops(this.root, (file) => {
+      if (isStudyFile(file)) return false;
+      this.record.read(file);
       this.record.root.scrollIntoView({ block: "nearest" });
+      return true;
     });
   }
 

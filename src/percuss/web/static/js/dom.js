@@ -44,3 +44,29 @@ export function say(root, text) {
   const mine = toast;
   setTimeout(() => mine.remove(), 3500);
 }
+
+/** Take files that are dropped on an element: `take(file)` returns whether the file is its own. */
+export function watchDrops(target, take) {
+  target.addEventListener("dragover", (event) => {
+    if (event.dataTransfer?.types.includes("Files")) event.preventDefault();
+  });
+  target.addEventListener("drop", (event) => {
+    const file = event.dataTransfer?.files[0];
+    if (file === undefined || event.defaultPrevented || !take(file)) return;
+    event.preventDefault();
+  });
+}
+
+/** Return whether a file is a study. */
+export const isStudyFile = (file) => file.name.toLowerCase().endsWith(".toml");
+
+/** Return the text of a file, as spreadsheets of any age encode it. */
+export async function textOf(file) {
+  const bytes = new Uint8Array(await file.arrayBuffer());
+  const wide = { "255,254": "utf-16le", "254,255": "utf-16be" }[bytes.subarray(0, 2)];
+  try {
+    return new TextDecoder(wide ?? "utf-8", { fatal: true }).decode(bytes);
+  } catch {
+    return new TextDecoder("windows-1252").decode(bytes);
+  }
+}

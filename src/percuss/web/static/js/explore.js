@@ -2,7 +2,7 @@
 
 import { Certify } from "./certify.js";
 import { Panel } from "./controls.js";
-import { element, shown } from "./dom.js";
+import { button, element, shown } from "./dom.js";
 import { Facts } from "./facts.js";
 import { axesOf } from "./models.js";
 import { OscillatorPicture } from "./oscillator_picture.js";
@@ -22,13 +22,16 @@ export class Explore {
   constructor(app) {
     this.app = app;
     this.store = app.store;
-    this.panel = new Panel(this.store, app.prefix, () => this.#settle());
+    this.panel = new Panel(this.store, app.prefix, () => this.#settle(), (csv, columns, handlers) => app.requests.put("record", { kind: "record", study: this.store.value.study, csv, ...columns }, handlers));
     this.facts = new Facts();
     if (app.options.isStatic) this.facts.showMissing();
     this.general = element("p", { class: "fault", role: "alert" });
     this.window = null;
     this.orbit = null;
     this.#plots();
+    this.kept = null;
+    this.keeper = button("keep", () => this.#keep(), { "aria-pressed": "false", title: "keep this motion, pale behind the next ones, to compare two settings" });
+    this.motion.root.querySelector("figcaption").append(this.keeper);
     this.drawing = new OscillatorPicture({
       onTime: (time) => this.#mark(time),
       start: (x0) => this.store.set({ study: put(this.store.value.study, "start.x0", x0) }, "study"),
@@ -223,6 +226,17 @@ export class Explore {
     this.root.dispatchEvent(new CustomEvent("drawn", { detail: { asked: this.asked }, bubbles: true }));
   }
 
+  /** Keep the motion that is shown, to be seen pale behind others; or forget it. */
+  #keep() {
+    const { t, x, portrait_x: portraitX, portrait_v: portraitV } = this.curve ?? {};
+    this.kept = this.kept || t === undefined ? null : { t, x, portraitX, portraitV };
+    this.keeper.textContent = this.kept ? "forget" : "keep";
+    this.keeper.setAttribute("aria-pressed", String(this.kept !== null));
+    if (!this.curve) return;
+    this.#drawMotion();
+    this.#drawPortrait();
+  }
+
   /** Take the orbit near the motion that is shown; its answer may come before the curve, or never. */
   #takeOrbit() {
     const known = this.known?.study === this.study ? this.known : null;
@@ -239,17 +253,19 @@ export class Explore {
     const until = this.certify?.until ?? null;
     const isSeen = until !== null && t.length > 0 && until > t[0] && until < t[t.length - 1];
     const proven = isSeen ? [{ x: until, colour: "--c3" }] : [];
-    this.motion.key.textContent = isSeen ? "proven up to the green line" : "";
-    this.motion.show([{ x: t, y: x, colour: "--curve" }], [...lines, ...proven], null, isHeld);
+    this.motion.key.textContent = [isSeen ? "proven up to the green line" : "", this.kept ? "pale: the kept motion" : ""].filter(Boolean).join("; ");
+    const before = this.kept ? [{ x: this.kept.t, y: this.kept.x, colour: "--pale", isAside: true, isBehind: true }] : [];
+    this.motion.show([{ x: t, y: x, colour: "--curve" }, ...before], [...lines, ...proven], null, isHeld);
   }
 
   #drawPortrait(isHeld = this.isHeld) {
     const { portrait_x: x, portrait_v: v } = this.curve;
     const layers = [{ x, y: v, colour: "--curve" }];
+    if (this.kept) layers.push({ x: this.kept.portraitX, y: this.kept.portraitV, colour: "--pale", isAside: true, isBehind: true });
     // A formal orbit, which no motion follows, is drawn faintly.
     const look = this.isFormal ? { colour: "--faint", width: 1, dash: [2, 4] } : { colour: "--orbit", width: 2, dash: [5, 4] };
     if (this.orbit?.orbit_x) layers.push({ x: this.orbit.orbit_x, y: this.orbit.orbit_v, ...look, isAside: true });
-    this.portrait.key.textContent = layers.length === 1 ? "" : this.isFormal ? "dotted: a formal orbit" : "dashed: nearest periodic orbit";
+    this.portrait.key.textContent = !this.orbit?.orbit_x ? "" : this.isFormal ? "dotted: a formal orbit" : "dashed: nearest periodic orbit";
     const [from, to] = [this.curve.portrait_t[0], this.curve.portrait_t.at(-1)];
     const isPart = this.span !== undefined && (from > this.span[0] + 1e-3 || to < this.span[1] - 1e-3);
     this.portrait.rename(isPart ? `Phase portrait, t = ${shown(from, 3)} to ${shown(to, 3)}` : "Phase portrait");

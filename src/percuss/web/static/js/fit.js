@@ -1,6 +1,6 @@
 // A record and the parameters fitted to it.
 
-import { button, element, say, shown } from "./dom.js";
+import { button, element, isStudyFile, say, shown, textOf, watchDrops } from "./dom.js";
 import { checkField, numberField } from "./fields.js";
 import { FreeParameters } from "./free.js";
 import { Job } from "./job.js";
@@ -37,7 +37,11 @@ export class Fit {
       element("div", { class: "plots" }, ...this.plots.map((plot) => plot.root)), element("p", { class: "hint" }, HINT),
     );
     this.#fields();
-    this.#watchDrops();
+    watchDrops(this.root, (file) => {
+      if (isStudyFile(file)) return false;
+      this.#read(file);
+      return true;
+    });
     app.store.watch((_, why) => {
       if (why === "study" || why === "all") this.#changed();
     });
@@ -110,28 +114,12 @@ export class Fit {
     this.form.replaceChildren(element("div", { class: "tools" }, load, this.file, this.told, noise, start), this.free.root, this.fault);
   }
 
-  #watchDrops() {
-    const hasFile = (event) => event.dataTransfer?.types.includes("Files");
-    this.root.addEventListener("dragover", (event) => hasFile(event) && event.preventDefault());
-    this.root.addEventListener("drop", (event) => {
-      if (!hasFile(event)) return;
-      event.preventDefault();
-      this.#read(event.dataTransfer.files[0]);
-    });
-  }
-
   async #read(file) {
     if (!file) return;
     this.#forget();
     this.csv = "";
     this.told.textContent = `reading ${file.name} …`;
-    const bytes = await file.arrayBuffer();
-    let csv;
-    try {
-      csv = new TextDecoder("utf-8", { fatal: true }).decode(bytes);
-    } catch {
-      csv = new TextDecoder("windows-1252").decode(bytes);
-    }
+    const csv = await textOf(file);
     this.app.requests.put("measured", { kind: "measured", study: this.app.store.value.study, csv }, {
       answer: (header, arrays) => {
         this.csv = csv;

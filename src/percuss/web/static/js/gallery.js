@@ -1,6 +1,6 @@
 // Named motions to begin with.
 
-import { element } from "./dom.js";
+import { button, element } from "./dom.js";
 import { COMPACT, MechanismPicture } from "./mechanism_picture.js";
 
 const THUMB = { width: 220, height: 130 };
@@ -20,7 +20,13 @@ export class Gallery {
     const head = element("p", { class: "hint" }, "Motions to begin with, each seen as its phase portrait. A click opens one in Explore, in place of what is set there.");
     const rows = mechanisms.map((it) => mechanismCard(it, () => app.beginMechanism(it.name)));
     const several = element("p", { class: "hint" }, "Structures of two and three masses, each with its mechanical picture.");
-    this.root = element("section", { class: "gallery", "aria-label": "Gallery" }, head, ...this.cards.map(({ card }) => card), several, ...rows);
+    const file = element("input", { type: "file", accept: ".toml", hidden: true, "aria-label": "study file", onchange: () => file.files[0] && app.openStudy(file.files[0]) });
+    const open = button("Open a study file", () => {
+      file.value = "";
+      file.click();
+    }, { title: "a .toml of percuss run; or drop it on the page" });
+    const own = element("div", { class: "tools", hidden: app.options.isStatic === true }, open, file);
+    this.root = element("section", { class: "gallery", "aria-label": "Gallery" }, head, own, ...this.cards.map(({ card }) => card), several, ...rows);
     this.isDrawn = false;
   }
 

@@ -3,7 +3,7 @@
 import { Basins } from "./basins.js";
 import { Design } from "./design.js";
 import { Diagram } from "./diagram.js";
-import { button, element, say } from "./dom.js";
+import { button, element, isStudyFile, say, watchDrops } from "./dom.js";
 import { Explore } from "./explore.js";
 import { Fit } from "./fit.js";
 import { Gallery } from "./gallery.js";
@@ -11,7 +11,8 @@ import { makeHelp, makeMenu, makeTabs } from "./head.js";
 import { Mechanism } from "./mechanism.js";
 import { Paper } from "./paper.js";
 import { digitsOf } from "./scales.js";
-import { decodeLink, encode, Store } from "./state.js";
+import { decodeLink, encode, History, Store } from "./state.js";
+import { Tour } from "./tour.js";
 
 export { Requests } from "./transport.js";
 
@@ -41,6 +42,7 @@ class App {
     const first = { view: "explore", study: options.study ?? options.facts.presets[0].study, ranges: {}, zooms: {} };
     const linked = options.hasLinks ? decodeLink(location.hash.slice(1)) : null;
     this.store = new Store({ ...first, ...linked });
+    this.history = new History(this.store);
     this.ends = [];
     this.requests = options.connect((isOpen) => this.#connection(isOpen));
     this.#build();
@@ -102,9 +104,11 @@ class App {
     this.tabs = makeTabs(Object.keys(this.views), this.prefix, (name) => this.store.set({ view: name }, "view"));
     this.banner = element("p", { class: "banner", role: "alert", hidden: true }, "Connection lost; trying again. If that does not help, start percuss serve again.");
     this.help = makeHelp();
+    this.tour = new Tour(this);
     this.root.replaceChildren(
       element("header", { class: "top" }, element("h1", {}, "percuss"), this.tabs.root, this.#tools()),
       this.banner,
+      this.tour.root,
       element("main", {}, ...Object.values(this.views).map((view) => view.root)),
       this.help,
     );
@@ -116,6 +120,8 @@ class App {
     return element(
       "div",
       { class: "tools" },
+      button("Tour", () => this.tour.go(0), { title: "five steps: period doubling, chaos, grazing, chatter" }),
+      button("↶", () => this.undo(), { title: "undo (Ctrl+Z); again with Ctrl+Shift+Z", "aria-label": "Undo" }),
       button("Copy link", () => this.#copyLink(), { hidden: !this.options.hasLinks }),
       button("Copy as Python", () => this.#copyPython()),
       this.menu.root,
@@ -146,6 +152,50 @@ class App {
       event.preventDefault();
       this.help.showModal();
     });
+    listen(hasLinks ? document : this.root, "keydown", (event) => {
+      if (!(event.ctrlKey || event.metaKey) || event.key.toLowerCase() !== "z" || event.target.type === "text") return;
+      event.preventDefault();
+      this.undo(event.shiftKey);
+    });
+    watchDrops(this.root, (file) => {
+      if (isStudyFile(file)) this.openStudy(file);
+      else say(this.root, `${file.name}: drop a study (.toml) here, a table of a force on the sliders, one of measurements on Fit`);
+      return true;
+    });
+  }
+
+  /** Take back the last change of the motion, or with `isRedo` make it again. */
+  undo(isRedo = false) {
+    if (!this.history.move(isRedo)) say(this.root, isRedo ? "nothing to do again" : "nothing to undo");
+  }
+
+  /** Show a state as a link holds it, in place of all that is set. */
+  show(state) {
+    const whole = { ranges: {}, zooms: {}, diagram: undefined, basins: undefined, mechanism: undefined, digits: undefined, tour: undefined, ...state };
+    for (const view of Object.values(this.views)) view.begin?.(whole);
+    for (const view of Object.values(this.views)) view.restore?.(whole);
+    this.store.set(whole, "all");
+  }
+
+  /** Show the study in a file. */
+  async openStudy(file) {
+    const toml = await file.text();
+    this.requests.put("study_file", { kind: "study_file", toml }, {
+      answer: ({ link }) => {
+        this.show(decodeLink(link));
+        say(this.root, `${file.name} is shown`);
+      },
+      fault: (faults) => this.#complain(`${file.name}: ${faults.map(({ path, reason }) => (path ? `${path} = ${reason}` : reason)).join("; ")}`),
+    });
+  }
+
+  /** Say what is wrong until it is read. */
+  #complain(text) {
+    const dialog = element("dialog", { class: "help", "aria-label": "Faults of the file" });
+    dialog.append(element("p", { class: "fault", role: "alert" }, text), button("Close", () => dialog.close(), { class: "primary" }));
+    dialog.addEventListener("close", () => dialog.remove());
+    this.root.append(dialog);
+    dialog.showModal();
   }
 
   #showView() {

@@ -46,7 +46,7 @@ export class Plot {
     attach(this);
   }
 
-  /** Show layers {x, y, kind, colour, width}; the first one is read out. Lines {x or y, colour}. */
+  /** Show layers {x, y, kind, colour, width}; the first one is read out, those that are isBehind are drawn first. Lines {x or y, colour}. */
   show(layers, lines = [], limits = null, isHeld = false) {
     this.#guarded(() => this.#show(layers, lines, limits, isHeld));
   }
@@ -296,7 +296,10 @@ export class Plot {
     const pictures = this.layers.filter((layer) => layer.kind === "image");
     for (const layer of pictures) drawLayer(context, scales, layer, "");
     for (const line of this.lines) drawLine(context, scales, line, colourOf(line.colour ?? "--stop"));
-    for (const layer of this.layers) if (layer.kind !== "image") drawLayer(context, scales, layer, colourOf(layer.colour));
+    const others = this.layers.filter((layer) => layer.kind !== "image");
+    for (const isBehind of [true, false]) {
+      for (const layer of others) if ((layer.isBehind === true) === isBehind) drawLayer(context, scales, layer, colourOf(layer.colour));
+    }
     context.restore();
     this.#overlay();
   }

@@ -19,6 +19,44 @@ export class Store {
   }
 }
 
+// Changes of the study within so long belong together, as those of a slider that moves [ms].
+const TOGETHER = 800;
+const MOST_KEPT = 200;
+
+/** The studies before and after the one that is shown. */
+export class History {
+  constructor(store) {
+    this.store = store;
+    this.past = [];
+    this.future = [];
+    this.now = store.value.study;
+    this.changed = -Infinity;
+    store.watch((state, why) => {
+      if (state.study !== this.now && !this.isMoving) this.#keep(why);
+      this.now = state.study;
+    });
+  }
+
+  #keep(why) {
+    const time = performance.now();
+    if (why !== "study" || time - this.changed > TOGETHER) this.past = [...this.past, this.now].slice(-MOST_KEPT);
+    this.changed = time;
+    this.future = [];
+  }
+
+  /** Return to the study before, or with `isRedo` to the one after; tell whether there is one. */
+  move(isRedo) {
+    const [from, to] = isRedo ? [this.future, this.past] : [this.past, this.future];
+    if (from.length === 0) return false;
+    to.push(this.now);
+    this.isMoving = true;
+    this.store.set({ study: from.pop() }, "study");
+    this.isMoving = false;
+    this.changed = -Infinity;
+    return true;
+  }
+}
+
 /** Return the part of a nested value at a dotted path. */
 export function get(tables, path) {
   return path.split(".").reduce((part, name) => part?.[name], tables);
@@ -54,9 +92,9 @@ export function decodeLink(text) {
   try {
     const raw = atob(text.replaceAll("-", "+").replaceAll("_", "/"));
     const bytes = Uint8Array.from(raw, (letter) => letter.charCodeAt(0));
-    const { view, study, diagram, basins, mechanism, ranges, zooms, digits } = JSON.parse(new TextDecoder().decode(bytes));
+    const { view, study, diagram, basins, mechanism, ranges, zooms, digits, tour } = JSON.parse(new TextDecoder().decode(bytes));
     if (!isStudy(study)) return null;
-    return { view: String(view), study, diagram, basins, mechanism: isTable(mechanism) ? mechanism : undefined, ranges: rangesOf(ranges), zooms: zoomsOf(zooms), digits: Number.isInteger(digits) ? digits : undefined };
+    return { view: String(view), study, diagram, basins, mechanism: isTable(mechanism) ? mechanism : undefined, ranges: rangesOf(ranges), zooms: zoomsOf(zooms), digits: Number.isInteger(digits) ? digits : undefined, tour: Number.isInteger(tour) ? tour : undefined };
   } catch {
     return null;
   }
