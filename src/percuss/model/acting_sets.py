@@ -6,7 +6,6 @@ stops of its bits, and appends it to the arrays that the kernels read.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from fractions import Fraction
 from functools import cached_property, lru_cache
