@@ -125,6 +125,7 @@ if TYPE_CHECKING:
     from percuss.orbits import StructureBranch as StructureBranch
     from percuss.orbits import StructureCurve as StructureCurve
     from percuss.orbits import StructureCurvePoint as StructureCurvePoint
+    from percuss.orbits import StructureManifolds as StructureManifolds
     from percuss.orbits import StructureOrbit as StructureOrbit
     from percuss.orbits import StructureOrbitSensitivity as StructureOrbitSensitivity
     from percuss.orbits import StructureSpecialPoint as StructureSpecialPoint
@@ -194,6 +195,7 @@ __all__ = [
     "StructureBranch",
     "StructureCurve",
     "StructureCurvePoint",
+    "StructureManifolds",
     "StructureOrbit",
     "StructureOrbitSensitivity",
     "StructureSensitivity",
@@ -390,6 +392,7 @@ _HOMES = {
         "StructureBranch",
         "StructureCurve",
         "StructureCurvePoint",
+        "StructureManifolds",
         "StructureOrbit",
         "StructureOrbitSensitivity",
         "StructureSpecialPoint",

@@ -280,7 +280,7 @@ def test_bad_input_is_told(flip: pc.PeriodicOrbit) -> None:
     with pytest.raises(pc.ParameterError, match="does not meet it"):
         pc.manifolds(saddle_of_the_pendulum(1.0), section="impact")
     with pytest.raises(pc.ParameterError, match="neither stroboscopic nor impact"):
-        pc.manifolds(flip, section="poincare")  # type: ignore[arg-type]
+        pc.manifolds(flip, section="poincare")  # type: ignore[call-overload]
     for name in ("length", "spacing"):
         with pytest.raises(pc.ParameterError, match="not a finite positive number"):
-            pc.manifolds(flip, **{name: 0.0})  # type: ignore[arg-type]
+            pc.manifolds(flip, **{name: 0.0})  # type: ignore[call-overload]

@@ -152,7 +152,7 @@ def test_several_sets_share_axes_and_labels() -> None:
 
 @pytest.mark.parametrize("section", ["stroboscopic", "impact"])
 def test_manifolds_are_drawn_with_gaps_at_their_cuts(orbit: pc.PeriodicOrbit, section: str) -> None:
-    curves = pc.manifolds(orbit, section=section, cycle=0.37, length=5.0)  # type: ignore[arg-type]
+    curves = pc.manifolds(orbit, section=section, cycle=0.37, length=5.0)  # type: ignore[call-overload]
     ax = plot_manifolds(curves, new_axes())
 
     drawn = lines_of(ax)

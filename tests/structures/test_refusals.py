@@ -34,13 +34,12 @@ def test_each_function_that_is_named_takes_structures() -> None:
 
 
 CALLS: dict[str, Callable[[Any], Any]] = {
-    "of a structure, whose manifolds": pc.manifolds,
     "of a structure; follow each doubling": lambda orbit: pc.follow_cascade(
         orbit, over={"loads.0.omega": (0.8, 1.0)}
     ),
     "not the run of an oscillator or of a structure": pc.spectrum,
     "a structure has several resonant frequencies": lambda orbit: pp.plot_staircase(orbit.run),
-    "not a Manifolds, which structures do not have": pp.plot_manifolds,
+    "not a Manifolds": pp.plot_manifolds,
 }
 
 

@@ -41,7 +41,7 @@ from percuss.orbits.responses.response import Response as Response
 from percuss.orbits.responses.response import response_curve as response_curve
 from percuss.orbits.responses.velocity_gap import VelocityGap as VelocityGap
 from percuss.orbits.responses.velocity_gap import velocity_gap_curve as velocity_gap_curve
-from percuss.orbits.surface.manifolds import ManifoldBranch as ManifoldBranch
+from percuss.orbits.surface.manifold_branch import ManifoldBranch as ManifoldBranch
 from percuss.orbits.surface.manifolds import Manifolds as Manifolds
 from percuss.orbits.surface.manifolds import manifolds as manifolds
 from percuss.orbits.surface.maps import ImpactMap as ImpactMap
@@ -53,3 +53,4 @@ from percuss.orbits.surface.maps import stroboscopic_map as stroboscopic_map
 from percuss.orbits.surface.singularity_set import SingularityCurve as SingularityCurve
 from percuss.orbits.surface.singularity_set import SingularitySet as SingularitySet
 from percuss.orbits.surface.singularity_set import singularity_set as singularity_set
+from percuss.orbits.surface.structure_manifolds import StructureManifolds as StructureManifolds

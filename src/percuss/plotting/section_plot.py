@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from matplotlib.axes import Axes
 
 from percuss.arrays import Floats
 from percuss.model.exact import as_float
-from percuss.model.oscillator import Wall
+from percuss.model.oscillator import On, Stop, Wall
 from percuss.model.units import Units
 from percuss.orbits.surface.manifolds import Manifolds
 from percuss.orbits.surface.singularity_set import SingularityCurve, SingularitySet
+from percuss.orbits.surface.structure_manifolds import StructureManifolds
+from percuss.plotting.direction_view import first_line, names_of, view_of
 from percuss.plotting.style import (
     BLACK,
     BLUE,
@@ -97,12 +101,13 @@ def _in_the_cycle(curve: SingularityCurve) -> list[tuple[Floats, Floats]]:
 
 @shared_docs
 def plot_manifolds(
-    found: Manifolds,
+    found: Manifolds | StructureManifolds,
     ax: Axes | None = None,
     *,
     units: Units | None = None,
     xlabel: str | None = None,
     ylabel: str | None = None,
+    on: On | None = None,
 ) -> Axes:
     """Draw the manifolds of a saddle orbit in their section: stable ones blue, unstable ones red.
 
@@ -110,6 +115,9 @@ def plot_manifolds(
     ----------
     found
         What `percuss.manifolds` has returned.
+    on
+        Of a structure the coordinate, direction or point in whose plane of displacement and velocity
+        the curves are drawn; default: the line of its first stop.
 
     Returns
     -------
@@ -119,8 +127,10 @@ def plot_manifolds(
     Raises
     ------
     ParameterError
-        If it is no `Manifolds`.
+        If it is no `Manifolds`, or there is no such coordinate.
     """
+    if isinstance(found, StructureManifolds):
+        return _plot_projected(found, ax, units, (xlabel, ylabel), on)
     check_kind("found", found, Manifolds)
     units, is_alone = units_of(units), ax is None
     with picture(ax, labels=(xlabel, ylabel)) as ax:
@@ -136,17 +146,43 @@ def plot_manifolds(
         if found.section == "impact":
             label_impact_surface(ax, units)
         else:
-            _draw_stops(ax, found)
+            _draw_stops(ax, found.orbit.oscillator.stops)
             label_phase_plane(ax, units)
             ax.set_title(f"once a forcing period, at cycle {found.cycle:g}")
         explain(ax, alone=is_alone)
     return ax
 
 
-def _draw_stops(ax: Axes, manifolds: Manifolds) -> None:
+def _plot_projected(
+    found: StructureManifolds,
+    ax: Axes | None,
+    units: Units | None,
+    labels: tuple[str | None, str | None],
+    on: On | None,
+) -> Axes:
+    """Draw the unstable manifold of a structure in the plane of one displacement."""
+    structure, view = found.orbit.structure, view_of(found.orbit, on)
+    on = first_line(structure) if on is None else on
+    units, is_alone, n = units_of(units, view.oscillator), ax is None, structure.n
+    c = structure.direction(on)
+    with picture(ax, labels=labels) as ax:
+        x, v = _with_gaps(found.displacement(on), wraps=False).T
+        label = label_once(ax, "unstable manifold")
+        ax.plot(x, v, color=KINDS["unstable"], linewidth=0.8, label=label)
+        places = ((part * c).sum(axis=1) for part in (found.saddles[:, :n], found.saddles[:, n:]))
+        label = label_once(ax, "saddle")
+        ax.plot(*places, "o", color=BLACK, markersize=5.0, zorder=3.0, label=label)
+        _draw_stops(ax, view.oscillator.stops)
+        label_phase_plane(ax, units, names_of(view))
+        ax.set_title(f"once a period of the loads, at cycle {found.cycle:g}")
+        explain(ax, alone=is_alone)
+    return ax
+
+
+def _draw_stops(ax: Axes, stops: Sequence[Stop]) -> None:
     """Draw the stops within the picture as lines."""
     low, high = ax.get_xlim()
-    for stop in manifolds.orbit.oscillator.stops:
+    for stop in stops:
         if low <= as_float(stop.at) <= high:
             colour = GREY if isinstance(stop, Wall) else ORANGE
             ax.axvline(as_float(stop.at), color=colour, linewidth=0.8, zorder=0.8)

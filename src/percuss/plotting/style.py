@@ -128,7 +128,7 @@ def units_of(units: Units | None, oscillator: HasUnits | None = None) -> Units:
 
 
 # Results that oscillators alone have.
-ALONE = ("Manifolds", "SingularitySet", "VelocityGap")
+ALONE = ("SingularitySet", "VelocityGap")
 
 
 def check_kind(name: str, value: object, kind: type) -> None:

@@ -43,7 +43,7 @@ class Grown:
     Attributes
     ----------
     points
-        (n, 2) array.
+        (n, d) array.
     piece
         (n,) array, number of the continuous piece that each belongs to, ascending from 0.
     arclength
@@ -122,11 +122,10 @@ class Grower:
 
     def sizes(self, points: Floats) -> Floats:
         """Return the (n - 1,) distances of neighbours, in units of the scale."""
-        steps = self.steps(points)
-        return np.asarray(hypot(steps[:, 0], steps[:, 1]))
+        return _lengths(self.steps(points))
 
     def steps(self, points: Floats) -> Floats:
-        """Return the (n - 1, 2) differences of neighbours, in units of the scale."""
+        """Return the (n - 1, d) differences of neighbours, in units of the scale."""
         return np.asarray(self.differences(points[:-1], points[1:]) / self.scale)
 
     def _wide(self, points: Floats) -> Flags:
@@ -134,13 +133,30 @@ class Grower:
         steps, sizes = self.steps(points), self.sizes(points)
         known = np.isfinite(points[:, 0])
         wide: Flags = np.logical_or(sizes > self.spacing, known[1:] != known[:-1])
-        cross = steps[:-1, 0] * steps[1:, 1] - steps[:-1, 1] * steps[1:, 0]
+        cross = _areas(steps[:-1], steps[1:])
         along = (steps[:-1] * steps[1:]).sum(axis=1)
         sharp = np.abs(atan2(cross, along)) > TURN
         large = sizes > CLOSE * self.spacing
         wide[:-1] |= sharp & large[:-1]
         wide[1:] |= sharp & large[1:]
         return wide
+
+
+def _lengths(steps: Floats) -> Floats:
+    """Return the lengths of vectors, (n, d)."""
+    lengths = hypot(steps[:, 0], steps[:, 1])
+    for column in steps.T[2:]:
+        lengths = hypot(lengths, column)
+    return np.asarray(lengths)
+
+
+def _areas(one: Floats, other: Floats) -> Floats:
+    """Return the areas that pairs of vectors (n, d) span, in the plane with a sign."""
+    if one.shape[1] == 2:
+        return np.asarray(one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0])
+    squares = (one * one).sum(axis=1) * (other * other).sum(axis=1)
+    along = (one * other).sum(axis=1)
+    return np.asarray(np.sqrt(np.maximum(squares - along * along, 0.0)))
 
 
 def grow(grower: Grower, length: float, max_points: int, go_on: Callable[[float], bool]) -> Grown:
@@ -222,7 +238,7 @@ def _joined(
     return Grown(points[kept], numbers, arclength[kept], image[kept], end)
 
 
-# Maps (n, 2) points to (n, 2) points, NaN without an image.
+# Maps (n, d) points to (n, d) points, NaN without an image.
 PointMap: TypeAlias = Callable[[Floats], Floats]
 Difference: TypeAlias = Callable[[Floats, Floats], Floats]
 # Step of the second difference of the map, as a part of the size: it leaves an error of 1e-8.
@@ -239,7 +255,7 @@ class LocalManifold:
     Attributes
     ----------
     saddle, direction, bend
-        (2,) arrays: the fixed point, e and h.
+        (d,) arrays: the fixed point, e and h.
     multiplier
         lambda, of modulus above 1, as the map stretches the parabola.
     reach
@@ -256,7 +272,7 @@ class LocalManifold:
     defect: float
 
     def at(self, s: Floats) -> Floats:
-        """Return (n, 2) points."""
+        """Return (n, d) points."""
         column = s[:, None]
         return np.asarray(self.saddle + column * (self.direction + column * self.bend))
 
@@ -277,9 +293,9 @@ def local_manifold(
     forward, differences
         The map, under which points on the manifold move off the saddle, and differences.
     saddle
-        (2,) array, its fixed point.
+        (d,) array, its fixed point.
     jacobian
-        (2, 2) array, its derivative there.
+        (d, d) array, its derivative there.
     direction, multiplier
         Eigenvector, of length 1 in the units of the scale, and eigenvalue.
     scale
@@ -290,7 +306,7 @@ def local_manifold(
     LocalManifold
         With a defect above `TOLERANCE` where the map is not smooth next to the saddle.
     """
-    straight = LocalManifold(saddle, direction, np.zeros(2), multiplier, LONGEST, 0.0)
+    straight = LocalManifold(saddle, direction, np.zeros(len(saddle)), multiplier, LONGEST, 0.0)
     bent = replace(straight, bend=_bend(forward, differences, straight, jacobian))
     reach = LONGEST
     while reach >= SHORTEST:
@@ -311,7 +327,7 @@ def _with_defect(
     s = local.reach * np.array([1.0, 0.7, 0.3, -1.0, -0.7, -0.3])
     missed = differences(forward(local.at(s / local.multiplier)), local.at(s)) / scale
     # Without an image it misses by any length.
-    defect = np.nan_to_num(hypot(missed[:, 0], missed[:, 1]), nan=np.inf).max()
+    defect = np.nan_to_num(_lengths(missed), nan=np.inf).max()
     return replace(local, defect=float(defect))
 
 
@@ -320,9 +336,9 @@ def _bend(
 ) -> Floats:
     """Return h, from the terms of second order of the map: (J - lambda^2) h = -F''(e, e) / 2."""
     points = forward(line.at(np.array([-STEP, STEP])))
-    sides = differences(np.broadcast_to(line.saddle, (2, 2)), points)
+    sides = differences(np.broadcast_to(line.saddle, (2, len(line.saddle))), points)
     second = sides.sum(axis=0) / (STEP * STEP)
     if not np.isfinite(second).all():
-        return np.zeros(2)
-    matrix = jacobian - line.multiplier * line.multiplier * np.eye(2)
+        return np.zeros(len(line.saddle))
+    matrix = jacobian - line.multiplier * line.multiplier * np.eye(len(line.saddle))
     return np.asarray(solve_linear(matrix, -0.5 * second))

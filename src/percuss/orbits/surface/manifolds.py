@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import product
-from typing import TYPE_CHECKING, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
-from percuss.arrays import Floats, Integers
+from percuss.arrays import Floats
 from percuss.errors import ConvergenceError, ParameterError
 from percuss.model.exact import real
 from percuss.motion.tables import HasTable
 from percuss.numerics import inverse, matmul
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
+from percuss.orbits.surface.manifold_branch import ManifoldBranch, ManifoldKind
 from percuss.orbits.surface.manifold_growth import (
     TOLERANCE,
     Grower,
     Grown,
-    GrowthEnd,
     LocalManifold,
     PointMap,
     grow,
@@ -37,69 +36,18 @@ from percuss.orbits.surface.saddles import (
     points_at_impacts,
     points_at_strobes,
 )
-from percuss.progress import Progress
+from percuss.orbits.surface.structure_manifolds import StructureManifolds, structure_manifolds
+from percuss.progress import Progress, Report
 
 if TYPE_CHECKING:
     # A second of import.
     from xarray import Dataset
 
-__all__ = ["ManifoldBranch", "ManifoldKind", "Manifolds", "manifolds"]
+__all__ = ["Manifolds", "manifolds"]
 
-
-ManifoldKind: TypeAlias = Literal["stable", "unstable"]
 
 # Lengths of a branch beyond which motions are not followed back in time.
 FAR = 10.0
-
-
-@dataclass(frozen=True, slots=True, repr=False, eq=False)
-class ManifoldBranch:
-    """One half of a manifold of one point of a saddle orbit.
-
-    Attributes
-    ----------
-    kind
-        "stable" or "unstable".
-    saddle
-        Index of the point, a row of `Manifolds.saddles`.
-    side
-        +1 or -1: which of both halves.
-    points
-        (n, 2) array, (x, v) or (cycle, v_after), from the saddle on; cycles lie in [0, 1).
-    piece
-        (n,) array, number of the continuous piece that each point belongs to. Between two
-        pieces the manifold jumps: no line joins them.
-    arclength
-        (n,) array, length of the pieces so far, with the scale of `Manifolds` as units.
-    end_reason
-        Why it ends: "length"; "max_points"; "no_image": nothing leads on, as from a contact or,
-        back in time, from an impact without restitution; "collapse": it has shrunk to a point;
-        "interrupted".
-    """
-
-    kind: ManifoldKind
-    saddle: int
-    side: int
-    points: Floats
-    piece: Integers
-    arclength: Floats
-    end_reason: GrowthEnd
-
-    def __len__(self) -> int:
-        """Return the number of points."""
-        return len(self.points)
-
-    def __repr__(self) -> str:
-        """Return the branch in a line."""
-        return (
-            f"<ManifoldBranch: {self.kind}, saddle {self.saddle}, side {self.side:+d}; "
-            f"{len(self)} points in {len(self.pieces)} pieces; ends at {self.end_reason}>"
-        )
-
-    @property
-    def pieces(self) -> list[Floats]:
-        """The continuous pieces, (m, 2) arrays."""
-        return np.split(self.points, np.flatnonzero(np.diff(self.piece)) + 1)
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
@@ -187,6 +135,7 @@ class Manifolds(HasTable):
         return xarray.Dataset({**columns, **whole}, attrs=attrs)
 
 
+@overload
 def manifolds(
     orbit: PeriodicOrbit,
     *,
@@ -197,8 +146,31 @@ def manifolds(
     spacing: float = 0.01,
     max_points: int = 20_000,
     kinds: tuple[ManifoldKind, ...] = ("stable", "unstable"),
-    progress: bool | Callable[[float, float], bool] | None = None,
-) -> Manifolds:
+    progress: Report = None,
+) -> Manifolds: ...
+@overload
+def manifolds(
+    orbit: StructureOrbit,
+    *,
+    cycle: float = 0.0,
+    length: float = 10.0,
+    spacing: float = 0.01,
+    max_points: int = 20_000,
+    kinds: tuple[ManifoldKind, ...] = ("stable", "unstable"),
+    progress: Report = None,
+) -> StructureManifolds: ...
+def manifolds(
+    orbit: Any,
+    *,
+    section: SectionKind = "stroboscopic",
+    cycle: float = 0.0,
+    stop: int | None = None,
+    length: float = 10.0,
+    spacing: float = 0.01,
+    max_points: int = 20_000,
+    kinds: tuple[ManifoldKind, ...] = ("stable", "unstable"),
+    progress: Report = None,
+) -> Any:
     """Grow the stable and the unstable manifold of a saddle orbit in a section.
 
     Each point is an exact image, under the map or its inverse, of a point of the manifold next
@@ -206,10 +178,15 @@ def manifolds(
     by following motions back in time: off a wall with its velocity divided by -restitution.
     Where a map jumps the manifold is cut.
 
+    Of a structure's orbit with exactly one multiplier outside the unit circle the unstable manifold
+    is a curve in the space of all coordinates and velocities, at one cycle of the loads; the stable
+    one is of one dimension less than that space, and is not grown.
+
     Parameters
     ----------
     orbit
-        A saddle: one multiplier outside and one inside the unit circle, neither 0.
+        A saddle: one multiplier outside and one inside the unit circle, neither 0; of a structure
+        one outside, and none on it.
     section
         "stroboscopic": (x, v) at one cycle; "impact": (cycle, v_after) at a stop.
     cycle
@@ -218,20 +195,20 @@ def manifolds(
         Stop of the impact surface; default: that of the orbit's first impact.
     length
         Length of each branch, > 0. Units of length are the ranges of x and v on the orbit, or 1
-        without any range; in the impact surface a cycle and the largest impact velocity.
+        without any range, of a structure the largest of all coordinates and of all velocities; in the impact surface a cycle and the largest impact velocity.
     spacing
         Largest distance of neighbouring points in these units, > 0.
     max_points
         Points of a branch after which no more are made.
     kinds
-        Which to grow.
+        Which to grow; of a structure "unstable" is among them.
     progress
         True shows a line on the error stream; a function ``(done, total) -> bool`` is called with
         the number of branches, and stops by returning False: those grown so far are returned.
 
     Returns
     -------
-    Manifolds
+    Manifolds, StructureManifolds
         Two branches of each kind for each point of the orbit in the section.
 
     Raises
@@ -260,12 +237,21 @@ def manifolds(
     >>> x, v = (grown.unstable[0].points - grown.saddles[0]).T
     >>> round(float(v[-1] / x[-1]), 9), round((1 + 0.1**2) ** 0.5 - 0.1, 9)
     (0.904987562, 0.904987562)
+
+    Two masses, of which one meets a wall: between two orbits that attract lies a saddle, whose
+    unstable manifold leads to both.
+
+    >>> two = pc.chain([1, 1], [1, 1, 0], "0.1", [pc.Wall("0.5", "above", "0.7", on=1)])
+    >>> orbits = pc.find_orbits(two, pc.Loads({0: pc.cosine("0.9", amplitude="0.3")}), 1, 1)
+    >>> (saddle,) = (orbit for orbit in orbits if not orbit.is_stable)
+    >>> grown = pc.manifolds(saddle, length=0.3, spacing=0.05)
+    >>> [branch.end_reason for branch in grown.branches], grown.saddles.shape
+    (['length', 'length'], (1, 4))
     """
     if isinstance(orbit, StructureOrbit):
-        reason = (
-            "of a structure, whose manifolds are not followed; those of an oscillator are curves"
-        )
-        raise ParameterError("orbit", orbit, reason)
+        if section != "stroboscopic" or stop is not None:
+            raise ParameterError("section", section, "of a structure there is the stroboscopic one")
+        return structure_manifolds(orbit, cycle, length, spacing, max_points, kinds, progress)
     check_saddle(orbit)
     cycle, length, spacing = real("cycle", cycle), real("length", length), real("spacing", spacing)
     _check(section, kinds, length, spacing)
