@@ -377,3 +377,26 @@ def test_all_walls_that_hold_at_the_start_are_listed_before_the_limit_of_impacts
 
     assert run.contacts.stop.tolist() == list(range(12))
     assert run.outcome.value == "the run reached t_end"
+
+
+def test_a_start_on_a_wall_with_a_velocity_of_rounding_is_at_rest() -> None:
+    """An impulse of 1e-17 changes no mode: impacts followed one another at one instant for ever."""
+    two = pc.chain([1, 1], [1, 1, 0], "0.4", [pc.Wall("0.05", "above", "0.2", on=1)])
+    loads = pc.Loads({0: pc.cosine("0.4")})
+    whole = pc.simulate(two, loads, periods=6)
+    start, release = whole.contacts.start[-2], whole.contacts.release[-2]
+    assert release - start > 1.0
+
+    for t in np.linspace(start + 1e-3, release - 1e-3, 40):
+        x, v = whole(t)
+        run = pc.simulate(two, loads, x0=x, v0=v, t0=t, t_end=release + 1.0)
+        assert len(run.impacts) == 0
+        assert run.contacts.start[0] == t
+        assert run.contacts.release[0] == pytest.approx(release, abs=1e-10)
+        np.testing.assert_allclose(run(run.t_end), whole(run.t_end), rtol=0, atol=1e-11)
+    # A velocity that is no rounding is an impact, however small.
+    for speed in (1e-20, 1e-12):
+        still = pc.chain([1, 1], [1, 1, 0], 0, [pc.Wall(0, "above", "0.5", on=1)])
+        hit = pc.simulate(still, x0=[0, 0], v0=[0, speed], t_end=1)
+        assert hit.impacts.v_before[0] == pytest.approx(speed)
+        assert hit.impacts.t[0] == 0.0

@@ -53,13 +53,19 @@ def test_orbits_close_are_different_and_are_sorted(
         assert all(np.abs(x - orbit.x0).max() > 1e-6 for x, _ in states)
 
 
-@pytest.mark.parametrize("value", ["0.72", "0.75"])
-def test_all_orbits_of_the_branches_through_this_value_are_found(value: str) -> None:
-    """A continuation, which begins elsewhere and goes round folds, knows of no other orbits."""
-    response = pc.response_curve(
+@pytest.fixture(scope="module")
+def response() -> pc.Response:
+    return pc.response_curve(
         NLVIB, loads("0.75", "0.1", 1), {"loads.0.omega": ("0.7", "0.8")},
         on=0, max_impacts=2, max_periods=1, n_seeds=2,
     )  # fmt: skip
+
+
+@pytest.mark.parametrize("value", ["0.72", "0.75"])
+def test_all_orbits_of_the_branches_through_this_value_are_found(
+    value: str, response: pc.Response
+) -> None:
+    """A continuation, which begins elsewhere and goes round folds, knows of no other orbits."""
     crossings = 0
     for branch in response.branches:
         sides = np.sign(branch.values - float(value))

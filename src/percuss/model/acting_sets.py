@@ -35,7 +35,7 @@ from percuss.model.system import fill_harmonic, fill_motion, fill_response
 from percuss.model.system import law as law_of
 from percuss.numerics import matmul, solve_linear
 
-__all__ = ["StructureSystem", "fill_guard_bounds", "within_walls"]
+__all__ = ["StructureSystem", "fill_guard_bounds", "is_before_walls", "within_walls"]
 
 # The shortest step of the search, as a phase of the quickest rate, and how often it is doubled at
 # most: a mode that a quick one leaves behind sets the longest.
@@ -49,6 +49,8 @@ GROWING_PHASE = 0.5
 ANY_STEP = 2.0**-8
 # Of all sets of acting stops that a structure has met [bytes].
 MOST_BYTES = 1_000_000_000
+# By how much a state may be behind a wall that it touches, as a part of its size.
+TOUCHING = 1e-9
 # How often a state is moved out of walls, of which one may push it behind another.
 PUSHES = 100
 
@@ -389,6 +391,26 @@ def _joined(parts: Sequence[Floats]) -> Floats:
 
 def _record_alone(forcing: Forcing) -> Forcing:
     return Forcing(record=forcing.record)
+
+
+def is_before_walls(structure: Structure, state: Floats) -> bool:
+    """Return whether a state (x, v) lies behind no wall, but for rounding.
+
+    Examples
+    --------
+    >>> from percuss.model import impact_pair
+    >>> pair = impact_pair([1, 1], gap=1)
+    >>> [is_before_walls(pair, np.array([0.0, x, 0.0, 0.0])) for x in (0.9, 1.0, 1.1)]
+    [True, True, False]
+    """
+    n, size = structure.n, float(np.abs(state).max(initial=0.0))
+    for stop, c in zip(structure.stops, structure.stop_directions, strict=True):
+        if isinstance(stop, Wall):
+            depth = float((c * state[:n]).sum()) - as_float(stop.at)
+            reach = abs(as_float(stop.at)) + size * float(np.abs(c).sum())
+            if depth * (1.0 if stop.side == "above" else -1.0) > TOUCHING * reach:
+                return False
+    return True
 
 
 def within_walls(structure: Structure, state: Floats) -> Floats:

@@ -89,6 +89,7 @@ from percuss.kernels.structure.run import (
     restitution,
     set_off,
     speed_of,
+    speed_size,
     walls_of,
 )
 
@@ -96,6 +97,8 @@ from percuss.kernels.structure.run import (
 SEARCHED = 4
 # A speed below this part of the fastest impact is none: two chatters at once end there.
 NO_SPEED = 1e-13
+# A velocity at the start below this part of its terms is rounding of the modes.
+STILL = 16.0 * ULP
 # Impacts at one instant, after which what is left of the speeds counts as none.
 MOST_AT_ONCE = 1000
 
@@ -161,9 +164,11 @@ def begin(run: StructureRun) -> int:
         if flight.basis.levels[i, IS_ON] == 1.0:
             doubt = uncertainty(flight, i, 0.0) + ULP * abs(flight.basis.levels[i, CONSTANT])
             speed = speed_of(flight.basis, i, run.begin)
-            # At rest on a wall its force decides; with a velocity into it, there is an impact.
+            # At rest on a wall its force decides; with a velocity into it, there is an impact. One
+            # within its own rounding is none: an impulse so small would change nothing.
             if abs(run.values[i]) <= doubt:
-                run.order[i] = 1.0 if speed != 0.0 else 2.0
+                still = abs(speed) <= STILL * speed_size(flight.basis, i, run.begin)
+                run.order[i] = 2.0 if still else 1.0
     note(run, START, -1, 0.0, 0.0)
     if is_at_rest(run):
         status = hold(run, 0)

@@ -191,6 +191,19 @@ def speed_of(basis: Basis, i: int, modes: Floats) -> float:
 
 
 @formula
+def speed_size(basis: Basis, i: int, modes: Floats) -> float:
+    """Return the sum of the magnitudes of the terms of the velocity of a clearance."""
+    size = 0.0
+    for j in range(modes.shape[0]):
+        u = abs(basis.modes[j, SPRING] * modes[j, U])
+        w = abs(modes[j, W])
+        p = abs(basis.guard[i, j, OF_U])
+        q = abs(basis.guard[i, j, OF_W])
+        size += p * w + q * (u + abs(basis.modes[j, DRAG]) * w)
+    return size
+
+
+@formula
 def displace(sets: Sets, b: int, modes: Floats, place: Floats) -> None:
     """Write displacements and velocities of the coordinates, (n_x, 2), from the modes of a set."""
     for i in range(place.shape[0]):

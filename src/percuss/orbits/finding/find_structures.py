@@ -7,9 +7,8 @@ from itertools import islice
 
 import numpy as np
 
-from percuss.arrays import Floats
 from percuss.errors import ParameterError
-from percuss.model.acting_sets import StructureSystem, within_walls
+from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import whole
 from percuss.model.loads import loads_of
 from percuss.model.structure import Structure
@@ -32,8 +31,6 @@ __all__ = ["find_structure_orbits"]
 
 # Motions of a batch.
 BATCH = 10
-# By how much an orbit may be behind a wall that it touches at t = 0, as a part of its size.
-TOUCHING = 1e-9
 
 
 def find_structure_orbits(
@@ -119,13 +116,7 @@ class _StructureSearch:
     def _is_wanted(self, orbit: StructureOrbit) -> bool:
         if len(orbit.run.contacts) == 0 and orbit.n_impacts > self.max_impacts:
             return False
-        return _is_before_walls(self.system.structure, np.concatenate([orbit.x0, orbit.v0]))
-
-
-def _is_before_walls(structure: Structure, state: Floats) -> bool:
-    """Return whether a state lies behind no wall: Newton's method may lead there."""
-    moved = np.abs(within_walls(structure, state) - state).max()
-    return bool(moved <= TOUCHING * np.abs(state).max())
+        return True
 
 
 def _order(orbit: StructureOrbit) -> tuple[int, int, bool, float]:

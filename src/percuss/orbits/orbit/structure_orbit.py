@@ -16,7 +16,7 @@ from percuss.kernels.record import NEXT_REGION
 from percuss.kernels.structure.run import StructureRun
 from percuss.kernels.structure.sample import evaluate
 from percuss.kernels.structure.tangent import carry_run
-from percuss.model.acting_sets import StructureSystem
+from percuss.model.acting_sets import StructureSystem, is_before_walls
 from percuss.model.exact import whole
 from percuss.model.loads import Loads, loads_of
 from percuss.model.structure import Structure, StructureStart, check_start
@@ -280,6 +280,10 @@ def structure_orbit_at(system: StructureSystem, state: Floats, n_periods: int) -
         better = None
         part = 1.0
         for _ in range(HALVINGS):
+            if not is_before_walls(system.structure, state + part * step):
+                # No motion begins there.
+                part *= 0.5
+                continue
             try:
                 mapped = period_map(system, state + part * step, n_periods)
             except PercussError:

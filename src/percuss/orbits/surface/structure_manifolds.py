@@ -10,7 +10,7 @@ import numpy as np
 
 from percuss.arrays import Floats
 from percuss.errors import ConvergenceError, ParameterError, PercussError
-from percuss.model.acting_sets import StructureSystem, within_walls
+from percuss.model.acting_sets import StructureSystem, is_before_walls
 from percuss.model.exact import real
 from percuss.model.oscillator import On
 from percuss.motion.tables import HasTable
@@ -27,8 +27,6 @@ __all__ = ["StructureManifolds", "structure_manifolds"]
 
 # Instants at which the range of an orbit is taken.
 SAMPLES = 257
-# By how much a state may be behind a wall that it touches, as a part of its size.
-TOUCHING = 1e-9
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
@@ -239,7 +237,7 @@ class _Strobe:
         end = self.begin + periods * self.period
         images = np.full(points.shape, np.nan)
         for k, state in enumerate(points):
-            if not (np.isfinite(state).all() and self._is_before_walls(state)):
+            if not (np.isfinite(state).all() and is_before_walls(self.orbit.structure, state)):
                 continue
             try:
                 span = self.begin, end
@@ -249,10 +247,6 @@ class _Strobe:
                 continue
             images[k] = mapped.image
         return images
-
-    def _is_before_walls(self, state: Floats) -> bool:
-        moved = np.abs(within_walls(self.orbit.structure, state) - state).max()
-        return bool(moved <= TOUCHING * np.abs(state).max())
 
 
 def _differences(one: Floats, other: Floats) -> Floats:
