@@ -143,6 +143,7 @@ if TYPE_CHECKING:
     from percuss.orbits import stroboscopic_map as stroboscopic_map
     from percuss.orbits import switch_branch as switch_branch
     from percuss.orbits import velocity_gap_curve as velocity_gap_curve
+    from percuss.studies.record_file import read_record as read_record
     from percuss.web.widget import explore as explore
 
 __all__ = [
@@ -249,6 +250,7 @@ __all__ = [
     "pareto_front",
     "pi_times",
     "pulses",
+    "read_record",
     "record",
     "resonant_frequency",
     "response_curve",
@@ -412,6 +414,7 @@ _HOMES = {
         "switch_branch",
         "velocity_gap_curve",
     ),
+    "percuss.studies.record_file": ("read_record",),
     "percuss.web.widget": ("explore",),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}

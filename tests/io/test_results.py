@@ -93,6 +93,16 @@ def test_a_loaded_file_is_closed_and_may_be_replaced(run: Trajectory, tmp_path: 
     np.testing.assert_array_equal(tree["impacts"]["t"].to_numpy(), run.impacts.t)
 
 
+def test_csv_with_decimal_commas_is_that_with_points(run: Trajectory, tmp_path: Path) -> None:
+    save_csv(run, tmp_path / "point.csv")
+    save_csv(run, tmp_path / "comma.csv", decimal_comma=True)
+
+    texts = [(tmp_path / f"{name}.csv").read_text(encoding="utf-8") for name in ("point", "comma")]
+    assert "," in texts[1]
+    assert "." not in texts[1].split("\n", 1)[1]
+    assert texts[1].replace(",", ".").replace(";", ",") == texts[0]
+
+
 def test_csv_holds_the_impacts_to_the_bit(run: Trajectory, tmp_path: Path) -> None:
     save_csv(run, tmp_path / "run.csv")
 

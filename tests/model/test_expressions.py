@@ -342,3 +342,11 @@ def test_an_expression_is_a_number_everywhere(given: Expression) -> None:
     as_number: list[Phase] = [given]
     assert [as_float(value) for value in as_number] == [float(given)]
     assert float(as_fraction(given)) == float(given)
+
+
+@pytest.mark.parametrize("function", [np.exp, np.log, np.tan])
+def test_functions_of_numpy_that_are_not_allowed_say_so(function: Any) -> None:
+    with pytest.raises(ParameterError, match="only sqrt, sin and cos of it are allowed"):
+        function(W)
+    with pytest.raises(ParameterError, match="no exponent"):
+        W**W

@@ -161,5 +161,7 @@ def test_a_wrong_section_is_refused() -> None:
         run.stroboscopic(cycle=1.0)
     with pytest.raises(pc.ParameterError, match=r"^at"):
         run.section(at=math.nan)
+    with pytest.raises(pc.ParameterError, match=r"^at = .*the place of a section does not follow"):
+        run.section(at=pc.parameter("a", 1) / 10)  # type: ignore[arg-type]
     with pytest.raises(pc.ParameterError, match=r"^direction"):
         run.section(at=0.0, direction="left")  # type: ignore[arg-type]  # that is the point

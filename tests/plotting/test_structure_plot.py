@@ -261,6 +261,7 @@ def test_multipliers_of_a_branch_are_joined_to_their_nearest() -> None:
     ("name", "message"),
     [
         ("plot_staircase", "spacing = None: a structure has several resonant frequencies"),
+        ("plot_spectrum", "the coordinates are 0 to 2; give one, or a direction"),
         ("plot_manifolds", "not a Manifolds$"),
         ("plot_singularity_set", "not a SingularitySet, which structures do not have"),
         ("plot_velocity_gap", "not a VelocityGap, which structures do not have"),

@@ -9,9 +9,11 @@ from typing import Any
 
 import pytest
 
+import percuss as pc
 from percuss.errors import StudyError
 from percuss.io.exact_json import decoded, encoded
 from percuss.model import ForceRecord
+from percuss.model.paths import replace_parameter
 from percuss.studies import load_study, parse_study
 from percuss.studies.link import link_of
 from percuss.studies.running import run_study
@@ -197,3 +199,31 @@ def test_a_column_is_named_with_its_unit_or_without(tmp_path: Path) -> None:
         study = load_study(study_file(tmp_path, body, table))
         assert study.forcing is not None
         assert study.forcing.record == ForceRecord((0.0, 1.0), (0.5, 1.0))
+
+
+def test_a_table_is_read_in_python_as_in_a_study(tmp_path: Path) -> None:
+    file = tmp_path / "wave.csv"
+    file.write_text("Buoy;7\n\nZeit [ms];Kraft [kN];eta (m)\n0;0,5;1\n500;1;2\n", encoding="utf-8")
+    units = pc.Units("m", "s", "kg")
+
+    force = pc.read_record(file, "Zeit", "Kraft", units=units, kind="hold", amplitude=2)
+    assert force.record == ForceRecord((0.0, 0.5), (500.0, 1000.0), kind="hold", amplitude=2)
+    waves = pc.read_record(file, "Zeit", "eta", units=units, amplitude="20e3")
+    assert waves.record == ForceRecord((0.0, 0.5), (1.0, 2.0), amplitude=20e3)
+    assert pc.read_record(file, "Zeit", "eta", units=units, amplitude=1, per_mass=True).is_per_mass
+    with pytest.raises(pc.ParameterError, match=r"m is no unit of force; give amplitude"):
+        pc.read_record(file, "Zeit", "eta", units=units)
+    with pytest.raises(pc.ParameterError, match=r'no column "t", "f"; its columns are Zeit'):
+        pc.read_record(file)
+
+
+def test_the_height_of_a_sea_may_be_swept() -> None:
+    text = HEAD.replace(
+        "[start]", '[forcing.sea_state]\nhs = "h"\ntp = 9\namplitude = 20e3\n[start]'
+    )
+    study = parse_study("[parameters]\nh = 2\n" + text)
+    assert study.forcing is not None
+    _, doubled, _ = replace_parameter(study.oscillator, study.forcing, None, "h", 4)
+    assert doubled is not None
+    one, two = (force.harmonics[0].amplitude for force in (study.forcing, doubled))
+    assert float(two) == pytest.approx(2 * float(one), rel=1e-14)

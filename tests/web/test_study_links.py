@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import json
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -36,6 +38,8 @@ from percuss.studies import (
 )
 from percuss.studies.link import link_of
 from percuss.web.app import create_app
+from percuss.web.request import PageRequest
+from percuss.web.view_study import study_of_view
 
 LOSSY = impact_oscillator("0.8", wall="0.2")
 FORCE = cosine("2.8")
@@ -219,3 +223,15 @@ def test_on_disk_a_record_tells_the_commands_instead(browser: Browser, report: P
     assert opened.evaluate("getSelection().toString()").strip() == "percuss run studies/fig9.toml"
     expect(opened.locator("details#eq24-other-root .command")).to_have_count(0)
     opened.close()
+
+
+def test_a_diagram_over_a_parameter_keeps_its_range() -> None:
+    text = Path("examples/bouncing_ball.toml").read_text(encoding="utf-8")
+    state = json.loads(base64.urlsafe_b64decode(link_of(parse_study(text)) + "=="))
+
+    diagram = state["diagram"]
+    assert diagram["path"] == "parameters.w"
+    assert (diagram["low"], diagram["high"]) == (1.66, 1.79)
+    options = {key: value for key, value in diagram.items() if key != "study"}
+    study = study_of_view(PageRequest(1, "diagram", state["study"], options))
+    assert list(study.question.over) == ["w"]  # type: ignore[attr-defined]

@@ -134,7 +134,9 @@ def _both(
         if not second.isolating.contains(first.s):
             raise Undecided("precision", "two roots of a flight are not separated")
         if not (second.s > bracket.low and second.s < bracket.high):
-            raise Undecided("precision", "the set of flights is as wide as its bracket")
+            raise Undecided(
+                "precision", "the box of motions is too wide for its impact to be enclosed"
+            )
         if not (first.s > bracket.low and first.s < bracket.high):
             raise Undecided("precision", "the root is at the end of its bracket")
     return Roots(first, second)

@@ -509,8 +509,8 @@ def _faults_of_head(
     for quantity, name in names.items():
         if quantity not in named:
             close = difflib.get_close_matches(name, titles, n=1)
-            hint = f'; did you mean "{close[0]}"?' if close else ""
-            faults.append(f'no column "{name}"{hint}')
+            hint = f'no column "{name}"; did you mean "{close[0]}"?' if close else ""
+            faults.append(hint or _no_such_columns([f'"{name}"'], titles))
     for title in titles:
         # A typing error would otherwise leave a column out without a word.
         plain = _titled(title)[0].lower()

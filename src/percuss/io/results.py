@@ -171,6 +171,7 @@ def branch_columns(branch: Branch) -> Columns:
     return {
         branch.path: branch.values,
         "arclength": branch.arclength,
+        "period": branch.period,
         **velocities,
         **_of_multipliers(branch.multipliers),
         "stability": branch.stability,

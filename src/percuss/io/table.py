@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -29,6 +29,7 @@ def save_csv(
     *,
     table: str | None = None,
     samples: int | None = None,
+    decimal_comma: bool = False,
     study: str | None = None,
     command: str | None = None,
     force: bool = False,
@@ -53,6 +54,9 @@ def save_csv(
         "parameters", "covariance", "residuals", "impacts" or "profiles" of a fit. Default: the first, or the only one.
     samples
         Number of times of a motion, at least 2; default 2001.
+    decimal_comma
+        Whether numbers have commas, and semicolons separate the columns, as spreadsheets of some
+        countries read them.
     study, command
         As in `percuss.io.make_record`.
     force
@@ -77,7 +81,14 @@ def save_csv(
     with OutputFiles(path, record_path, force=force) as files:
         columns = table_of(result, name, samples)
         units = units_of_columns(result, columns)
-        write_columns(columns, files[path], record, units=units, record_path=files[record_path])
+        write_columns(
+            columns,
+            files[path],
+            record,
+            units=units,
+            decimal_comma=decimal_comma,
+            record_path=files[record_path],
+        )
 
 
 def write_columns(
@@ -87,6 +98,7 @@ def write_columns(
     *,
     units: Mapping[str, str] = MappingProxyType({}),
     has_header_units: bool = True,
+    decimal_comma: bool = False,
     record_path: Path | None = None,
 ) -> None:
     """Write columns into the file `path`, and the record into the file `record_path`.
@@ -98,10 +110,15 @@ def write_columns(
     text = record.text(columns=", ".join(names)) if units else record.text()
     (record_file(path) if record_path is None else record_path).write_text(text, encoding="utf-8")
     with path.open("w", encoding="utf-8", newline="") as file:
-        rows = csv.writer(file, lineterminator="\n")
+        rows = csv.writer(file, delimiter=";" if decimal_comma else ",", lineterminator="\n")
         rows.writerow(names if has_header_units else columns)
         for block in _blocks(columns):
-            rows.writerows(block)
+            rows.writerows(map(_with_commas, block) if decimal_comma else block)
+
+
+def _with_commas(row: Iterable[Any]) -> list[Any]:
+    """Return a row whose numbers have decimal commas."""
+    return [str(cell).replace(".", ",") if isinstance(cell, float) else cell for cell in row]
 
 
 def check_suffix(path: Path | str, suffix: str) -> None:

@@ -242,6 +242,12 @@ class Expression(Computed):
         """Return the cosine."""
         return _combined("cos", self)
 
+    def exp(self) -> Expression:
+        """Refuse what ``numpy.exp`` calls; `log` and `tan` do the same."""
+        raise ParameterError("expression", self, "only sqrt, sin and cos of it are allowed")
+
+    log = tan = exp
+
     def __str__(self) -> str:
         return self.text
 

@@ -321,7 +321,9 @@ def _long_form(
         for name, forcing in forcings_by_name(force).items()
         if _has_one_frequency(forcing) and not is_tied(fields[_one_frequency(name, forcing)[0]])
     ]
-    alike = [*known, *short_forms, *periods]
+    # Parameters first; of short forms those that may be changed.
+    own = sorted(known, key=lambda name: "." in name)
+    alike = [*own, *(form for form, target in short_forms.items() if target in known), *periods]
     raise ParameterError("path", path, _unknown(path, alike, force, _tables_of(osc)))
 
 

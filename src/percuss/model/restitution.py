@@ -143,7 +143,7 @@ def _(value: RestitutionTable, prefix: str | None = None) -> list[Fault]:
     if len(columns) == 2:
         n_speeds, n_values = len(columns["speeds"]), len(columns["values"])
         if n_speeds == 0 or n_values != n_speeds:
-            reason = f"{n_values} values for {n_speeds} speeds; give one at each, and at least one"
+            reason = f"{n_values} for {n_speeds} speeds; give one value at each, and at least one"
             wrong.append(Fault(dotted(prefix, "values"), value.values, reason))
     if wrong:
         return wrong

@@ -8,6 +8,7 @@ from typing import Any, Literal, TypeAlias
 
 from percuss.errors import ParameterError
 from percuss.model.exact import real
+from percuss.model.expression import Expression
 
 __all__ = ["DIRECTIONS", "PoincareSection", "SectionDirection", "SectionGiven", "section_of"]
 
@@ -95,7 +96,11 @@ def section_of(given: object) -> PoincareSection:
         direction = given.get("direction", "both")
         if direction not in DIRECTIONS:
             raise ParameterError("direction", direction, f"none of {', '.join(DIRECTIONS)}")
-        return PoincareSection("passages", at=real("at", given["at"]), direction=direction)
+        at = given["at"]
+        if isinstance(at, Expression) and at.names:
+            reason = "an expression of parameters, which the place of a section does not follow"
+            raise ParameterError("at", at, f"{reason}; give a number")
+        return PoincareSection("passages", at=real("at", at), direction=direction)
     reason = (
         f"neither {' nor '.join(NAMES)}, nor a cycle such as {{'cycle': 0.25}}, nor a place such as "
         "{'at': 0.3, 'direction': 'up'}"

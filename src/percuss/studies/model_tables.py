@@ -415,7 +415,7 @@ def _sea(table: RawTable, path: Path, faults: StudyFaults) -> tuple[Harmonic, ..
         return ()
     sea = sea_state(**own)
     # Plain harmonics, with neither a base nor a period.
-    if isinstance(factor, Expression):
+    if any(isinstance(value, Expression) for value in (factor, own["hs"], own["tp"])):
         return cast("tuple[Harmonic, ...]", (sea * factor).harmonics)
     # As doubles: exact products of doubles have many digits, and round to the same.
     return tuple(

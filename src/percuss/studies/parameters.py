@@ -117,8 +117,9 @@ def _parameters(document: RawTable, faults: StudyFaults) -> dict[str, Any]:
 
 def _problem_of_text(value: Any, names: list[str]) -> str:
     """Return why a text that is no number is no value of a parameter."""
-    if expression_problem(value, names) is not None:
-        return NOT_A_PHASE
+    problem = expression_problem(value, names)
+    if problem is not None:
+        return problem if isinstance(value, str) and _OPERATION.search(value) else NOT_A_PHASE
     without_names = expression_problem(value, []) is None
     return (without_names and Expression(value).problem()) or NO_NAMES
 

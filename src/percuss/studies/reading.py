@@ -50,7 +50,8 @@ _RESULTS = (".nc", ".csv", ".png", ".svg")
 # Tables and keys of the files of all kinds: those of the model, and others.
 _OF_OSCILLATOR, _OF_STRUCTURE = ("oscillator", "forcing"), ("structure", "loads")
 _OF_ALL = ("save", "draw")
-_SAVE, _DRAW = ("netcdf", "csv"), ("png", "svg", "length_unit", "time_unit")
+_SAVE = ("netcdf", "csv", "decimal_comma")
+_DRAW = ("png", "svg", "length_unit", "time_unit")
 
 __all__ = ["build_study", "known_keys", "load_study", "parse_study", "shape_of"]
 

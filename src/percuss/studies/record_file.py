@@ -5,17 +5,92 @@ from __future__ import annotations
 from pathlib import Path as FilePath
 from typing import Any, TypeAlias
 
+from percuss.errors import ParameterError
+from percuss.model.exact import Exact
 from percuss.model.faults import draft
-from percuss.model.force_record import ForceRecord
+from percuss.model.force_record import ForceRecord, Outside, RecordKind
+from percuss.model.forcing import Forcing
 from percuss.model.units import Units
+from percuss.model.waves import record
 from percuss.studies.tables import Path, RawTable, StudyFaults, exact_phase, shown
 
-__all__ = ["quantity_of_force", "record_of"]
+__all__ = ["quantity_of_force", "read_record", "record_of"]
 
 Samples: TypeAlias = tuple[tuple[Any, ...], tuple[Any, ...]]
 
 PATH: Path = ("forcing", "record")
 NO_PLACE = "a study that is no file has no files beside it; give t and f"
+
+
+def read_record(
+    path: FilePath | str,
+    time: str = "t",
+    force: str = "f",
+    *,
+    kind: RecordKind = "linear",
+    repeat: bool = False,
+    outside: Outside = "end",
+    amplitude: Exact | None = None,
+    units: Units | None = None,
+    per_mass: bool = False,
+) -> Forcing:
+    r"""Return the force in a table as spreadsheets and data loggers save it.
+
+    Commas, semicolons or tabs separate its columns, numbers may have decimal commas; lines above the
+    names and those that begin with # are notes.
+
+    Parameters
+    ----------
+    path
+        The file.
+    time, force
+        Names of the columns, with their units or without.
+    kind, repeat, outside
+        As `record` takes them.
+    amplitude
+        Factor of the force, default 1; of a column of another quantity, such as the elevation of
+        waves, the force of each unit of it.
+    units
+        Those of the model, into which columns with a unit are converted.
+    per_mass
+        Whether the force is an acceleration, of an oscillator with a mass.
+
+    Returns
+    -------
+    Forcing
+        With the record.
+
+    Raises
+    ------
+    ParameterError
+        With all faults of the table and their lines.
+    OSError
+        If the file cannot be read.
+
+    Examples
+    --------
+    >>> import tempfile, percuss as pc
+    >>> file = FilePath(tempfile.mkdtemp()) / "wave.csv"
+    >>> _ = file.write_text("Buoy 7\n\nt (ms);f [kN]\n0;0,5\n500;2\n")
+    >>> pc.read_record(file, units=pc.Units("m", "s", "kg")).record
+    ForceRecord(t=(0.0, 0.5), f=(500.0, 2000.0), kind='linear', repeat=False, outside='end')
+    """
+    from percuss.fitting.data_file import forces_of_text, text_of_file
+
+    try:
+        t, f = forces_of_text(
+            text_of_file(FilePath(path)),
+            units,
+            time,
+            force,
+            quantity=quantity_of_force(units, per_mass),
+            has_amplitude=amplitude is not None,
+        )
+    except ValueError as error:
+        raise ParameterError("path", str(path), str(error)) from error
+    read = record(t, f, kind, repeat, outside)
+    strength = read if amplitude is None else read * amplitude
+    return strength.per_mass(1) if per_mass else strength
 
 
 def record_of(

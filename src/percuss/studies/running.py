@@ -325,6 +325,7 @@ def _write(
                 record,
                 units=units,
                 has_header_units=study.model.units is not None,
+                decimal_comma=study.save.decimal_comma,
                 record_path=record_path,
             )
         elif file.suffix == f".{study.draw.animation}":

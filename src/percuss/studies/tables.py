@@ -71,7 +71,9 @@ MOST_DIGITS = 1000
 # Samples of a motion in a file: more take over two gigabytes.
 MOST_SAMPLES = 100_000_000
 
-DrawnQuantity: TypeAlias = Literal["impact_velocity", "grazing_margin", "multiplier", "amplitude"]
+DrawnQuantity: TypeAlias = Literal[
+    "impact_velocity", "grazing_margin", "multiplier", "period", "amplitude"
+]
 
 # Our sentences for the errors of pydantic; {} stands for their context.
 _REASONS = {
@@ -511,12 +513,15 @@ class Save:
         Whether to write the result as NetCDF.
     csv
         Whether to write its tables as CSV.
+    decimal_comma
+        Whether their numbers have commas, and semicolons separate the columns.
     samples
         Number of equally spaced times in the NetCDF file of a motion or an orbit.
     """
 
     netcdf: Flag = True
     csv: Flag = True
+    decimal_comma: Annotated[Flag, PlainSerializer(lambda is_on: is_on or None)] = False
     samples: Annotated[
         int,
         Field(strict=True, ge=2, le=MOST_SAMPLES),

@@ -23,6 +23,7 @@ from percuss.pictures import HasPicture
 
 if TYPE_CHECKING:
     # A second of import.
+    from pandas import DataFrame
     from xarray import Dataset
 
 __all__ = ["Branch", "BranchRows", "CurveRows", "OrbitRows", "branch_of"]
@@ -199,6 +200,24 @@ class Branch(BranchRows[PeriodicOrbit], HasTable):
             },
             attrs={"path": self.path, "end_reason": self.end_reason},
         )
+
+    def to_pandas(self) -> DataFrame:
+        """Return the orbits as a pandas.DataFrame, a row for each.
+
+        Examples
+        --------
+        >>> import percuss as pc
+        >>> orbit = pc.find_orbit(pc.impact_oscillator(0.8), pc.cosine(2.5))
+        >>> branch = pc.continue_orbit(orbit, over={"forcing.omega": (2.5, 2.8)})
+        >>> len(branch.to_pandas()) == len(branch)
+        True
+        """
+        table = self.to_xarray().drop_dims("special_point")
+        frame = table.drop_dims(["impact", "multiplier"]).to_dataframe()
+        for name in ("impact_velocity", "multiplier_real", "multiplier_imag"):
+            for i, column in enumerate(table[name].values.T):
+                frame[f"{name}_{i}"] = column
+        return frame
 
 
 def branch_of(

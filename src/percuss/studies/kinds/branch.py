@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 __all__ = ["Branch", "Steps", "follow"]
 
 # What pictures show of branches.
-OF_OSCILLATORS = ["impact_velocity", "grazing_margin", "multiplier"]
+OF_OSCILLATORS = ["impact_velocity", "grazing_margin", "multiplier", "period"]
 OF_STRUCTURES = ["amplitude", "multiplier"]
 
 
@@ -128,9 +128,13 @@ class Branch(Question):
             f"{point.kind.replace('_', ' ')} at {point.value:.12g} ({point.status}): {point.detail}"
             for point in result.special_points
         ]
+        # Of forced motion it is known.
+        cycles = [orbit.period for orbit in result] if result[0].n_periods == 0 else []
+        periods = {"period": f"from {min(cycles):.10g} to {max(cycles):.10g}"} if cycles else {}
         return {
             "branch": f"{len(result)} orbits, {result.path} from {low:.10g} to {high:.10g}",
             "of these": f"{stable} stable, {physical} physical",
+            **periods,
             "special points": "\n".join(points) or "none",
             "ends": result.end_reason,
         }

@@ -29,6 +29,9 @@ const AT_SECTION = {
 const DIRECTIONS = [["up", "upwards"], ["down", "downwards"], ["both", "either way"]];
 const ABOUT = {
   diagram: "Where the motion is once a forcing period after settling: one point is an orbit of one period, two of two, a cloud is chaos or a long transient.",
+  cycle: "Where the motion is at that cycle of each forcing period after settling: one point is an orbit of one period, two of two, a cloud is chaos or a long transient.",
+  place: "How fast the motion passes that place, and when, after settling: a few points are a periodic orbit, a cloud is chaos or a long transient.",
+  impacts: "How the impacts are after settling: a few points are a periodic orbit, a cloud is chaos or a long transient.",
   response: "All periodic orbits that are found, stable solid and unstable dashed, (impacts, forcing periods); squares are bifurcations and grazes.",
 };
 const DEFAULTS = { kind: "diagram", path: "", low: 1, high: 4, values: 1600, points: 128, of: "x", max_impacts: 3, max_periods: 2, section: "strobes", at: 0, direction: "up", cycle: 0, isComputed: false };
@@ -129,7 +132,7 @@ export class Diagram extends JobView {
         this.#draw();
       }),
     );
-    this.hint.textContent = ABOUT[settings.kind];
+    this.hint.textContent = (isDiagram ? ABOUT[settings.section] : null) ?? ABOUT[settings.kind];
     this.#wait();
   }
 

@@ -17,7 +17,7 @@ const HELP = [
   ["Words", "(2, 4): two impacts in four forcing periods. Multipliers inside the unit circle: stable. Clearance: how far the orbit is from touching a stop in passing. Formal: it solves the equations, but passes through a stop; no motion follows it."],
   ["Eigenset", "The times 0, s, 2 s, … at which the oscillator without a force would meet its wall again. Dyskin et al. (2012) show that a forced motion can keep to them: on the eigenset one impact at each, on a subset of it at some of them."],
   ["Exponent", "How fast neighbours part, as exp(exponent · t): above 0 chaos, below 0 an attractor that they share."],
-  ["Files", "Drop a study (.toml) on the page to see it; a table of a force on the sliders; a table of measurements on Fit."],
+  ["Drop", "Drop a study (.toml) on the page to see it; a table of a force on the sliders; a table of measurements on Fit."],
   ["Keys", "Ctrl+Z takes back a change, Ctrl+Shift+Z makes it again. ? shows this. Arrow keys move between tabs. The link in the address holds all that is set."],
 ];
 

@@ -18,7 +18,7 @@ export const MODELS = {
       { ...SOFT, at: 1, side: "above", stiffness: 25 },
     ],
   },
-  ball: { label: "Ball on a table", stiffness: 0, constant: -1, stops: [WALL] },
+  ball: { label: "Ball on a table", stiffness: 0, damping: 0, constant: -1, stops: [WALL] },
   own: { label: "Own stops (set below)" },
 };
 
@@ -38,7 +38,8 @@ export function withModel(study, kind) {
   const model = MODELS[kind];
   if (model.stops === undefined) return study;
   const stops = model.stops.map((stop) => ({ ...stop }));
-  const oscillator = { damping: study.oscillator.damping ?? 0, stiffness: model.stiffness, stops };
+  // A ball flies without a dashpot.
+  const oscillator = { damping: model.damping ?? study.oscillator.damping ?? 0, stiffness: model.stiffness, stops };
   const forcing = { ...study.forcing, constant: model.constant ?? 0 };
   const at = numberOf(stops[0].at);
   const x0 = stops.length === 1 && stops[0].type === "wall" ? String(at + (stops[0].side === "below" ? 0.5 : -0.5)) : 0;

@@ -215,7 +215,8 @@ export class Plot {
     const unlessShift = (_chart, _target, handler) => (event) => (event.shiftKey ? null : handler(event));
     const options = {
       width, height,
-      padding: [8, 12, 0, 0],
+      // Half of the last label may stand beyond the axis.
+      padding: [8, () => this.enlarged * Math.max(12, 4 * (digitsOf(this.limits.x, 0.05) + 2)), 0, 0],
       legend: { show: false },
       scales: {
         x: { time: false, auto: false, min: this.limits.x[0], max: this.limits.x[1] },
