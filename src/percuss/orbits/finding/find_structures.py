@@ -114,9 +114,7 @@ class _StructureSearch:
         )
 
     def _is_wanted(self, orbit: StructureOrbit) -> bool:
-        if len(orbit.run.contacts) == 0 and orbit.n_impacts > self.max_impacts:
-            return False
-        return True
+        return orbit.n_impacts <= self.max_impacts or len(orbit.run.contacts) > 0
 
 
 def _order(orbit: StructureOrbit) -> tuple[int, int, bool, float]:
