@@ -10,6 +10,7 @@ import pytest
 
 import percuss as pc
 from percuss.errors import StudyError
+from percuss.execution import Execution
 from percuss.plotting import plot_diagram
 from percuss.studies.kinds.diagram import Diagram
 from percuss.studies.reading import load_study, parse_study
@@ -83,3 +84,21 @@ def test_a_section_that_is_none_is_one_fault_with_its_line(text: str, fault: str
     (line,) = str(caught.value).split("\n")
     assert line.startswith("study:13: diagram.section")
     assert fault in line
+
+
+def test_the_summary_of_a_diagram_tells_motions_without_a_point_and_its_measures() -> None:
+    study = parse_study(
+        '[study]\nkind = "diagram"\n'
+        '[oscillator]\nstiffness = 1\ndamping = "0.1"\n'
+        '[[oscillator.stops]]\ntype = "wall"\nat = 2\nside = "above"\nrestitution = "0.8"\n'
+        "[[forcing.harmonics]]\namplitude = 1\nomega = 2\n"
+        '[over]\n"forcing.omega" = [1, 2, "2.1"]\n'
+        '[diagram]\nsection = "impacts"\nstarts = [[0, 0]]\nfollow = []\ntransient = 100\n'
+        'points = 10\nmeasures = ["peak_displacement"]\n'
+    )
+    result = study.question.answer(study, Execution())
+    rows = study.question.report(result)
+
+    assert rows["start 0, periods"] == "no point on the section: 2, 1: 1"
+    low, high = (float(text) for text in rows["peak_displacement"].split(" to "))
+    assert (low, high) == pytest.approx((0.2911, 2.066), abs=1e-3)

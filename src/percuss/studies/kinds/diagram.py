@@ -6,6 +6,7 @@ from collections import Counter
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
+import numpy as np
 from pydantic import Field, PlainSerializer, PlainValidator, TypeAdapter, WithJsonSchema
 
 from percuss.ensembles.diagram import Direction, bifurcation_diagram
@@ -148,9 +149,30 @@ class Diagram(Question):
         reasons: list[str] = []
         for branch in result.branch.values:
             part = result.sel(branch=branch)
-            # Without a forcing a period is a time.
-            count = Counter(float(f"{p:.6g}") for p in part.period.values if p >= 0)
-            words = [f"{f'{p:g}' if p else 'none found'}: {n}" for p, n in count.most_common(8)]
+            count = Counter(
+                _period_words(period, is_there)
+                for period, is_there in zip(part.period.values, _has_points(part), strict=True)
+                if period >= 0
+            )
+            words = [f"{period}: {n}" for period, n in count.most_common(8)]
             rows[f"{branch}, periods"] = ", ".join(words) or "nothing"
             reasons += [str(text) for text in part.reason.values if text]
+        for name in self.measures:
+            values = result[name].values
+            finite = values[np.isfinite(values)]
+            rows[name] = f"{finite.min():.8g} to {finite.max():.8g}" if finite.size else "none"
         return rows | failure_rows(reasons, result.period.size)
+
+
+def _period_words(period: float, has_points: bool) -> str:
+    """Return a period in words; without a forcing it is a time."""
+    if not has_points:
+        return "no point on the section"
+    return f"{period:.6g}" if period else "none found"
+
+
+def _has_points(part: Dataset) -> Any:
+    """Return at which values a branch of a diagram has a point on its section."""
+    points = next(values for values in part.data_vars.values() if "sample" in values.dims)
+    others = [name for name in points.dims if name not in part.period.dims]
+    return points.notnull().any(others).values
