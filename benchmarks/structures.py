@@ -37,7 +37,9 @@ def run(report: Report) -> None:
         "driven at its middle, with a soft stop of 50 at the tip. An event is an impact, or an "
         "entry or exit of a soft stop. heyoka: Taylor steps at full tolerance, events with "
         "callbacks; each mode is an equation of its own. Least processor time of seven turns. NLvib 03 "
-        "is the branch of docs/nlvib-example.md, at the default largest step of 0.02 and at 0.1.",
+        "is the branch of docs/nlvib-example.md, at the default largest step of 0.02 and at 0.1. The "
+        "diagram: two masses on springs with a gap of 1 either way and r = 0.7, 600 points at each of "
+        "500 frequencies after 200 periods, up, down and from rest.",
     )
     cases = {"two masses": two_masses(), "a beam of 10 modes": beam(10)}
     for name, motion in cases.items():
@@ -66,6 +68,8 @@ def run(report: Report) -> None:
             report.below("percuss, a beam of 2 modes, us an event (aim)", each * 1e6, 1.0, "us")
         else:
             report.line(f"percuss, a beam of {n} modes, us an event", f"{each * 1e6:.2f} us")
+    taken = race({"diagram": pair_diagram}, of_processor=True)["diagram"]
+    report.below("an impact pair, diagram of 500 x 600 points", taken, 1.0, "s")
     orbit = pc.find_orbit(*nlvib_03())
     over = {"loads.0.omega": (0.8, 0.5)}
     for step in (0.02, 0.1):
@@ -79,6 +83,22 @@ def run(report: Report) -> None:
         name = f"NLvib 03, frequency response 0.8 to 0.5, {len(branch)} orbits"
         report.line(f"{name}, largest residual", f"{closing:.1e}")
         report.below(name, taken, 1.0, "s")
+
+
+def pair_diagram() -> Any:
+    """Return the bifurcation diagram of two masses that meet at both ends of their gap."""
+    pair = pc.impact_pair([1, 1], gap=1, restitution="0.7", springs="0.5", dashpots="0.05")
+    diagram = pc.bifurcation_diagram(
+        pair,
+        pc.Loads({0: pc.cosine(1, amplitude="0.8")}),
+        over={"loads.0.omega": np.linspace(0.8, 1.2, 500)},
+        on=0,
+        points=600,
+        n_workers=1,
+    )
+    assert diagram.x.shape == (3, 500, 600)
+    assert diagram.attrs["failed"] == 0
+    return diagram
 
 
 def nlvib_03() -> tuple[pc.Structure, pc.Loads]:
