@@ -364,6 +364,30 @@ def test_the_points_of_a_diagram_are_those_of_its_section(
         np.testing.assert_allclose(arrays[name], expected, rtol=1e-5, atol=1e-5)
 
 
+@pytest.mark.parametrize("follow", ["forward", "backward", "both"])
+def test_a_diagram_follows_the_motion_up_and_down(follow: str) -> None:
+    request = PageRequest(1, "diagram", METRIC, OPTIONS | {"follow": follow, "values": 70})
+    study = study_of_view(request)
+    frames = list(answer_job(request, RunningRequest()))
+    header, arrays = read_frame(frames[-1])
+
+    branches = ("forward", "backward") if follow == "both" else (follow,)
+    direct = pc.bifurcation_diagram(
+        study.oscillator,
+        study.forcing,
+        over={"forcing.omega": np.linspace(2.4, 2.6, 70)},
+        start=("0.5", 0),
+        follow=branches,  # type: ignore[arg-type]
+        points=8,
+    )
+    assert len(frames) == 1
+    assert header["failed"] == 0
+    for suffix, branch in zip(("", "_backward"), branches, strict=False):
+        expected = direct.x.sel(branch=branch).values.ravel()
+        np.testing.assert_allclose(arrays[f"x{suffix}"], expected, rtol=1e-5, atol=1e-5)
+    assert ("x_backward" in arrays) == (follow == "both")
+
+
 def test_a_free_motion_has_a_diagram_at_a_place() -> None:
     tables = copy.deepcopy(METRIC) | {"forcing": {}, "run": {"t_end": 10}}
     tables["oscillator"] |= {"damping": "-0.05"}

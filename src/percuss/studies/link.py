@@ -132,7 +132,9 @@ def _diagram(diagram: Diagram, study: Study) -> Shown:
     }
     first = {"impacts": "v_after", "passages": "v"}.get(section_of(diagram.section).kind, "x")
     sizes = {"values": count, "points": diagram.points, "of": first, "max_impacts": 3}
-    settings = {"kind": "diagram", **over, **sizes, "max_periods": 2, **_section(diagram)}
+    follow = "both" if len(diagram.follow) > 1 else "".join(diagram.follow) or "start"
+    own = {"max_periods": 2, "follow": follow, **_section(diagram)}
+    settings = {"kind": "diagram", **over, **sizes, **own}
     return "diagram", _from(start), settings
 
 
@@ -154,7 +156,7 @@ def _response(response: Response, study: Study) -> Shown:
     low, high = sorted((as_float(first), as_float(last)))
     over = {"path": _path_of_page(path, study), "low": low, "high": high}
     sizes = {"values": 1600, "points": 128, "of": "amplitude", "max_impacts": response.max_impacts}
-    rest = {**sizes, "max_periods": response.max_periods}
+    rest = {**sizes, "max_periods": response.max_periods, "follow": "start"}
     strobes = {"section": "strobes", "at": 0, "direction": "up", "cycle": 0}
     return "diagram", _from(_at_rest(study)), {"kind": "response", **over, **rest, **strobes}
 

@@ -76,7 +76,10 @@ def _diagram(request: PageRequest, running: RunningRequest) -> Iterator[bytes]:
     origin = 0.5 * (low + high)
     header = {"path": path, "n_points": diagram.points, "low": low, "high": high, "origin": origin}
     n_done, levels, n_failed, reason = 0, [], 0, ""
-    for level in levels_of(np.arange(len(values)), FIRST_VALUES):
+    # A motion that is followed goes through all values in their order.
+    branches = diagram.follow or ("start 0",)
+    first = len(values) if diagram.follow else FIRST_VALUES
+    for level in levels_of(np.arange(len(values)), first):
         begin, n_done = n_done / len(values), n_done + len(level)
         share, is_last = n_done / len(values), n_done == len(values)
         part = replace(diagram, over={path: tuple(values[i] for i in level)})
@@ -84,13 +87,16 @@ def _diagram(request: PageRequest, running: RunningRequest) -> Iterator[bytes]:
         if running.is_cancelled:
             return
         levels.append(data)
-        reasons = [str(text) for text in data["reason"].values.ravel() if text]
+        shown = [data.sel(branch=name) for name in branches]
+        reasons = [str(text) for part in shown for text in part["reason"].values if text]
         n_failed, reason = n_failed + len(reasons), reason or next(iter(reasons), "")
         arrays = {
             "value": data[path].values - origin,
-            "period": data["period"].values[0],
-            **{name: data[name].values[0].ravel() for name in COLUMNS if name in data},
+            "period": shown[0]["period"].values,
         }
+        for suffix, of_branch in zip(("", "_backward"), shown, strict=False):
+            columns = [name for name in COLUMNS if name in of_branch]
+            arrays |= {f"{name}{suffix}": of_branch[name].values.ravel() for name in columns}
         if is_last:
             ANSWERS.put(study, _joined(levels, path))
         header |= {"failed": n_failed, "reason": plain(reason)}

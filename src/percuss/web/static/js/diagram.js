@@ -34,7 +34,8 @@ const ABOUT = {
   impacts: "How the impacts are after settling: a few points are a periodic orbit, a cloud is chaos or a long transient.",
   response: "All periodic orbits that are found, stable solid and unstable dashed, (impacts, forcing periods); squares are bifurcations and grazes.",
 };
-const DEFAULTS = { kind: "diagram", path: "", low: 1, high: 4, values: 1600, points: 128, of: "x", max_impacts: 3, max_periods: 2, section: "strobes", at: 0, direction: "up", cycle: 0, isComputed: false };
+const FOLLOWS = [["start", "the start of Explore"], ["forward", "the value before, upwards"], ["backward", "the value above, downwards"], ["both", "both, upwards and downwards"]];
+const DEFAULTS = { kind: "diagram", path: "", low: 1, high: 4, values: 1600, points: 128, of: "x", max_impacts: 3, max_periods: 2, follow: "start", section: "strobes", at: 0, direction: "up", cycle: 0, isComputed: false };
 
 export class Diagram extends JobView {
   constructor(app) {
@@ -57,6 +58,7 @@ export class Diagram extends JobView {
     super.restore(state);
     if (!(this.settings.kind in OF)) this.settings.kind = "diagram";
     if (!(this.settings.section in AT_SECTION)) this.settings.section = "strobes";
+    if (!FOLLOWS.some(([name]) => name === this.settings.follow)) this.settings.follow = "start";
     if (!this.#choices().some(([name]) => name === this.settings.of)) this.settings.of = this.#choices()[0][0];
     this.key = "";
     this.#fields(state.study);
@@ -69,9 +71,9 @@ export class Diagram extends JobView {
   }
 
   requestOf(study) {
-    const { kind, path, low, high, values, points, max_impacts, max_periods, section, at, direction, cycle } = this.settings;
+    const { kind, path, low, high, values, points, max_impacts, max_periods, follow, section, at, direction, cycle } = this.settings;
     const where = { strobes: {}, impacts: {}, cycle: { cycle }, place: { at, direction } }[section];
-    const sizes = kind === "diagram" ? { values, points, ...(section !== "strobes" && { section, ...where }) } : { max_impacts, max_periods };
+    const sizes = kind === "diagram" ? { values, points, ...(follow !== "start" && { follow }), ...(section !== "strobes" && { section, ...where }) } : { max_impacts, max_periods };
     return { kind, study, path, low, high, ...sizes };
   }
 
@@ -82,8 +84,8 @@ export class Diagram extends JobView {
 
   isComputed({ study: _, ...rest }) {
     // A picture of whole periods says nothing of a section.
-    const { kind, section } = this.settings;
-    if (kind === "diagram" && (rest.section ?? "strobes") !== section) return false;
+    const { kind, section, follow } = this.settings;
+    if (kind === "diagram" && ((rest.section ?? "strobes") !== section || (rest.follow ?? "start") !== follow)) return false;
     return Object.entries(rest).every(([name, value]) => value === this.settings[name]);
   }
 
@@ -125,7 +127,7 @@ export class Diagram extends JobView {
       this.ends.low,
       this.ends.high,
       ...(isDiagram
-        ? [whole("values", "values", 8192), whole("points", "points at each", 1024), ...this.#sectionFields(number)]
+        ? [whole("values", "values", 8192), whole("points", "points at each", 1024), choiceField("begin at", FOLLOWS, settings.follow, (follow) => this.#set({ follow })), ...this.#sectionFields(number)]
         : [whole("max_impacts", "impacts up to", 6), whole("max_periods", "periods up to", 6)]),
       choiceField("of", this.#choices(), settings.of, (of) => {
         this.#set({ of });
@@ -210,22 +212,23 @@ export class Diagram extends JobView {
     this.families = null;
     let low = Infinity;
     let high = -Infinity;
-    for (const { arrays } of this.levels) {
-      for (const value of arrays[of]) {
+    const parts = this.levels.flatMap(({ header: it, arrays }) => [[it, arrays.value, arrays[of], "--curve"], [it, arrays.value, arrays[`${of}_backward`], "--orbit"]]).filter(([, , y]) => y);
+    for (const [, , y] of parts) {
+      for (const value of y) {
         if (value < low) low = value;
         if (value > high) high = value;
       }
     }
     const pad = 0.05 * (high - low) || 1;
-    const total = this.levels.reduce((sum, { arrays }) => sum + arrays[of].length, 0);
+    const total = parts.reduce((sum, [, , y]) => sum + y.length, 0);
     const isSparse = this.levels.reduce((sum, { arrays }) => sum + arrays.value.length, 0) < 2000;
     this.plot.show(
-      this.levels.map(({ header: it, arrays }) => ({ kind: "density", x: arrays.value, y: arrays[of], rows: it.n_points, isSparse, colour: "--curve" })),
+      parts.map(([it, x, y, colour]) => ({ kind: "density", x, y, rows: it.n_points, isSparse, colour })),
       this.#here(),
       low <= high ? { x: [header.low, header.high], y: [low - pad, high + pad] } : { x: [header.low, header.high], y: [-1, 1] },
     );
     if (!(low <= high)) this.plot.say("no motion stays within bounds");
-    this.legend.replaceChildren(element("li", {}, `${total.toLocaleString("en")} points`), element("li", {}, "click a point to open it in Explore"), ...this.#legendHere());
+    this.legend.replaceChildren(element("li", {}, `${total.toLocaleString("en")} points`), ...(this.current.follow === "both" ? [swatchOf("--curve", "upwards"), swatchOf("--orbit", "downwards")] : []), element("li", {}, "click a point to open it in Explore"), ...this.#legendHere());
     const { failed, reason } = this.levels.at(-1).header;
     const count = this.levels.reduce((sum, { arrays }) => sum + arrays.value.length, 0);
     if (failed > 0) this.legend.append(element("li", { class: "fault" }, `${failed} of ${count} values have no motion: ${reason}`));
@@ -238,11 +241,7 @@ export class Diagram extends JobView {
     this.plot.root.dataset.marks = JSON.stringify(this.families.marks.map(({ kind, x, y }) => ({ kind, x, y })));
     this.plot.show(this.families.layers, this.#here());
     if (this.families.kinds.size === 0) this.plot.say(header.done ? "no periodic orbits found" : "looking for periodic orbits …");
-    const rows = [...this.families.kinds].map(([name, colour]) => {
-      const swatch = element("span", { class: "swatch" });
-      swatch.style.backgroundColor = `var(${colour})`;
-      return element("li", {}, swatch, element("span", {}, name));
-    });
+    const rows = [...this.families.kinds].map(([name, colour]) => swatchOf(colour, name));
     this.legend.replaceChildren(...rows, element("li", {}, "solid: stable, dashed: not stable; click an orbit to open it in Explore"), ...this.#legendHere());
     if (!header.done) this.legend.append(element("li", { class: "note" }, "the first families; others may follow"));
   }
@@ -327,3 +326,10 @@ export class Diagram extends JobView {
 }
 
 const round = (value) => Number(value.toPrecision(3));
+
+/** Return a row of the legend. */
+function swatchOf(colour, name) {
+  const swatch = element("span", { class: "swatch" });
+  swatch.style.backgroundColor = `var(${colour})`;
+  return element("li", {}, swatch, element("span", {}, name));
+}

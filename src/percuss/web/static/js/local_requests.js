@@ -48,8 +48,9 @@ export class KernelsInWorker {
 }
 
 /** Return whether a diagram is of a size that needs no sentence of the server. */
-function isModerate({ low, high, values, points }) {
-  return low < high && Number.isInteger(values) && Number.isInteger(points) && values >= 2 && points >= 2 && values <= 8192 && values * points <= 2_000_000;
+function isModerate({ low, high, values, points, follow }) {
+  // A motion that is followed from value to value is the server's.
+  return follow === undefined && low < high && Number.isInteger(values) && Number.isInteger(points) && values >= 2 && points >= 2 && values <= 8192 && values * points <= 2_000_000;
 }
 
 /** Requests as of transport.js: motions are computed here, with one in each queue and one that waits. */
