@@ -201,7 +201,8 @@ class StructureSystem:
         """The accelerations by the constant loads, (n,)."""
         total = np.zeros(self.structure.n)
         for i, forcing in enumerate(self.loads.forcings):
-            total += float(as_fraction(forcing.constant)) * self._directions[i]
+            if forcing.constant != 0:
+                total += float(as_fraction(forcing.constant)) * self._directions[i]
         return total
 
     @cached_property
@@ -217,14 +218,9 @@ class StructureSystem:
     @cached_property
     def records(self) -> Floats:
         """Laws that hold one record each, (n_records, rows, COLUMNS)."""
-        free = Oscillator(stiffness=0, damping=0)
-        return stacked_laws(
-            [
-                law_of(free, _record_alone(forcing))
-                for forcing in self.loads.forcings
-                if forcing.record is not None
-            ]
-        )
+        alone = [_record_alone(one) for one in self.loads.forcings if one.record is not None]
+        free = Oscillator(stiffness=0, damping=0) if alone else None
+        return stacked_laws([law_of(free, one) for one in alone if free is not None])
 
     def _make(self, key: int) -> dict[str, Floats]:
         """Return the arrays of one set."""

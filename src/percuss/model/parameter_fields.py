@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any, TypeAlias, TypeVar, cast
 
 from percuss.model.exact import Exact, Phase
@@ -99,7 +99,9 @@ def fields_by_path(
     return parameters
 
 
-def _structure_parameters(structure: Structure) -> dict[str, Phase]:
+@lru_cache(maxsize=64)
+def _structure_parameters(structure: Structure) -> Mapping[str, Phase]:
+    """Return the entries of the matrices by their paths, kept: many systems have one structure."""
     parameters: dict[str, Phase] = {}
     for name in ("mass", "damping", "stiffness"):
         for i, row in enumerate(getattr(structure, name)):
