@@ -239,3 +239,29 @@ def test_ctrl_c_leaves_a_store_that_goes_on_and_says_so(
         assert whole.attrs["complete"] == 1
         # Only what was under way is done twice.
         assert int(os.environ[CALLS]) < 2_000 + 200
+
+
+@pytest.mark.parametrize("what", ["sweep", "diagram"])
+def test_ctrl_c_before_the_first_report_leaves_an_answer_without_points(
+    what: str, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("percuss.ensembles.run_job._say_size", interrupted)
+    structure = pc.chain([1, 1], [1, 1, 0], "0.1", [pc.Wall("0.5", "above", "0.7", on=1)])
+    loads = pc.Loads({0: pc.cosine("0.9")})
+    over = {"loads.0.omega": np.linspace(0.8, 1.0, 3)}
+
+    if what == "sweep":
+        data = pc.sweep("peak_displacement", structure, loads, over=over, on=0)
+        values = data.peak_displacement
+    else:
+        data = pc.bifurcation_diagram(structure, loads, over=over, on=0, points=8)
+        values = data.x
+
+    assert data.attrs["complete"] == 0
+    assert values.isnull().all()
+    assert "interrupted; 0 of " in caplog.text
+    # There are none at work.
+    assert "stopping after the chunks" not in caplog.text

@@ -128,13 +128,13 @@ def _answer(job: Job, keeper: Store | _Memory, execution: Execution) -> Answer:
     """Compute the missing chunks and return the whole answer."""
     todo, spans = _todo(keeper, execution.part), chunks_of(job)
     size = sum(last - first for first, last in _of_part(spans, execution.part))
-    LOG.info("%s", _begin_in_words(job, size, len(todo), execution))
     progress = ChunkProgress(execution.progress, job, size, _points(job, todo), keeper.renew)
-    if execution.progress is not False and todo:
-        _say_size(job, execution.store)
     is_interrupted = False
     chunks = _chunks(job, todo, execution, progress)
     try:
+        LOG.info("%s", _begin_in_words(job, size, len(todo), execution))
+        if execution.progress is not False and todo:
+            _say_size(job, execution.store)
         for number, block in chunks:
             keeper.write(number, block)
             first, last = spans[number]
@@ -149,7 +149,7 @@ def _answer(job: Job, keeper: Store | _Memory, execution: Execution) -> Answer:
         raise EngineError(f"{error}; {done} and {kept if execution.store else lost}") from error
     except KeyboardInterrupt:
         is_interrupted = True
-        if inspect.getgeneratorstate(chunks) != inspect.GEN_CLOSED:
+        if inspect.getgeneratorstate(chunks) == inspect.GEN_SUSPENDED:
             # It came between two chunks: the others are still at work.
             say_stopping()
     finally:
