@@ -47,6 +47,8 @@ export function makeTabs(names, prefix, choose) {
       for (const [name, tab] of tabs) {
         tab.setAttribute("aria-selected", String(name === chosen));
         tab.tabIndex = name === chosen ? 0 : -1;
+        // On a phone the tabs are a row that scrolls.
+        if (name === chosen) root.scrollLeft = tab.offsetLeft - root.offsetLeft - 40;
       }
     },
   };

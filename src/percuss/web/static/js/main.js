@@ -123,7 +123,7 @@ class App {
       button("Tour", () => this.tour.go(0), { title: "five steps: period doubling, chaos, grazing, chatter" }),
       button("↶", () => this.undo(), { title: "undo (Ctrl+Z); again with Ctrl+Shift+Z", "aria-label": "Undo" }),
       button("Copy link", () => this.#copyLink(), { hidden: !this.options.hasLinks }),
-      button("Copy as Python", () => this.#copyPython()),
+      button("Copy as Python", () => this.#copyPython(), { class: "python" }),
       this.menu.root,
       button("◐", () => this.#theme(), { title: "light or dark", "aria-label": "Light or dark" }),
       button("?", () => this.help.showModal(), { title: "help (?)", "aria-label": "Help" }),
