@@ -333,3 +333,26 @@ def test_faults_of_files_name_their_lines(tmp_path: Path) -> None:
         assert words in str(reported.value)
     with pytest.raises(pc.ParameterError, match="no such file"):
         fitted(tmp_path / "none.csv")
+
+
+def test_impact_times_without_a_noise_are_fitted_and_have_a_profile() -> None:
+    """The first guess of their noise is no reason to call a fit a failure."""
+    truth = pc.impact_oscillator("0.72", wall="0.2", side="above", damping="0.05")
+    force = pc.cosine("2.2")
+    exact = pc.simulate(truth, force, v0="0.5", max_impacts=25).impacts.t
+    guess = pc.impact_oscillator(0.65, wall=0.22, side="above", damping=0.05)
+    free = {"oscillator.stops.0.at": 0.22, "oscillator.stops.0.restitution": 0.65}
+    for seed in range(4):
+        times = exact + 0.01 * np.random.default_rng(seed).standard_normal(len(exact))
+        unknown = pc.fit({"impact_times": times}, guess, force, free=free, start=(0, "0.5"))
+        known = pc.fit(
+            {"impact_times": times}, guess, force, free=free, start=(0, "0.5"), noise=0.01
+        )
+        assert unknown.converged, unknown
+        assert known.converged, known
+        for name in free:
+            assert unknown.values[name] == pytest.approx(known.values[name], rel=1e-6)
+        assert 0.004 < unknown.noise["impact_times"] < 0.02
+        growth = known.profile("oscillator.stops.0.restitution", n=5, width=1).growth.values
+        assert growth[2] == pytest.approx(0.0, abs=1e-6)
+        assert (np.delete(growth, 2) > 0.1).all()

@@ -219,8 +219,8 @@ def test_a_sweep_with_a_table_is_that_of_single_runs() -> None:
 @pytest.mark.parametrize(
     ("speeds", "values", "message"),
     [
-        ([1, 2], ["0.8"], "values = ('0.8',): 1 values for 2 speeds; give one at each"),
-        ([], [], "values = (): 0 values for 0 speeds"),
+        ([1, 2], ["0.8"], "values = ('0.8',): 1 for 2 speeds; give one value at each"),
+        ([], [], "values = (): 0 for 0 speeds"),
         ([1, 1], [1, 1], "speeds.1 = 1: not above the speed before it, 1"),
         ([-1, 1], [1, 1], "speeds.0 = -1: negative; it is the size of the velocity"),
         ([0, 1], [1, "1.1"], "values.1 = '1.1': above 1; an impact would create energy"),

@@ -11,6 +11,7 @@ from tests.studies.texts import faults_of
 
 import percuss as pc
 from percuss.errors import ParameterError, StudyError
+from percuss.execution import Execution
 from percuss.fitting.summaries import impacts_of
 from percuss.io import load_netcdf, save_csv
 from percuss.studies import Fit, FitRecord, Study, load_study, parse_study, run_study
@@ -227,6 +228,26 @@ def test_starts_and_loads_of_records_of_a_structure(tmp_path: Path) -> None:
     )
     of_no_place = ROW.replace("acceleration_tip =", "acceleration_top =")
     assert "of no place; there are acceleration_0" in told(tmp_path, of_no_place, of_the_row())[0]
+
+
+@pytest.mark.parametrize("is_file", [True, False])
+def test_impact_times_alone_are_a_record(tmp_path: Path, *, is_file: bool) -> None:
+    ball = pc.Oscillator(0, 0, (pc.Wall(0, "below", "0.85"),))
+    times = pc.simulate(ball, pc.Forcing(constant="-9.81"), x0=1, max_impacts=9).impacts.t
+    inline = f"impact_times = {times.tolist()!r}\n"
+    own = 'file = "rig.csv"\n' if is_file else inline
+    text = (
+        '[study]\nkind = "fit"\n[oscillator]\nstiffness = 0\n[[oscillator.stops]]\ntype = "wall"\n'
+        'at = 0\nside = "below"\nrestitution = "0.7"\n[forcing]\nconstant = "-9.81"\n'
+        f"[fit.free]\n{RESTITUTION!r} = 0.7\n[[fit.records]]\nnoise = 1e-4\n{own}"
+    ).replace("'", '"')
+    table = "impact_times\n" + "".join(f"{t!r}\n" for t in times.tolist())
+    study = load_study(file_of(tmp_path, text, table))
+    result = study.question.answer(study, Execution())
+
+    assert result.converged
+    assert result.values[RESTITUTION] == pytest.approx(0.85, abs=1e-6)
+    assert parse_study(study.text()).question == study.question
 
 
 def test_missing_values_and_noise_of_each_value_are_read_back() -> None:

@@ -253,10 +253,10 @@ class Fit(HasPicture):
         values = self.values[name] + error * width * np.linspace(-1.0, 1.0, n)
         rows = np.full((n, len(self.values)), math.nan)
         growth = np.full(n, math.nan)
-        best = point_at(
-            self.problem, np.array(list(self.values.values())), self.nodes[:, 1:].copy()
-        )
-        assert best is not None
+        own = point_at(self.problem, np.array(list(self.values.values())), self.nodes[:, 1:].copy())
+        assert own is not None
+        # Descended as its neighbours are: what the search has left undone is no growth of theirs.
+        best = _at_fixed(self.problem, own, which, self.values[name]) or own
         least = best.cost(self.problem, FIRM)
         middle = int(np.argmin(np.abs(values - self.values[name])))
         for side in (range(middle, n), range(middle - 1, -1, -1)):

@@ -49,6 +49,9 @@ GUESSES, MOST_GUESSES = 8, 64
 UNLIKELY = 6.0
 # Where the noise was estimated: residuals this many times as large as neighbours differ.
 MUCH_LARGER = 3.0
+# The noise of impact times that was not given may be so many times its first guess, some hundredth
+# of their distance.
+DOUBT = 10.0
 # Two misfits are the same to this part.
 SAME = 1e-4
 # The median of the squares of normal variables.
@@ -284,7 +287,11 @@ class FitSearch:
 
     @property
     def _is_noise_known(self) -> bool:
-        return not any(record.samples.is_estimated.any() for record in self.records)
+        return not any(
+            some.is_estimated.any()
+            for record in self.records
+            for some in (record.samples, record.impacts)
+        )
 
     def _begun_anew(self, candidate: FitCandidate, wrong: Integers) -> FitPoint | None:
         """Return the point with better states of the nodes at the ends of some segments.
@@ -336,16 +343,22 @@ class FitSearch:
                 f"no motion of the model passes the samples between t = {begin:.6g} and {end:.6g}"
                 + (f", and {len(torn) - 1} other stretches" if len(torn) > 1 else "")
             )
-        right = descent.point.equations.right
+        right = descent.point.equations.right / self._doubts(problem)
         misfit, n = float(np.mean(right * right)), len(right)
         if self.loss.name != "linear":
             misfit = float(np.median(right * right)) / MEDIAN_SQUARE
         known = self._is_noise_known
         limit = 1.0 + UNLIKELY * math.sqrt(2.0 / n) if known else MUCH_LARGER * MUCH_LARGER
         if misfit > limit:
+            if not known:
+                times = math.sqrt(misfit)
+                return (
+                    "no motion near the guess explains the data: the residuals are "
+                    f"{times:.3g} times as large as the noise between neighbouring values"
+                )
             return (
-                f"no motion near the guess explains the data: chi2 is {misfit:.3g} where "
-                f"{'1' if known else 'about 1'} was to be expected"
+                f"no motion near the guess explains the data: chi2 is {misfit:.3g} where 1 was to "
+                "be expected"
             )
         strained = self._strained(descent)
         if known and self.loss.name == "linear" and len(strained):
@@ -358,11 +371,22 @@ class FitSearch:
             )
         return "" if descent.is_settled else descent.reason
 
+    @staticmethod
+    def _doubts(problem: FitProblem) -> Floats:
+        """Return by which factor the noise of each value may be larger than it is assumed.
+
+        That of impact times that nobody gave is a share of their distance, and no measure of it.
+        """
+        factors = [
+            np.where(samples.is_estimated, doubt, 1.0)
+            for layout in problem.layouts
+            for samples, doubt in ((layout.record.samples, 1.0), (layout.record.impacts, DOUBT))
+        ]
+        return np.concatenate(factors)
+
     def _with_noise(self, candidate: FitCandidate) -> FitCandidate:
         """Return the candidate with the noise that its residuals have, where that was not given."""
-        if not any(
-            some.is_estimated.any() for r in self.records for some in (r.samples, r.impacts)
-        ):
+        if self._is_noise_known:
             return candidate
         quantities = set()
         for _ in range(2):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
-from functools import cache, lru_cache
+from functools import cache
 from typing import Any, TypeAlias, TypeVar, cast
 
 from percuss.model.exact import Exact, Phase
@@ -75,7 +75,7 @@ def fields_by_path(
     """Return the numbers of all fields by their paths."""
     parameters: dict[str, Phase] = {}
     if isinstance(osc, Structure):
-        parameters |= _structure_parameters(osc)
+        parameters |= osc.matrix_entries
     else:
         parameters |= {
             "oscillator.stiffness": osc.stiffness,
@@ -96,19 +96,6 @@ def fields_by_path(
         parameters["loads.period"] = force.given_period
     if start is not None:
         parameters |= _start_parameters(start)
-    return parameters
-
-
-@lru_cache(maxsize=64)
-def _structure_parameters(structure: Structure) -> Mapping[str, Phase]:
-    """Return the entries of the matrices by their paths, kept: many systems have one structure."""
-    parameters: dict[str, Phase] = {}
-    for name in ("mass", "damping", "stiffness"):
-        for i, row in enumerate(getattr(structure, name)):
-            # Of two equal entries of the mass one is the parameter.
-            first = i if name == "mass" else 0
-            for j in range(first, len(row)):
-                parameters[f"structure.{name}.{i}.{j}"] = row[j]
     return parameters
 
 

@@ -262,6 +262,18 @@ damping=((0, 0), (0, 0)), stops=())"
         """Return the fields: the hash of a text differs from process to process."""
         return {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
 
+    @cached_property
+    def matrix_entries(self) -> Mapping[str, Exact]:
+        """The entries of the matrices by their paths; kept, since many systems have one structure."""
+        entries: dict[str, Exact] = {}
+        for name in ("mass", "damping", "stiffness"):
+            for i, row in enumerate(getattr(self, name)):
+                # Of two equal entries of the mass one is the parameter.
+                first = i if name == "mass" else 0
+                for j in range(first, len(row)):
+                    entries[f"structure.{name}.{i}.{j}"] = row[j]
+        return entries
+
     @property
     def n(self) -> int:
         """Number of coordinates."""

@@ -286,7 +286,8 @@ def _dataset(record: FitRecord) -> Dataset:
     data = {}
     for name, values in columns.items():
         own = noise.get(name) if isinstance(noise, dict) else noise
-        dim = name if name == "impact_times" else "sample"
+        # A dimension of its own name would make it a coordinate.
+        dim = "impact" if name == "impact_times" else "sample"
         data[name] = (dim, values, {} if own is None else {"noise": own})
     return xr.Dataset(data, {} if t is None else {"t": ("sample", t)})
 
