@@ -356,3 +356,24 @@ def test_impact_times_without_a_noise_are_fitted_and_have_a_profile() -> None:
         growth = known.profile("oscillator.stops.0.restitution", n=5, width=1).growth.values
         assert growth[2] == pytest.approx(0.0, abs=1e-6)
         assert (np.delete(growth, 2) > 0.1).all()
+
+
+def test_a_range_in_whose_middle_there_is_no_model_is_searched_beside_it() -> None:
+    rig = pc.impact_oscillator("0.8", wall="0.2", side="above", damping="0.05")
+    t = np.linspace(0, 12, 160)
+    x, _ = pc.simulate(rig, pc.cosine(2), v0=0.5, t_end=12)(t)
+    s = pc.parameter("s", 0.3)
+
+    def fit(low: float, high: float) -> pc.Fit:
+        model = pc.impact_oscillator(
+            "1.1" - (s - 1) * (s - 1), wall="0.2", side="above", damping="0.05"
+        )
+        data = {"t": t, "displacement": x + 1e-3 * np.cos(37 * t)}
+        return pc.fit(data, model, pc.cosine(2), free={"s": (low, high)}, start=(0, 0.5))
+
+    # Between 0.68 and 1.32 an impact would create energy.
+    found = fit(0.1, 1.8)
+    assert found.converged
+    assert abs(found.values["s"] - 1) == pytest.approx(math.sqrt(0.3), abs=1e-2)
+    with pytest.raises(pc.ParameterError, match=r"^free = .*no values tried in the ranges make a"):
+        fit(0.68, 1.32)

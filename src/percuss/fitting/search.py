@@ -26,6 +26,7 @@ from percuss.fitting.solver import (
 )
 from percuss.fitting.structure_guess import lay_out_structure
 from percuss.model.oscillator import Oscillator, Wall
+from percuss.model.paths import replace_parameters
 from percuss.model.structure import Structure
 from percuss.progress import Progress
 
@@ -124,7 +125,7 @@ class FitSearch:
         best = self._gone_on()
         if best is not None and (not best.reason or self.progress.is_stopped):
             return self._with_noise(self._closed(best))
-        values = self.guess if best is None else best.descent.point.values
+        values = self._possible() if best is None else best.descent.point.values
         for attempt, cycles in enumerate(CYCLES):
             problem, nodes = self._laid_out(values, cycles)
             is_first = attempt == 0 and best is None
@@ -144,6 +145,33 @@ class FitSearch:
                 "free", dict(zip(self.paths, self.guess.tolist(), strict=True)), reason
             )
         return self._with_noise(self._closed(best))
+
+    def _possible(self) -> Floats:
+        """Return the guess, or where it makes no model the first one in the ranges that does."""
+        record, first = self.records[0], None
+        tried: list[Floats] = [self.guess, *self._guesses(self.guess)]
+        for values in tried:
+            try:
+                replace_parameters(
+                    self.osc, record.force, record.start,
+                    dict(zip(self.paths, values.tolist(), strict=True)),
+                )  # fmt: skip
+            except ParameterError as error:
+                first = first or error
+            else:
+                return values
+        assert first is not None
+        if not self.ranged.any():
+            raise first
+        ends = {
+            path: (float(low), float(high))
+            for path, low, high, is_range in zip(
+                self.paths, self.low, self.high, self.ranged, strict=True
+            )
+            if is_range
+        }
+        reason = f"no values tried in the ranges make a model; in their middle {first.name} is "
+        raise ParameterError("free", ends, reason + first.reason) from first
 
     def _gone_on(self) -> FitCandidate | None:
         """Return where a search ends that begins where another one was; None without one."""
