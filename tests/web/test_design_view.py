@@ -165,7 +165,9 @@ def test_a_design_is_searched_and_put_into_the_sliders(page: Page) -> None:
     field(view, "restarts").blur()
     view.locator(".primary").click()
 
-    expect(view.locator("p[role=status]").last).to_contain_text("optimum", timeout=60_000)
+    expect(view.locator("p[role=status]").last).to_have_text(
+        "An optimum that keeps all limits.", timeout=60_000
+    )
     row = view.locator(".fitted tr", has_text="Wall: at")
     found = float(row.inner_text().split("\t")[1].split(";")[0].split(",")[0])
     assert 0.1 <= found <= 0.2

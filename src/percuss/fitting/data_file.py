@@ -23,6 +23,7 @@ __all__ = [
     "columns_of_text",
     "forces_of_text",
     "known_names",
+    "name_and_unit",
     "quantity_named",
     "text_of_file",
     "titles_of_text",
@@ -153,11 +154,7 @@ def columns_of_text(
     >>> {name: values.tolist() for name, values in found.items()}
     {'t': [0.0, 0.01], 'displacement': [0.0015, 0.002]}
     """
-    lines = _lines_of(text)
-    table = _table_of(lines, columns or {})
-    if table is None:
-        raise ValueError(_no_columns(lines, columns or {}))
-    titles, separator, rows = table
+    titles, separator, rows = _table_of_text(text, columns or {})
     head, rows = _with_units_below(_columns_in(titles, columns or {}), rows)
     faults = _faults_of_head(head, titles, columns or {})
     factors = []
@@ -171,7 +168,7 @@ def columns_of_text(
         faults = ["no line of values under a line of names"]
     if faults:
         raise ValueError(_all_of(faults))
-    return {column.quantity: _times(values[:, i], factors[i]) for i, column in enumerate(head)}
+    return {column.quantity: _converted(values[:, i], factors[i]) for i, column in enumerate(head)}
 
 
 def forces_of_text(
@@ -212,11 +209,7 @@ def forces_of_text(
     ([0.0, 0.01], [1500.0, 2000.0])
     """
     names = {"t": time, "force": force}
-    lines = _lines_of(text)
-    table = _table_of(lines, names)
-    if table is None:
-        raise ValueError(_no_columns(lines, names))
-    titles, separator, rows = table
+    titles, separator, rows = _table_of_text(text, names)
     wanted = [column for column in _columns_in(titles, names) if column.quantity in names]
     head, rows = _with_units_below(wanted, rows)
     faults = _faults_of_names(head, titles, names)
@@ -242,7 +235,7 @@ def forces_of_text(
         faults.sort(key=_line_of)
     if faults:
         raise ValueError(_all_of(faults))
-    return _times(t, factors["t"]), _times(f, factors["force"])
+    return _converted(t, factors["t"]), _converted(f, factors["force"])
 
 
 def titles_of_text(text: str) -> list[str]:
@@ -359,7 +352,7 @@ def _has_units(units: Units | None) -> bool:
     return units is not None and bool(units.length or units.time)
 
 
-def _times(values: Floats, factor: float) -> Floats:
+def _converted(values: Floats, factor: float) -> Floats:
     """Return values times a factor; by a power of ten below 1 divided, which is exact to rounding."""
     inverse = round(1.0 / factor)
     return values / inverse if factor < 1.0 and 1.0 / inverse == factor else values * factor
@@ -395,10 +388,10 @@ def _cells(line: str, separator: str | None) -> list[str]:
         return [cell.strip() for cell in line.split(separator)]
 
 
-def _titled(cell: str) -> tuple[str, str]:
+def name_and_unit(cell: str) -> tuple[str, str]:
     """Return the name and the unit in the head of a column.
 
-    >>> _titled("x [mm]"), _titled("Time / s"), _titled("t_ms"), _titled("stop_force")
+    >>> name_and_unit("x [mm]"), name_and_unit("Time / s"), name_and_unit("t_ms"), name_and_unit("stop_force")
     (('x', 'mm'), ('Time', 's'), ('t', 'ms'), ('stop_force', ''))
     """
     bracketed = _IN_BRACKETS.fullmatch(cell)
@@ -418,7 +411,7 @@ def _columns_in(cells: Sequence[str], names: Mapping[str, str]) -> list[FileColu
     columns = []
     own = {name: quantity for quantity, name in names.items()}
     for place, cell in enumerate(cells):
-        title, unit = _titled(cell)
+        title, unit = name_and_unit(cell)
         quantity = own.get(cell) or own.get(title)
         if quantity is None:
             quantity = quantity_named(title)
@@ -437,10 +430,11 @@ def _is_number(cell: str) -> bool:
     return True
 
 
-def _table_of(
-    lines: Sequence[tuple[int, str]], names: Mapping[str, str]
-) -> tuple[list[str], str | None, list[NumberedRow]] | None:
-    """Return the names of columns, what separates them, and the rows below; None without any."""
+def _table_of_text(
+    text: str, names: Mapping[str, str]
+) -> tuple[list[str], str | None, list[NumberedRow]]:
+    """Return the names of columns, what separates them, and the rows below the names."""
+    lines = _lines_of(text)
     best: tuple[int, int, str | None] | None = None
     for i, (_, line) in enumerate(lines[:MOST_LINES_ABOVE]):
         for separator in SEPARATORS:
@@ -451,7 +445,7 @@ def _table_of(
             if count and not is_sentence and (best is None or count > best[0]):
                 best = count, i, separator
     if best is None:
-        return None
+        raise ValueError(_no_columns(lines, names))
     _, at, separator = best
     titles = _cells(lines[at][1], separator)
     rows = [(number, _cells(line, separator)) for number, line in lines[at + 1 :]]
@@ -513,7 +507,7 @@ def _faults_of_head(
             faults.append(hint or _no_such_columns([f'"{name}"'], titles))
     for title in titles:
         # A typing error would otherwise leave a column out without a word.
-        plain = _titled(title)[0].lower()
+        plain = name_and_unit(title)[0].lower()
         close = difflib.get_close_matches(plain, POWERS, n=1, cutoff=0.85)
         if close and title not in [column.title for column in head] and close[0] not in names:
             faults.append(f'column "{title}": did you mean "{close[0]}"?')

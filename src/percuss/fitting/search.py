@@ -52,7 +52,7 @@ UNLIKELY = 6.0
 MUCH_LARGER = 3.0
 # The noise of impact times that was not given may be so many times its first guess, some hundredth
 # of their distance.
-DOUBT = 10.0
+GUESSED = 10.0
 # Two misfits are the same to this part.
 SAME = 1e-4
 # The median of the squares of normal variables.
@@ -371,7 +371,7 @@ class FitSearch:
                 f"no motion of the model passes the samples between t = {begin:.6g} and {end:.6g}"
                 + (f", and {len(torn) - 1} other stretches" if len(torn) > 1 else "")
             )
-        right = descent.point.equations.right / self._doubts(problem)
+        right = descent.point.equations.right / self._noise_factors(problem)
         misfit, n = float(np.mean(right * right)), len(right)
         if self.loss.name != "linear":
             misfit = float(np.median(right * right)) / MEDIAN_SQUARE
@@ -400,15 +400,15 @@ class FitSearch:
         return "" if descent.is_settled else descent.reason
 
     @staticmethod
-    def _doubts(problem: FitProblem) -> Floats:
+    def _noise_factors(problem: FitProblem) -> Floats:
         """Return by which factor the noise of each value may be larger than it is assumed.
 
         That of impact times that nobody gave is a share of their distance, and no measure of it.
         """
         factors = [
-            np.where(samples.is_estimated, doubt, 1.0)
+            np.where(samples.is_estimated, factor, 1.0)
             for layout in problem.layouts
-            for samples, doubt in ((layout.record.samples, 1.0), (layout.record.impacts, DOUBT))
+            for samples, factor in ((layout.record.samples, 1.0), (layout.record.impacts, GUESSED))
         ]
         return np.concatenate(factors)
 

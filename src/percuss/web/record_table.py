@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from percuss.errors import ParameterError
-from percuss.fitting.data_file import forces_of_text, titles_of_text
+from percuss.fitting.data_file import forces_of_text, name_and_unit, titles_of_text
 from percuss.model.force_record import ForceRecord
 from percuss.studies.link import check_size
 from percuss.studies.record_file import quantity_of_force
@@ -68,7 +68,7 @@ def _chosen(given: object, names: list[str], usual: tuple[str, ...], place: int)
     """Return the name of a column: the one that is given, a usual one, or that at a place."""
     if given in names:
         return str(given)
-    bare = [name.partition("(")[0].partition("[")[0].strip().lower() for name in names]
+    bare = [name_and_unit(name)[0].lower() for name in names]
     return next(
         (name for name, plain in zip(names, bare, strict=True) if plain in usual), names[place]
     )

@@ -44,7 +44,7 @@ MOST_STARTS = 1024
 MOST_IMPACTS, MOST_PERIODS = 6, 6
 # Where the motion at a value of a diagram begins: at the start, or where that at the value before
 # has ended.
-FOLLOWED: dict[str, tuple[str, ...]] = {
+DIRECTIONS: dict[str, tuple[str, ...]] = {
     "start": (),
     "forward": ("forward",),
     "backward": ("backward",),
@@ -134,7 +134,7 @@ def _diagram(request: PageRequest, motion: Study) -> Mapping[str, Any]:
         "diagram": {
             "section": _section(request),
             "starts": [[number(value) for value in (start.x0, start.v0, start.t0)]],
-            "follow": list(FOLLOWED[request.choice("follow", tuple(FOLLOWED))]),
+            "follow": list(DIRECTIONS[request.choice("follow", tuple(DIRECTIONS))]),
             "transient": SETTLING,
             "points": int(request.number("points", 128, 2, 1_000_000)),
         },

@@ -11,7 +11,7 @@ import { makeHelp, makeMenu, makeTabs } from "./head.js";
 import { Mechanism } from "./mechanism.js";
 import { Paper } from "./paper.js";
 import { digitsOf } from "./scales.js";
-import { decodeLink, encode, History, Store } from "./state.js";
+import { decodeLink, encode, StudyHistory, Store } from "./state.js";
 import { Tour } from "./tour.js";
 
 export { Requests } from "./transport.js";
@@ -42,7 +42,7 @@ class App {
     const first = { view: "explore", study: options.study ?? options.facts.presets[0].study, ranges: {}, zooms: {} };
     const linked = options.hasLinks ? decodeLink(location.hash.slice(1)) : null;
     this.store = new Store({ ...first, ...linked });
-    this.history = new History(this.store);
+    this.history = new StudyHistory(this.store);
     this.ends = [];
     this.requests = options.connect((isOpen) => this.#connection(isOpen));
     this.#build();

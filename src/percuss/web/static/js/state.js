@@ -24,7 +24,7 @@ const TOGETHER = 800;
 const MOST_KEPT = 200;
 
 /** The studies before and after the one that is shown. */
-export class History {
+export class StudyHistory {
   constructor(store) {
     this.store = store;
     this.past = [];
