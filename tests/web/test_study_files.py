@@ -70,6 +70,15 @@ def test_a_study_is_dropped_on_the_page(page: Page) -> None:
     expect(page.locator("section[aria-label=Diagram]")).to_be_visible()
 
 
+def test_a_workbench_that_ended_takes_no_files(page: Page) -> None:
+    page.evaluate("async () => (await import('/static/js/page.js')).begin()")
+    page.wait_for_selector(".explore[data-drawn]")
+    before = drawn(page)
+    drop(page, "mine.toml", template_text("impact").replace("omega = ", "omega = 0.5 #"))
+    wait_for_drawing(page, before)
+    expect(box_of(page, FREQUENCY)).to_have_value("0.5")
+
+
 def test_a_study_is_opened_from_the_gallery(page: Page, tmp_path: Path) -> None:
     file = tmp_path / "mine.toml"
     file.write_text(template_text("impact").replace("omega = ", "omega = 0.75 #"), encoding="utf-8")

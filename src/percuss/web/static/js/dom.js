@@ -45,16 +45,19 @@ export function say(root, text) {
   setTimeout(() => mine.remove(), 3500);
 }
 
-/** Take files that are dropped on an element: `take(file)` returns whether the file is its own. */
+/** Take files that are dropped on an element: `take(file)` returns whether the file is its own. Return what ends that. */
 export function watchDrops(target, take) {
+  const watching = new AbortController();
+  const { signal } = watching;
   target.addEventListener("dragover", (event) => {
     if (event.dataTransfer?.types.includes("Files")) event.preventDefault();
-  });
+  }, { signal });
   target.addEventListener("drop", (event) => {
     const file = event.dataTransfer?.files[0];
     if (file === undefined || event.defaultPrevented || !take(file)) return;
     event.preventDefault();
-  });
+  }, { signal });
+  return () => watching.abort();
 }
 
 /** Return whether a file is a study. */

@@ -157,11 +157,12 @@ class App {
       event.preventDefault();
       this.undo(event.shiftKey);
     });
-    watchDrops(this.root, (file) => {
+    // The element may be the next workbench's.
+    this.ends.push(watchDrops(this.root, (file) => {
       if (isStudyFile(file)) this.openStudy(file);
       else say(this.root, `${file.name}: drop a study (.toml) here, a table of a force on the sliders, one of measurements on Fit`);
       return true;
-    });
+    }));
   }
 
   /** Take back the last change of the motion, or with `isRedo` make it again. */
