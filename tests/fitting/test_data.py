@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import percuss as pc
 from percuss.arrays import Floats
@@ -377,3 +378,28 @@ def test_a_range_in_whose_middle_there_is_no_model_is_searched_beside_it() -> No
     assert abs(found.values["s"] - 1) == pytest.approx(math.sqrt(0.3), abs=1e-2)
     with pytest.raises(pc.ParameterError, match=r"^free = .*no values tried in the ranges make a"):
         fit(0.68, 1.32)
+
+
+def test_impact_times_without_a_noise_beside_samples_with_one() -> None:
+    """Each value is judged by its own noise, though the equations stand in the order of segments."""
+    rig = pc.impact_oscillator("0.72", wall="0.2", side="above", damping="0.05")
+    force, random = pc.cosine("2.2"), np.random.default_rng(2)
+    run = pc.simulate(rig, force, v0="0.5", t_end=50)
+    t = np.linspace(0, 50, 40)
+    hits = run.impacts.t + 0.02 * random.standard_normal(len(run.impacts))
+    data = xr.Dataset(
+        {
+            "displacement": (
+                "t",
+                run(t)[0] + 0.01 * random.standard_normal(len(t)),
+                {"noise": 0.01},
+            ),
+            "impact_times": ("impact", hits),
+        },
+        coords={"t": t},
+    )
+    free = {"oscillator.stops.0.at": 0.21, "oscillator.stops.0.restitution": 0.69}
+    fit = pc.fit(data, rig, force, free=free, start=(0, "0.5"))
+    assert fit.converged, fit
+    for name, true in (("oscillator.stops.0.at", 0.2), ("oscillator.stops.0.restitution", 0.72)):
+        assert fit.values[name] == pytest.approx(true, rel=0.02)

@@ -371,7 +371,7 @@ class FitSearch:
                 f"no motion of the model passes the samples between t = {begin:.6g} and {end:.6g}"
                 + (f", and {len(torn) - 1} other stretches" if len(torn) > 1 else "")
             )
-        right = descent.point.equations.right / self._noise_factors(problem)
+        right = descent.point.equations.residuals / self._noise_factors(problem)
         misfit, n = float(np.mean(right * right)), len(right)
         if self.loss.name != "linear":
             misfit = float(np.median(right * right)) / MEDIAN_SQUARE
