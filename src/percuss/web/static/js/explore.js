@@ -42,10 +42,11 @@ export class Explore {
       this.certify = new Certify(app, () => this.#drawMotion());
       this.facts.outcome.root.append(element("dd", { class: "act" }, this.certify.opener));
     }
+    this.aside = element("aside", {}, this.panel.root);
     this.root = element(
       "section",
       { class: "explore", "aria-label": "Explore" },
-      element("aside", {}, this.panel.root),
+      this.aside,
       element(
         "div",
         { class: "stage" },
@@ -121,6 +122,11 @@ export class Explore {
     const { zooms = {} } = this.store.value;
     for (const name of ["motion", "portrait", "section", "spectrum"]) this[name].take(zooms[name] ?? null);
     this.window = zooms.motion?.x ?? null;
+  }
+
+  /** The parameters may have been beside a diagram. */
+  shown() {
+    this.aside.append(this.panel.root);
   }
 
   recolour() {
