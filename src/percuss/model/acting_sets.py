@@ -6,6 +6,7 @@ stops of its bits, and appends it to the arrays that the kernels read.
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Sequence
 from fractions import Fraction
 from functools import cached_property, lru_cache
@@ -51,6 +52,8 @@ ANY_STEP = 2.0**-8
 MOST_BYTES = 1_000_000_000
 # By how much a state may be behind a wall that it touches, as a part of its size.
 TOUCHING = 1e-9
+# Held while a set is appended to the arrays of any system.
+_ADDING = threading.RLock()
 # How often a state is moved out of walls, of which one may push it behind another.
 PUSHES = 100
 
@@ -122,21 +125,23 @@ class StructureSystem:
         ParameterError
             If all sets together take more than a gigabyte.
         """
-        new = [key for key in dict.fromkeys(keys) if key not in self._made]
-        if not new:
-            return
-        for key in new:
-            self._made[key] = self._make(key)
-            self._check_size(key)
-        made = list(self._made.values())
-        arrays = {
-            name: _joined([arrays_of_set[name] for arrays_of_set in made]) for name in made[0]
-        }
-        self._sets = Sets(
-            **arrays, keys=np.array(list(self._made), dtype=np.int64),
-            stops=self._frames.stops, walls=self._frames.walls, records=self.records,
-            normals=self._frames.gradients, impulses=self._frames.impulses,
-        )  # fmt: skip
+        # Branches on several threads share systems.
+        with _ADDING:
+            new = [key for key in dict.fromkeys(keys) if key not in self._made]
+            if not new:
+                return
+            for key in new:
+                self._made[key] = self._make(key)
+                self._check_size(key)
+            made = list(self._made.values())
+            arrays = {
+                name: _joined([arrays_of_set[name] for arrays_of_set in made]) for name in made[0]
+            }
+            self._sets = Sets(
+                **arrays, keys=np.array(list(self._made), dtype=np.int64),
+                stops=self._frames.stops, walls=self._frames.walls, records=self.records,
+                normals=self._frames.gradients, impulses=self._frames.impulses,
+            )  # fmt: skip
 
     def _check_size(self, key: int) -> None:
         """Refuse the last set, where all together are larger than a memory should hold."""
@@ -255,12 +260,15 @@ class StructureSystem:
         }
         law = self._law(modes)
         arrays |= {"law": law, "of_set": self._bounds(law, arrays)}
-        steps = np.zeros((MOST_DOUBLINGS + 1, n, at.STEP_ENTRIES + at.STEP_HARMONIC * m))
+        walk = np.empty((at.WALK_ROWS + at.DRIVE_ENTRIES * m, n))
+        walk[: at.WALK_ROWS] = modes[:, : at.WALK_ROWS].T
+        walk[at.WALK_ROWS :] = drive.transpose(1, 2, 0).reshape(-1, n)
+        steps = np.zeros((MOST_DOUBLINGS + 1, at.STEP_ENTRIES + at.STEP_HARMONIC * m, n))
         turns = np.zeros((MOST_DOUBLINGS + 1, m, 2))
         n_levels = int(arrays["of_set"][at.N_LEVELS])
         shortest = float(arrays["of_set"][at.STEP_LENGTH])
         fill_steps(law, modes, shortest, steps[:n_levels], turns[:n_levels])
-        return arrays | {"steps": steps, "turns": turns}
+        return arrays | {"walk": walk, "steps": steps, "turns": turns}
 
     def _law(self, modes: Floats) -> Law:
         """Return the modes as regions of a law under harmonics of these frequencies."""

@@ -278,10 +278,10 @@ def _fill_set(
         pushes.reactions[b, i, :, p] = change[:, k]
     # What receives a force: the modes, and the forces of the walls that hold.
     into = np.zeros((2 * n + len(structure.stops), n))
-    into[: 2 * n] = solve_linear(mass.T, sets.inverse[b].reshape(2 * n, 2 * n)[:, n:].T).T
+    into[: 2 * n] = solve_linear(mass.T, sets.inverse[b, n:].transpose(0, 2, 1).reshape(n, 2 * n)).T
     for k, i in enumerate(held):
         into[2 * n + i] = -reaction[:, k]
-    x, v, a = motion_of_modes(sets.shape[b], sets.modes[b])
+    x, v, a = motion_of_modes(sets.shape[b].transpose(2, 0, 1), sets.modes[b])
     heavier = moved.mass[p]
     force = -(matmul(heavier, a) + matmul(damped, v) + matmul(stiffer, x))
     pushes.change[b, :, :, :, p] = matmul(into, force).T.reshape(n, 2, -1)

@@ -192,7 +192,7 @@ def _stop_force(system: StructureSystem, sets: Sets, b: int, i: int) -> LinearFo
 
 def displacement_form(sets: Sets, b: int, c: Floats) -> LinearForm:
     """Return c . x in a set."""
-    shape = sets.shape[b]
+    shape = sets.shape[b].transpose(2, 0, 1)
     parts = [c[:, None] * shape[:, :, k] for k in range(2)]
     of_u, of_w = (
         np.where(
