@@ -424,6 +424,8 @@ class Maker:
     def _part(self, owner: str, where: tuple[int, ...]) -> Any:
         grid = self._grid
         own = [i for i, axis in enumerate(grid.axes) if axis.changes(owner)]
+        if not own:
+            return (grid.osc, grid.force, grid.start)[grid.owners.index(owner)]
         key = owner, tuple(where[i] for i in own)
         if key not in self._made:
             changes = {

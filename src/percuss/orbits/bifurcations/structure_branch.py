@@ -233,7 +233,7 @@ class StructureEquations:
     zero, there is one parameter more.
     """
 
-    order = 2
+    order = 3
 
     def __init__(
         self,
