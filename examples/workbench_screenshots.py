@@ -164,6 +164,7 @@ def _light(page: Page) -> None:
 def _diagram(page: Page) -> None:
     view = _view(page, "diagram")
     _compute(view, {"from": "2.2", "to": "2.95", "values": "2400"})
+    _point(page, view, 0.86, 0.42)
 
 
 def _response(page: Page) -> None:
@@ -171,6 +172,15 @@ def _response(page: Page) -> None:
     view = _view(page, "diagram")
     _field(view, "kind").select_option("response")
     _compute(view, {"from": "0.5", "to": "1.5"})
+    _point(page, view, 0.5, 0.5)
+
+
+def _point(page: Page, view: Locator, across: float, down: float) -> None:
+    """Show the motion at a place of a diagram."""
+    box = view.locator(".u-over").first.bounding_box()
+    assert box is not None
+    page.mouse.move(box["x"] + across * box["width"], box["y"] + down * box["height"])
+    page.wait_for_timeout(1500)
 
 
 def _basins(page: Page) -> None:

@@ -403,3 +403,20 @@ def test_impact_times_without_a_noise_beside_samples_with_one() -> None:
     assert fit.converged, fit
     for name, true in (("oscillator.stops.0.at", 0.2), ("oscillator.stops.0.restitution", 0.72)):
         assert fit.values[name] == pytest.approx(true, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    "free",
+    [
+        {RESTITUTION: (0.3, 0.95), "oscillator.damping": 0.05},
+        {"oscillator.stiffness": 1.0, "forcing.omega": 2.0},
+    ],
+)
+def test_data_beyond_a_wall_end_a_fit_with_the_reason(free: dict[str, Any]) -> None:
+    """The search goes to dampings of 1e5, whose motions took it minutes each."""
+    t = np.linspace(0, 40, 600)
+    osc = pc.impact_oscillator("0.8", wall="0.3", side="above", damping="0.05")
+    for data in (np.abs(np.sin(t)) + 3, 1e6 * np.sin(5 * t)):
+        fit = pc.fit({"t": t, "displacement": data}, osc, pc.cosine(2), free=free, noise=0.01)
+        assert not fit.converged
+        assert fit.reason.startswith("no admissible motion explains the samples between t = 0")

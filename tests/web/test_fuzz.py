@@ -30,6 +30,7 @@ LONGEST = 2**20
 OPTIONS: dict[str, dict[str, Any]] = {
     "explore": {"points": 200, "window": [1.0, 2.0]},
     "thumb": {"points": 100},
+    "beside": {"points": 100},
     "facts": {},
     "certify": {"digits": 12},
     "saddles": {},

@@ -136,15 +136,15 @@ def state_of(link: str) -> dict[str, Any]:
 def test_a_link_to_a_picture_that_was_computed_shows_it(page: Page, kind: str) -> None:
     view = view_with(page, kind)
     compute(view)
-    over = view.locator(".u-over")
+    over = view.locator(".u-over").first
     drag(page, middle(over, 0.25, 0.25), middle(over, 0.5, 0.6))
     link = link_of(page)
-    seen = view.locator(".canvas").get_attribute("data-limits")
+    seen = view.locator(".canvas").first.get_attribute("data-limits")
     page.goto("about:blank")
     page.goto(link)
     expect(view.locator(".status")).to_contain_text("done", timeout=WAIT)
 
-    found = json.loads(view.locator(".canvas").get_attribute("data-limits") or "")
+    found = json.loads(view.locator(".canvas").first.get_attribute("data-limits") or "")
     for axis, ends in json.loads(seen or "").items():
         assert found[axis] == pytest.approx(ends, rel=1e-6)
     # What is set and not computed waits for its button.
@@ -161,7 +161,7 @@ def test_back_to_a_diagram_does_not_compute_it_again(page: Page) -> None:
     view = view_with(page, "diagram")
     compute(view)
     before = page.locator(".explore").get_attribute("data-drawn") or ""
-    page.mouse.click(*middle(view.locator(".u-over"), 0.25))
+    page.mouse.click(*middle(view.locator(".u-over").first, 0.25))
     wait_for_drawing(page, before)
     page.evaluate(
         "document.querySelector('section[aria-label=Diagram] .status').textContent = 'kept'"

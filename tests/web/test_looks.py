@@ -141,3 +141,25 @@ def test_what_is_known_of_an_earlier_motion_is_grey(page: Page) -> None:
 
     expect(card).to_have_class("card stale")
     page.goto("about:blank")
+
+
+def test_what_comes_before_a_motion_has_settled_is_pale(page: Page) -> None:
+    # The impacts of the second half of the run, and those of the first half.
+    strong, pale = page.evaluate(
+        """() => {
+          const plot = [...document.querySelectorAll('.explore .plot')].find((it) => it.textContent.includes('Impacts'));
+          const canvas = plot.querySelector('canvas');
+          const colour = getComputedStyle(plot).getPropertyValue('--curve').trim();
+          const wanted = [1, 3, 5].map((k) => Number.parseInt(colour.slice(k, k + 2), 16));
+          const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+          const counts = [0, 0];
+          for (let i = 0; i < data.length; i += 4) {
+            if (!wanted.every((value, k) => Math.abs(value - data[i + k]) < 8)) continue;
+            if (data[i + 3] > 250) counts[0] += 1;
+            else if (data[i + 3] > 40 && data[i + 3] < 120) counts[1] += 1;
+          }
+          return counts;
+        }"""
+    )
+    # Six impacts in a place take no more room than one, and the transient is spread.
+    assert 20 < strong < pale

@@ -264,7 +264,7 @@ def test_axes_have_the_units_of_the_study(page: Page, address: str) -> None:
         ["angular frequency omega (1/s)", "amplitude (mm)"],
     ]
     view = view_of(page, "Diagram")
-    assert view.locator(".plot").get_attribute("data-y") == "x at whole periods (mm)"
+    assert view.locator(".plot").first.get_attribute("data-y") == "x at whole periods (mm)"
 
 
 def test_a_mass_and_units_are_given_on_the_panel(page: Page, address: str) -> None:
@@ -414,7 +414,7 @@ def test_a_section_is_set_computed_and_kept_in_the_link(page: Page, address: str
     fill(view, "points at each", "8")
     compute(view)
 
-    assert view.locator(".plot").get_attribute("data-y") == "v at x = 0.4, down (mm/s)"
+    assert view.locator(".plot").first.get_attribute("data-y") == "v at x = 0.4, down (mm/s)"
     link = link_of(page)
     state = json.loads(base64.urlsafe_b64decode(link.split("#", 1)[1] + "=="))
     kept = state["diagram"]
@@ -422,5 +422,5 @@ def test_a_section_is_set_computed_and_kept_in_the_link(page: Page, address: str
     page.goto("about:blank")
     page.goto(link)
     expect(view.locator(".status")).to_contain_text("done", timeout=WAIT)
-    assert view.locator(".plot").get_attribute("data-y") == "v at x = 0.4, down (mm/s)"
+    assert view.locator(".plot").first.get_attribute("data-y") == "v at x = 0.4, down (mm/s)"
     expect(field(view, "of").locator("option")).to_have_text(["velocity", "cycle"])

@@ -45,7 +45,7 @@ def chart(page: Page, low: str = "1") -> Locator:
 
 def place_where(page: Page, view: Locator, words: str, n: int = 40) -> tuple[float, float]:
     """Return a place in the middle of the plot whose read-out holds some words."""
-    over = view.locator(".u-over")
+    over = view.locator(".u-over").first
     for k in range(1, n):
         place = middle(over, 0.5, k / n)
         page.mouse.move(*place)
@@ -56,13 +56,13 @@ def place_where(page: Page, view: Locator, words: str, n: int = 40) -> tuple[flo
 
 def squares(view: Locator) -> list[tuple[dict[str, Any], tuple[float, float]]]:
     """Return the squares of a chart, and their places in pixels of the window."""
-    marks = json.loads(view.locator(".plot").get_attribute("data-marks") or "[]")
-    ends = json.loads(view.locator(".canvas").get_attribute("data-limits") or "{}")
+    marks = json.loads(view.locator(".plot").first.get_attribute("data-marks") or "[]")
+    ends = json.loads(view.locator(".canvas").first.get_attribute("data-limits") or "{}")
     share = {
         axis: lambda it, axis=axis: (it[axis] - ends[axis][0]) / (ends[axis][1] - ends[axis][0])
         for axis in ("x", "y")
     }
-    over = view.locator(".u-over")
+    over = view.locator(".u-over").first
     return [(it, middle(over, share["x"](it), 1.0 - share["y"](it))) for it in marks]
 
 
@@ -72,7 +72,7 @@ def test_a_diagram_stays_what_it_was_computed_from(page: Page) -> None:
     compute(view)
     first = study_toml(page)
     before = drawn(page)
-    page.mouse.click(*middle(view.locator(".u-over"), 0.25))
+    page.mouse.click(*middle(view.locator(".u-over").first, 0.25))
     wait_for_drawing(page, before)
     clicked = box_of(page, "start.v0").input_value()
     assert clicked != "0.5"
@@ -106,7 +106,7 @@ def test_an_orbit_that_is_opened_shows_its_start_time(page: Page) -> None:
     fill(view, "values", "64")
     compute(view)
     label = f"x at t = {float(t0.input_value()):.4g} + whole periods"
-    expect(view.locator(".plot")).to_have_attribute("data-y", label)
+    expect(view.locator(".plot").first).to_have_attribute("data-y", label)
 
 
 def test_a_square_is_read_and_opened_at_its_own_value(page: Page) -> None:

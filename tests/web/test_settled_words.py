@@ -135,11 +135,11 @@ def test_a_narrow_range_has_ticks_and_a_cursor_that_tell_neighbours_apart(page: 
     for name in ("from", "to"):
         box = field(view, name)
         assert box.evaluate("it => it.scrollWidth <= it.clientWidth")
-    over = view.locator(".u-over")
+    over = view.locator(".u-over").first
     seen = set()
     for across in (0.2, 0.21, 0.22):
         page.mouse.move(*middle(over, across))
-        seen.add(view.locator(".readout").inner_text().split(",")[0])
+        seen.add(view.locator(".readout").first.inner_text().split(",")[0])
     assert len(seen) == 3
     before = drawn(page)
     page.mouse.click(*middle(over, 0.25))

@@ -102,7 +102,7 @@ def test_what_comes_and_goes_does_not_move_the_page(page: Page) -> None:
     view = view_of(page, "Diagram")
     fill(view, "values", "64")
     compute(view)
-    plot = view.locator(".plot")
+    plot = view.locator(".plot").first
     before = plot.bounding_box()
     page.locator("[data-view=explore]").click()
     set_box(page, "oscillator.damping", "0.06")

@@ -23,11 +23,11 @@ from tests.web.hands import (
 
 def test_a_diagram_grows_and_a_click_opens_its_motion(page: Page) -> None:
     view = view_of(page, "Diagram")
-    expect(view.locator(".empty")).to_contain_text("Compute")
+    expect(view.locator(".empty").first).to_contain_text("Compute")
     compute(view)
     expect(view.locator(".legend")).to_contain_text("204,800 points")
     before = drawn(page)
-    page.mouse.click(*middle(view.locator(".u-over"), 0.25))
+    page.mouse.click(*middle(view.locator(".u-over").first, 0.25))
     wait_for_drawing(page, before)
 
     expect(page.locator("section[aria-label=Explore]")).to_be_visible()
@@ -41,7 +41,7 @@ def test_a_zoom_into_a_diagram_is_computed_more_finely(page: Page) -> None:
     compute(view)
     finer = view.get_by_role("button", name="Compute what is shown")
     expect(finer).to_be_hidden()
-    over = view.locator(".u-over")
+    over = view.locator(".u-over").first
     drag(page, middle(over, 0.25), middle(over, 0.5, 0.51))
     finer.click()
     expect(view.locator(".status")).to_contain_text("done", timeout=WAIT)
@@ -105,7 +105,7 @@ def test_a_response_chart_names_its_families_and_a_click_opens_an_orbit(page: Pa
     compute(view)
     expect(view.locator(".legend")).to_contain_text("(1, 1)")
     # Along the middle of the picture one of the places lies on the branch.
-    over = view.locator(".u-over")
+    over = view.locator(".u-over").first
     place, text = None, ""
     for k in range(1, 30):
         place = middle(over, 0.5, k / 30)
@@ -133,7 +133,7 @@ def test_basins_name_attractors_and_a_click_starts_there(page: Page) -> None:
     x_low, v_low, v_high = (
         float(field(view, name).input_value()) for name in ("x from", "v from", "v to")
     )
-    over = view.locator(".u-over")
+    over = view.locator(".u-over").first
     page.mouse.click(*middle(over, 0.9))
     expect(page.locator(".toast")).to_contain_text("inside a wall")
     before = drawn(page)
@@ -154,7 +154,7 @@ def test_another_motion_begins_with_settings_of_its_own(page: Page) -> None:
 
     # Around omega = 3.
     assert [field(view, name).input_value() for name in ("from", "to")] == ["1.8", "4.2"]
-    expect(view.locator(".empty")).to_be_visible()
+    expect(view.locator(".empty").first).to_be_visible()
     expect(view.locator(".status")).to_be_empty()
     expect(view.locator(".stale-note")).to_be_hidden()
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from percuss.arrays import Flags, Floats, Integers
 from percuss.errors import ParameterError
+from percuss.fitting.effort import Effort
 from percuss.fitting.guess import Windows, best_start, extremes_of, lay_out, windows_of
 from percuss.fitting.losses import Loss
 from percuss.fitting.measured import MeasuredRecord
@@ -118,12 +119,13 @@ class FitSearch:
         self.low, self.high, self.ranged = low, high, ranged
         self.priors, self.loss, self.progress = priors, loss, progress
         self.n_runs, self.before, self.keep = 0, before, keep
+        self.effort = Effort(progress.tick)
         self._windows: Windows | None = None
 
     def best(self) -> FitCandidate:
         """Return the best candidate of descents with several distances of nodes."""
         best = self._gone_on()
-        if best is not None and (not best.reason or self.progress.is_stopped):
+        if best is not None and (not best.reason or self._is_over):
             return self._with_noise(self._closed(best))
         values = self._possible() if best is None else best.descent.point.values
         for attempt, cycles in enumerate(CYCLES):
@@ -131,12 +133,14 @@ class FitSearch:
             is_first = attempt == 0 and best is None
             begin = self._begin(problem, nodes, values, is_first=is_first)
             if begin is None:
+                if self._is_over:
+                    break
                 continue
             candidate = self._mended(self._descended(problem, begin, LOOSE))
             again = best is not None and _is_same(candidate, best)
             if best is None or _is_better(candidate, best):
                 best = candidate
-            if not candidate.reason or again or self.progress.is_stopped:
+            if not candidate.reason or again or self._is_over:
                 break
             values = best.descent.point.values
         if best is None:
@@ -145,6 +149,11 @@ class FitSearch:
                 "free", dict(zip(self.paths, self.guess.tolist(), strict=True)), reason
             )
         return self._with_noise(self._closed(best))
+
+    @property
+    def _is_over(self) -> bool:
+        """Whether the caller, or the effort, allows no further run."""
+        return self.progress.is_stopped or self.effort.is_spent
 
     def _possible(self) -> Floats:
         """Return the guess, or where it makes no model the first one in the ranges that does."""
@@ -180,7 +189,7 @@ class FitSearch:
         problem, nodes = self.before
         problem = replace(
             problem, low=self.low, high=self.high, priors=self.priors, loss=self.loss,
-            ask=self.progress.advance, keep=self.keep,
+            ask=self.progress.advance, keep=self.keep, effort=self.effort,
         )  # fmt: skip
         self.n_runs += 1
         begin = point_at(problem, self.guess, nodes)
@@ -188,7 +197,7 @@ class FitSearch:
 
     def _closed(self, candidate: FitCandidate) -> FitCandidate:
         """Return the best candidate whose segments connect, where the best of all is torn."""
-        if not len(candidate.descent.torn(candidate.problem)) or self.progress.is_stopped:
+        if not len(candidate.descent.torn(candidate.problem)) or self._is_over:
             return candidate
         problem = replace(candidate.problem, tear=math.inf)
         begin = point_at(
@@ -220,7 +229,7 @@ class FitSearch:
         problem = FitProblem(
             self.osc, layouts, self.paths, self.low, self.high,
             np.median(np.array(errors), axis=0), self.priors, self.loss, self.progress.advance,
-            keep=self.keep,
+            keep=self.keep, effort=self.effort,
         )  # fmt: skip
         return problem, np.concatenate(states)
 
@@ -231,6 +240,8 @@ class FitSearch:
         tried = self._guesses(values) if is_first else [values]
         points = []
         for guess in tried:
+            if self._is_over:
+                break
             self.n_runs += 1
             point = point_at(problem, guess, nodes)
             if point is not None:
@@ -291,7 +302,7 @@ class FitSearch:
             wrong = np.union1d(torn, self._strained(candidate.descent))
             # A noise that was estimated from the residuals contains the misfit: no segment stands out.
             is_fine = not candidate.reason and not self._is_noise_known
-            if is_fine or not len(wrong) or self.progress.is_stopped:
+            if is_fine or not len(wrong) or self._is_over:
                 break
             # Small misfits of most segments are not caused by single impacts.
             is_whole = candidate.descent.is_settled and not len(torn)
@@ -353,7 +364,7 @@ class FitSearch:
                 most = MOST_RESIDUAL if self.loss.name == "linear" else MOST_OF_OUTLIERS
                 nodes[k], ends[k] = best_start(
                     self.osc, layout, k - row, named, tried, (problem.node_errors, most),
-                    (before, after),
+                    (before, after), self.effort,
                 )  # fmt: skip
             row += len(layout)
         self.n_runs += 1
@@ -368,7 +379,7 @@ class FitSearch:
             spans = np.concatenate([layout.spans for layout in problem.layouts])
             begin, end = spans[torn[0]].tolist()
             return (
-                f"no motion of the model passes the samples between t = {begin:.6g} and {end:.6g}"
+                f"no admissible motion explains the samples between t = {begin:.6g} and {end:.6g}"
                 + (f", and {len(torn) - 1} other stretches" if len(torn) > 1 else "")
             )
         right = descent.point.equations.residuals / self._noise_factors(problem)
@@ -381,11 +392,11 @@ class FitSearch:
             if not known:
                 times = math.sqrt(misfit)
                 return (
-                    "no motion near the guess explains the data: the residuals are "
+                    "no admissible motion near the guess explains the data: the residuals are "
                     f"{times:.3g} times as large as the noise between neighbouring values"
                 )
             return (
-                f"no motion near the guess explains the data: chi2 is {misfit:.3g} where 1 was to "
+                f"no admissible motion near the guess explains the data: chi2 is {misfit:.3g} where 1 was to "
                 "be expected"
             )
         strained = self._strained(descent)
@@ -437,7 +448,8 @@ class FitSearch:
                     some.append(replace(samples, noise=noise))
                 record = replace(layout.record, samples=some[0], impacts=some[1])
                 layouts.append(replace(layout, record=record))
-            problem = replace(candidate.problem, layouts=layouts)
+            # A motion that was followed before.
+            problem = replace(candidate.problem, layouts=layouts, effort=None)
             point = point_at(
                 problem, candidate.descent.point.values, candidate.descent.point.shots.nodes
             )

@@ -202,7 +202,7 @@ def formula(function: Callable[P, R]) -> Callable[P, R]:
 
     For any other kernel the compiler weighs whether to write it out or to call it. A loop of
     formulas becomes vector instructions, where one with a call in it handles one number at a time;
-    and a general flight saves a call in each of its four hottest functions.
+    and a general flight saves a call in each of its hottest functions.
 
     Parameters
     ----------

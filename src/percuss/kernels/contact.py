@@ -21,7 +21,7 @@ from percuss.kernels.arithmetic import (
     two_product,
     two_sum,
 )
-from percuss.kernels.compile import kernel
+from percuss.kernels.compile import cold, kernel
 from percuss.kernels.flight import force_and_slopes, force_derivative, set_phases
 from percuss.kernels.law_columns import (
     COSINE,
@@ -220,20 +220,30 @@ def chatter_time(
     force: float,
     phases: Floats,
 ) -> tuple[float, float]:
-    """Return (time left to the accumulation, error bound) of a chatter, (-1, 0) if it is none.
+    """Return (time left to the accumulation, error bound) of a chatter, (-1, 0) if it is none."""
+    if speed > SLOW * fastest:
+        return -1.0, 0.0
+    return sum_of_hops(law, region, side, speed, force, phases)
+
+
+@cold
+def sum_of_hops(
+    law: Law, region: int, side: float, speed: float, force: float, phases: Floats
+) -> tuple[float, float]:
+    """Return what `chatter_time` does, of hops that are slow beside the impacts before them.
 
     With p the force towards the wall, q = speed / p and e = -(p' / p + a), hops last
     2 q (1 + 2 e q / 3) and send q to r q (1 + 4 e q / 3), to second order; the sum is
 
         T = tau (1 + e tau / 3),   tau = 2 q / (1 - r).
 
-    A restitution r + r' u of slow impacts makes it longer by tau r' u / (1 - r^2). It holds if over 2 tau the force keeps its sign, which its derivatives' bounds prove, and the
-    first hop meets nothing else (docs/theory/chatter.md). ``side`` is -1 at a wall below and +1
-    at one above.
+    A restitution r + r' u of slow impacts makes it longer by tau r' u / (1 - r^2). It holds if
+    over 2 tau the force keeps its sign, which its derivatives' bounds prove, and the first hop
+    meets nothing else (docs/theory/chatter.md). ``side`` is -1 at a wall below and +1 at one above.
     """
     bound = int(law[region, NUMBER]) + (1 if side > 0.0 else 0)
     restitution, bend = slow_restitution(law, region, bound, speed)
-    if restitution >= 1.0 or speed > SLOW * fastest:
+    if restitution >= 1.0:
         return -1.0, 0.0
     harmonic, slope, _ = force_and_slopes(law, phases)
     pressing = side * (force + harmonic)

@@ -63,7 +63,7 @@ DOUBLINGS = 200
 HALVINGS = 40
 
 
-@kernel
+@formula
 def locate_root(
     flight: Flight,
     bound: Pair,
@@ -158,7 +158,7 @@ def series_root(value: float, first: float, second: float, third: float, fourth:
     return q * part if 0.5 < part < 2.0 else q
 
 
-@kernel
+@formula
 def turn_by(law: Law, phases: Floats, step: float) -> None:
     """Advance ``phases`` by a step of a small phase."""
     for j in range(phases.shape[0]):

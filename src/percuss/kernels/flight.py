@@ -185,7 +185,7 @@ def response_series(
     return total
 
 
-@kernel
+@cold
 def slope_response(law: Law, region: int, s: float, impulse: float, rise: float) -> float:
     """Return E(s), the response to a force of slope 1: the integral of D.
 
@@ -193,32 +193,14 @@ def slope_response(law: Law, region: int, s: float, impulse: float, rise: float)
     """
     damping = law[region, DAMPING]
     stiffness = law[region, STIFFNESS]
-    quickest = law[region, QUICKEST]
     slow = law[region, SLOW_ROOT]
     fast = law[region, FAST_ROOT]
-    if quickest * s < SLOPE_SERIES_LIMIT or (
-        law[region, OVERDAMPED] == 1.0 and are_apart(slow, fast)
-    ):
-        return slope_response_of(damping, stiffness, quickest, slow, fast, law[region, RATE], s)
-    # S + 2 a D + K E = s, the equation of D integrated.
+    if law[region, QUICKEST] * s < SLOPE_SERIES_LIMIT:
+        return response_series(damping, stiffness, s, s * s * s / 6.0, 4.0, MOST_SLOPE_TERMS)
+    if law[region, OVERDAMPED] == 1.0 and are_apart(slow, fast):
+        return (twice_integrated(slow, s) - twice_integrated(fast, s)) / (2.0 * law[region, RATE])
+    # S + 2 a D + K E = s, the equation of D integrated: elsewhere it would lose digits.
     return (s - impulse - 2.0 * damping * rise) * law[region, PER_STIFFNESS]
-
-
-@cold
-def slope_response_of(
-    damping: float,
-    stiffness: float,
-    quickest: float,
-    slow: float,
-    fast: float,
-    rate: float,
-    s: float,
-) -> float:
-    """Return E(s) where the equation of D integrated would lose digits: a short time, two rates."""
-    if quickest * s < SLOPE_SERIES_LIMIT:
-        first = s * s * s / 6.0
-        return response_series(damping, stiffness, s, first, 4.0, MOST_SLOPE_TERMS)
-    return (twice_integrated(slow, s) - twice_integrated(fast, s)) / (2.0 * rate)
 
 
 @kernel
@@ -561,22 +543,28 @@ def acceleration_and_jerk(
     return second, third
 
 
-@kernel
+@formula
 def four_derivatives(
     law: Law, region: int, force: float, phases: Floats, y: float, v: float
 ) -> tuple[float, float, float, float]:
     """Return the second to the fifth derivative of x, as `acceleration_and_jerk` does two."""
-    second, third = acceleration_and_jerk(law, region, force, phases, y, v)
-    _, _, bend = force_and_slopes(law, phases)
+    pull = 0.0
+    slope = 0.0
+    bend = 0.0
     twist = 0.0
     for j in range(phases.shape[0]):
         harmonic = FIRST_HARMONIC + j
         omega = law[harmonic, OMEGA]
-        if omega < 0.0:
-            continue
+        part = law[harmonic, COSINE] * phases[j, 0] + law[harmonic, SINE] * phases[j, 1]
         quadrature = law[harmonic, SINE] * phases[j, 0] - law[harmonic, COSINE] * phases[j, 1]
-        twist -= omega * omega * omega * quadrature
+        pull += part
+        slope += omega * quadrature
+        if omega > 0.0:
+            bend -= omega * omega * part
+            twist -= omega * omega * omega * quadrature
     drag = 2.0 * law[region, DAMPING]
+    second = force + pull - drag * v - law[region, STIFFNESS] * y
+    third = slope - drag * second - law[region, STIFFNESS] * v
     fourth = bend - drag * third - law[region, STIFFNESS] * second
     fifth = twist - drag * fourth - law[region, STIFFNESS] * third
     return second, third, fourth, fifth

@@ -8,7 +8,7 @@ import numpy as np
 
 from percuss.arrays import Floats
 from percuss.kernels.arithmetic import Pair, later
-from percuss.kernels.compile import formula, kernel
+from percuss.kernels.compile import cold, formula, kernel
 from percuss.kernels.contact import FORCE_ROUNDING, chatter_time, push, release_time
 from percuss.kernels.event_location import GRAZE, NONE, is_fast, rest_at_landing
 from percuss.kernels.flight import Flight, constant_force, force_and_slopes, move, set_phases
@@ -204,7 +204,7 @@ def fly(run: Run, t_end: float) -> int:
     return arrive(run, event, longest)
 
 
-@kernel
+@cold
 def pass_knot(run: Run, s: float) -> int:
     """Begin a flight under the next piece of the record, a time s later."""
     law, state = run.law, run.state
@@ -383,7 +383,7 @@ def stay(run: Run, t_end: float) -> int:
     return MOVING
 
 
-@kernel
+@cold
 def stay_past_knot(run: Run) -> None:
     """Stay in contact under the next piece of the record, unless its force pulls at once."""
     law, state, counters, phases = run.law, run.state, run.counters, run.phases

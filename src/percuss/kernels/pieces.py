@@ -146,8 +146,12 @@ def record_before(law: Law, t: float, t_low: float) -> Pair:
 @kernel
 def time_to_knot(law: Law, t: float, t_low: float) -> float:
     """Return the time from an instant to the next knot; infinite without one."""
-    if law[0, N_KNOTS] == 0.0:
-        return math.inf
+    return time_to_next_knot(law, t, t_low) if law[0, N_KNOTS] > 0.0 else math.inf
+
+
+@cold
+def time_to_next_knot(law: Law, t: float, t_low: float) -> float:
+    """Return the time from an instant to the next knot of a record; infinite behind the last."""
     high, low = next_knot(law, t, t_low)
     if high == math.inf:
         return math.inf

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 
 from percuss.kernels.arithmetic import ULP
-from percuss.kernels.compile import kernel
+from percuss.kernels.compile import cold, kernel
 from percuss.kernels.law_columns import (
     KNOT_RESTITUTION,
     KNOT_SPEED,
@@ -43,7 +43,7 @@ def constant_restitution(law: Law, region: int, bound: int) -> float:
     return law[region, LOWER_RESTITUTION if lower else UPPER_RESTITUTION]
 
 
-@kernel
+@cold
 def on_table(law: Law, table: int, speed: float) -> tuple[float, float]:
     """Return the restitution at a speed and its derivative; at a knot that above it."""
     knot = table

@@ -626,15 +626,20 @@ def _crossings(system: System, events: Floats, marks: Integers) -> Crossings:
     )
     if len(which) == 0:
         return no_crossings(units)
+    bounds = marks[which, columns.BOUND]
     edges = system.lines.edges
     # Stops that share an edge are crossed together, one line each.
-    sharing = np.array([len(edge) for edge in edges])[marks[which, columns.BOUND]]
-    stop = [k for bound in marks[which, columns.BOUND] for k in edges[bound]]
-    above = np.array([system.oscillator.stops[k].side == "above" for k in stop], dtype=bool)
+    at_edge = np.array([len(edge) for edge in edges])
+    sharing = at_edge[bounds]
+    line = np.arange(sharing.sum()) - np.repeat(np.cumsum(sharing) - sharing, sharing)
+    stops = np.array([k for edge in edges for k in edge], dtype=np.int64)
+    first = np.cumsum(at_edge) - at_edge
+    stop = stops[np.repeat(first[bounds], sharing) + line]
+    above = np.array([at.side == "above" for at in system.oscillator.stops], dtype=bool)[stop]
     v = np.repeat(events[which, columns.V_AFTER], sharing)
     direction = np.where((v > 0.0) == above, "in", "out")
     t = np.repeat(events[which, columns.EVENT_T], sharing)
-    return Crossings(t, v, np.array(stop, dtype=np.int64), direction, units)
+    return Crossings(t, v, stop, direction, units)
 
 
 def _contacts(system: System, start: Start, events: Floats, marks: Integers) -> Contacts:

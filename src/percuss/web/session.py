@@ -33,6 +33,7 @@ PROGRESS_INTERVAL, HEARTBEAT = 0.3, 3.0
 QUICK = (
     "explore",
     "thumb",
+    "beside",
     "facts",
     "mechanism",
     "mechanism_facts",
@@ -91,6 +92,7 @@ class Session:
         self._queues = {
             "explore": RequestQueue(send, short, _once(answer_explore), self._failed),
             "thumb": RequestQueue(send, short, _once(answer_explore), self._failed),
+            "beside": RequestQueue(send, short, _once(answer_explore), self._failed),
             "facts": RequestQueue(send, facts, _once(answer_facts), self._failed),
             "measured": RequestQueue(send, facts, _once(answer_measured), self._failed),
             "record": RequestQueue(send, facts, _once(answer_record), self._failed),

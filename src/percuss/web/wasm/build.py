@@ -29,6 +29,20 @@ TRIPLE = "wasm32-unknown-unknown"
 LAYOUT = "e-m:e-p:32:32-p10:8:8-p20:8:8-i64:64-n32:64-S128-ni:1:10:20"
 FEATURES = "+simd128,+nontrapping-fptoint,+bulk-memory,+sign-ext"
 LINKERS = ("wasm-ld", "wasm-ld-19", "wasm-ld-16", "wasm-ld-14")
+# A product of integers and whether it overflows, which else takes a function of 128 bits.
+CHECKED_PRODUCT = """
+define linkonce_odr { i64, i1 } @checked_product(i64 %a, i64 %b) {
+  %product = mul i64 %a, %b
+  %is_zero = icmp eq i64 %a, 0
+  %divisor = select i1 %is_zero, i64 1, i64 %a
+  %quotient = udiv i64 %product, %divisor
+  %differs = icmp ne i64 %quotient, %b
+  %overflows = select i1 %is_zero, i1 false, i1 %differs
+  %half = insertvalue { i64, i1 } undef, i64 %product, 0
+  %both = insertvalue { i64, i1 } %half, i1 %overflows, 1
+  ret { i64, i1 } %both
+}
+"""
 # What the page has to know of the arrays.
 COLUMNS = {
     record: (
@@ -99,6 +113,9 @@ def _code_of(name: str) -> tuple[str, str]:
     text = text.replace("@sqrt(", "@llvm.sqrt.f64(")
     if "declare double @llvm.sqrt.f64(" not in text:
         text += "\ndeclare double @llvm.sqrt.f64(double)\n"
+    if "@llvm.umul.with.overflow.i64(" in text:
+        text = re.sub(r"^declare .*@llvm.umul.with.overflow.i64\(.*$", "", text, flags=re.MULTILINE)
+        text = text.replace("@llvm.umul.with.overflow.i64(", "@checked_product(") + CHECKED_PRODUCT
     return symbol, text
 
 

@@ -1,8 +1,9 @@
 // A bifurcation diagram or a response chart over one parameter.
 
+import { Beside } from "./beside.js";
 import { familiesOf, nearestMark, nearestOrbit, orbitText } from "./chart.js";
 import { element, say, shown } from "./dom.js";
-import { checkRange, choiceField, numberField } from "./fields.js";
+import { checkField, checkRange, choiceField, numberField } from "./fields.js";
 import { JobView } from "./job_view.js";
 import { limitsOf, named, numberOf, pathsOf, startAt, unitsOf } from "./models.js";
 import { sampledAt } from "./provenance.js";
@@ -35,14 +36,73 @@ const ABOUT = {
   response: "All periodic orbits that are found, stable solid and unstable dashed, (impacts, forcing periods); squares are bifurcations and grazes.",
 };
 const FOLLOWS = [["start", "the start of Explore"], ["forward", "the value before, upwards"], ["backward", "the value above, downwards"], ["both", "both, upwards and downwards"]];
-const DEFAULTS = { kind: "diagram", path: "", low: 1, high: 4, values: 1600, points: 128, of: "x", max_impacts: 3, max_periods: 2, follow: "start", section: "strobes", at: 0, direction: "up", cycle: 0, isComputed: false };
+// Values and points while a slider moves; all are computed once it has rested so long [ms].
+const COARSE = { values: 256, points: 64 };
+const RESTED = 400;
+// Forcing periods before the motion beside a point that is no start of it.
+const SETTLING = 60;
+const DEFAULTS = { kind: "diagram", path: "", low: 1, high: 4, values: 1600, points: 128, of: "x", max_impacts: 3, max_periods: 2, follow: "start", section: "strobes", at: 0, direction: "up", cycle: 0, isLive: false, isComputed: false };
 
 export class Diagram extends JobView {
   constructor(app) {
     super(app, { name: "diagram", title: "Diagram", defaults: DEFAULTS, x: "parameter", y: "x" });
     this.levels = [];
     this.job.mark = (fault) => this.#mark(fault);
+    this.beside = new Beside(app);
+    this.aside = element("aside", { hidden: true });
+    this.sides = element("div", { class: "sides" });
+    this.plot.root.replaceWith(this.sides);
+    this.sides.append(this.aside, this.plot.root, this.beside.root);
+    this.root.classList.add("diagram");
     this.restore(app.store.value);
+  }
+
+  recolour() {
+    super.recolour();
+    this.beside.recolour();
+  }
+
+  close() {
+    clearTimeout(this.resting);
+    super.close();
+    this.beside.close();
+  }
+
+  shown() {
+    this.#place();
+    const isDue = super.shown();
+    if (!isDue && this.isFollowing && !this.stale.hidden) this.#follow();
+    return isDue;
+  }
+
+  /** Whether the diagram follows the sliders: it is one of points, computed once, and seen. */
+  get isFollowing() {
+    return this.settings.isLive && this.settings.kind === "diagram" && this.current?.kind === "diagram" && !this.root.hidden;
+  }
+
+  /** Put the parameters beside a diagram that follows them, when it is seen. */
+  #place() {
+    const { isLive, kind } = this.settings;
+    this.aside.hidden = !(isLive && kind === "diagram");
+    this.sides.classList.toggle("is-live", !this.aside.hidden);
+    if (!this.root.hidden && !this.aside.hidden) this.aside.append(this.app.views.explore.panel.root);
+  }
+
+  /** Compute few points while a slider moves, one diagram after another, and all when it rests. */
+  #follow() {
+    clearTimeout(this.resting);
+    this.stale.hidden = true;
+    if (this.job.followed !== null) {
+      this.isBehind = true;
+      return;
+    }
+    this.isBehind = false;
+    this.isCoarse = true;
+    this.job.run(() => {
+      if (this.isBehind && this.isFollowing) this.#follow();
+      else this.resting = setTimeout(() => this.isFollowing && this.job.run(), RESTED);
+    });
+    this.isCoarse = false;
   }
 
   get hasPicture() {
@@ -62,18 +122,23 @@ export class Diagram extends JobView {
     if (!this.#choices().some(([name]) => name === this.settings.of)) this.settings.of = this.#choices()[0][0];
     this.key = "";
     this.#fields(state.study);
+    if (this.app.views) this.#place();
   }
 
   begin(state) {
     this.levels = [];
     this.families = null;
+    clearTimeout(this.resting);
+    this.pointer = null;
+    this.beside.clear();
     super.begin(state);
   }
 
   requestOf(study) {
     const { kind, path, low, high, values, points, max_impacts, max_periods, follow, section, at, direction, cycle } = this.settings;
     const where = { strobes: {}, impacts: {}, cycle: { cycle }, place: { at, direction } }[section];
-    const sizes = kind === "diagram" ? { values, points, ...(follow !== "start" && { follow }), ...(section !== "strobes" && { section, ...where }) } : { max_impacts, max_periods };
+    const finest = this.isCoarse ? COARSE : { values, points };
+    const sizes = kind === "diagram" ? { values: Math.min(values, finest.values), points: Math.min(points, finest.points), ...(follow !== "start" && { follow }), ...(section !== "strobes" && { section, ...where }) } : { max_impacts, max_periods };
     return { kind, study, path, low, high, ...sizes };
   }
 
@@ -101,6 +166,7 @@ export class Diagram extends JobView {
     this.#fields(this.app.store.value.study);
     super.changed();
     if (this.current === null) return;
+    if (this.isFollowing && !this.stale.hidden) this.#follow();
     this.plot.lines = this.#here();
     this.plot.redraw();
   }
@@ -133,6 +199,7 @@ export class Diagram extends JobView {
         this.#set({ of });
         this.#draw();
       }),
+      ...(isDiagram ? [checkField("live: it follows the sliders", settings.isLive, (isLive) => this.#switch(isLive))] : []),
     );
     this.hint.textContent = (isDiagram ? ABOUT[settings.section] : null) ?? ABOUT[settings.kind];
     this.#wait();
@@ -149,6 +216,15 @@ export class Diagram extends JobView {
       place: [number("at", "x ="), choiceField("passed", DIRECTIONS, direction, (way) => this.#set({ direction: way }))],
     };
     return [choice, ...own[section]];
+  }
+
+  /** Show the sliders beside the diagram, which follows them, or do not. */
+  #switch(isLive) {
+    this.settings.isLive = isLive;
+    clearTimeout(this.resting);
+    this.keep();
+    this.#place();
+    if (this.isFollowing && !this.stale.hidden) this.#follow();
   }
 
   #set(parts, isOther = false) {
@@ -206,6 +282,7 @@ export class Diagram extends JobView {
     this.plot.label(this.#name(header.path), this.#quantity(of, this.current.study));
     if (header.kind === "diagram") this.#drawPoints(header, of);
     else this.#drawFamilies(header, of);
+    if (this.pointer) this.#showBeside(...this.pointer);
   }
 
   #drawPoints(header, of) {
@@ -226,6 +303,7 @@ export class Diagram extends JobView {
       parts.map(([it, x, y, colour]) => ({ kind: "density", x, y, rows: it.n_points, isSparse, colour })),
       this.#here(),
       low <= high ? { x: [header.low, header.high], y: [low - pad, high + pad] } : { x: [header.low, header.high], y: [-1, 1] },
+      this.app.views.explore.panel.isHeld,
     );
     if (!(low <= high)) this.plot.say("no motion stays within bounds");
     this.legend.replaceChildren(element("li", {}, `${total.toLocaleString("en")} points`), ...(this.current.follow === "both" ? [swatchOf("--curve", "upwards"), swatchOf("--orbit", "downwards")] : []), element("li", {}, "click a point to open it in Explore"), ...this.#legendHere());
@@ -270,6 +348,7 @@ export class Diagram extends JobView {
   }
 
   read(x, y) {
+    this.#showBeside(x, y);
     const name = this.current?.path.split(".").at(-1) ?? "parameter";
     const place = (at) => `${name} = ${shown(at.x, digitsOf(this.plot.limits.x))}, ${this.drawn ?? "y"} = ${shown(at.y, 5)}`;
     if (!this.families) return place({ x, y });
@@ -281,16 +360,34 @@ export class Diagram extends JobView {
 
   open(x, y) {
     if (!this.current || this.levels.length === 0) return;
-    const { path, study } = this.current;
+    const { study, value, start } = this.#motionAt(x, y);
+    this.app.open(study);
+    const from = start?.t0 && Number(start.t0) !== 0 ? `, on the orbit from t0 = ${start.t0} on` : "";
+    say(this.app.root, `opened ${this.#nameOfValue(value)}${from}`);
+  }
+
+  /** Show the motion of the point that is nearest to the pointer beside the diagram. */
+  #showBeside(x, y) {
+    if (!this.current || this.levels.length === 0) return;
+    this.pointer = [x, y];
+    const { study, value, start } = this.#motionAt(x, y);
+    this.beside.show(study, this.#nameOfValue(value), start?.x0 === undefined ? SETTLING : 0);
+  }
+
+  #nameOfValue(value) {
+    return `${this.current.path.split(".").at(-1)} = ${shown(value, digitsOf(this.plot.limits.x))}`;
+  }
+
+  /** Return the study of the point or orbit nearest to a place, its value of the parameter and its start. */
+  #motionAt(x, y) {
+    const { path, study, low, high } = this.current;
     const found = this.families ? this.#orbitNear(x, y) : this.#pointNear(x, y);
     const value = found?.value ?? x;
     // Arrays hold seven digits of the range, bifurcations come in double.
-    const digits = digitsOf([this.current.low, this.current.high], 1e-6);
+    const digits = digitsOf([low, high], 1e-6);
     const next = put(study, path, String(Number(value.toPrecision(found?.isMark ? Math.max(12, digits) : digits))));
-    const start = found?.start && !path.startsWith("start.") ? { start: { ...next.start, ...found.start } } : {};
-    this.app.open({ ...next, ...start });
-    const from = found?.start?.t0 && Number(found.start.t0) !== 0 ? `, on the orbit from t0 = ${found.start.t0} on` : "";
-    say(this.app.root, `opened ${path.split(".").at(-1)} = ${shown(value, digitsOf(this.plot.limits.x))}${from}`);
+    const start = path.startsWith("start.") ? undefined : found?.start;
+    return { study: start ? { ...next, start: { ...next.start, ...start } } : next, value, start };
   }
 
   #orbitNear(x, y) {

@@ -17,11 +17,23 @@ export function drawLine(context, { left, top, width, height, unit, px, py }, { 
   context.setLineDash([]);
 }
 
-/** Draw a layer {kind, x, y, …} in a colour. */
+// How much is seen of what came before a motion had settled.
+const PALE = 0.3;
+
+/** Draw a layer {kind, x, y, …} in a colour; what is before its entry `since` is pale. */
 export function drawLayer(context, scales, layer, colour) {
   const draw = { density, points, crosses, image }[layer.kind] ?? curve;
-  draw(context, scales, layer, colour);
+  if (!(layer.since > 0)) {
+    draw(context, scales, layer, colour);
+    return;
+  }
+  context.globalAlpha = PALE;
+  draw(context, scales, part(layer, 0, layer.since + 1), colour);
+  context.globalAlpha = 1;
+  draw(context, scales, part(layer, layer.since), colour);
 }
+
+const part = (layer, ...ends) => ({ ...layer, x: layer.x.subarray(...ends), y: layer.y.subarray(...ends) });
 
 function curve(context, { unit, px, py }, { x, y, width, dash }, colour) {
   context.strokeStyle = colour;

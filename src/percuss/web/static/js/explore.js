@@ -42,10 +42,11 @@ export class Explore {
       this.certify = new Certify(app, () => this.#drawMotion());
       this.facts.outcome.root.append(element("dd", { class: "act" }, this.certify.opener));
     }
+    this.aside = element("aside", {}, this.panel.root);
     this.root = element(
       "section",
       { class: "explore", "aria-label": "Explore" },
-      element("aside", {}, this.panel.root),
+      this.aside,
       element(
         "div",
         { class: "stage" },
@@ -70,13 +71,13 @@ export class Explore {
     });
     this.portrait = new Plot({
       title: "Phase portrait", x: "displacement x", y: "velocity v", kind: "portrait", names: ["x", "v"],
-      about: "velocity over displacement; at an impact the velocity jumps",
+      about: "velocity over displacement, pale in the first half of the run; at an impact the velocity jumps",
       onZoom: (zoom) => this.app.keepZoom("portrait", zoom),
       onHover: (index) => this.#peek("portrait_t", index),
     });
     this.section = new Plot({
       title: "Impacts", x: "cycle (t / period) mod 1", y: "speed before the impact", kind: "points", names: ["cycle", "speed before"],
-      about: "each impact: when in the forcing period, or without one at which time, and how fast; few points: periodic, a cloud: chaotic",
+      about: "each impact, pale in the first half of the run: when in the forcing period, or without one at which time, and how fast; few points: periodic, a cloud: chaotic",
       onZoom: (zoom) => this.app.keepZoom("section", zoom),
       onHover: (index) => this.#peek("event_t", index),
     });
@@ -121,6 +122,11 @@ export class Explore {
     const { zooms = {} } = this.store.value;
     for (const name of ["motion", "portrait", "section", "spectrum"]) this[name].take(zooms[name] ?? null);
     this.window = zooms.motion?.x ?? null;
+  }
+
+  /** The parameters may have been beside a diagram. */
+  shown() {
+    this.aside.append(this.panel.root);
   }
 
   recolour() {
@@ -210,7 +216,7 @@ export class Explore {
     this.spectrum.label(axes.omega, axes.amplitude);
     this.#drawMotion(isHeld);
     this.#drawPortrait(isHeld);
-    const impacts = { x: arrays[this.when], y: arrays.speed, kind: "points", colour: "--curve", size: arrays.cycle.length < 200 ? 5 : 2.5 };
+    const impacts = { x: arrays[this.when], y: arrays.speed, since: this.#half(arrays.event_t), kind: "points", colour: "--curve", size: arrays.cycle.length < 200 ? 5 : 2.5 };
     this.section.show([impacts], [], sectionLimits(arrays, header.period === null ? this.span : [0, 1]), isHeld);
     if (arrays.cycle.length === 0) this.section.say("no impacts");
     this.velocity.show([{ x: arrays.velocity_t, y: arrays.v, colour: "--curve" }], [], null, isHeld);
@@ -224,6 +230,11 @@ export class Explore {
     // Tests measure the delay of a slider by this event.
     this.root.dataset.drawn = String(performance.now());
     this.root.dispatchEvent(new CustomEvent("drawn", { detail: { asked: this.asked }, bubbles: true }));
+  }
+
+  /** Return the first of some times in the second half of the run: what comes before is drawn pale. */
+  #half(times) {
+    return after(times, (this.span[0] + this.span[1]) / 2);
   }
 
   /** Keep the motion that is shown, to be seen pale behind others; or forget it. */
@@ -259,8 +270,8 @@ export class Explore {
   }
 
   #drawPortrait(isHeld = this.isHeld) {
-    const { portrait_x: x, portrait_v: v } = this.curve;
-    const layers = [{ x, y: v, colour: "--curve" }];
+    const { portrait_t: t, portrait_x: x, portrait_v: v } = this.curve;
+    const layers = [{ x, y: v, since: this.#half(t), colour: "--curve" }];
     if (this.kept) layers.push({ x: this.kept.portraitX, y: this.kept.portraitV, colour: "--pale", isAside: true, isBehind: true });
     // A formal orbit, which no motion follows, is drawn faintly.
     const look = this.isFormal ? { colour: "--faint", width: 1, dash: [2, 4] } : { colour: "--orbit", width: 2, dash: [5, 4] };

@@ -17,10 +17,13 @@ export class Job {
     this.stop = button("Cancel", () => this.cancel(), { hidden: true });
     this.bar = element("progress", { max: 1, hidden: true, "aria-label": "Progress" });
     this.status = element("output", { class: "status", role: "status" });
+    // What is called with the first answer of a run that follows a slider.
+    this.followed = null;
     this.root = element("div", { class: "job" }, this.start, this.stop, this.bar, this.status);
   }
 
-  run() {
+  /** Compute; with `followed`, which is called at the first answer, quietly: a slider moves. */
+  run(followed = null) {
     const wrong = this.form?.querySelector("[aria-invalid=true]");
     if (wrong) {
       wrong.focus();
@@ -30,11 +33,14 @@ export class Job {
     let isFirst = true;
     this.app.supersede(this);
     const began = performance.now();
-    this.#busy(true);
+    const isLive = followed !== null;
+    this.followed = followed;
+    this.#busy(!isLive);
     this.bar.removeAttribute("value");
-    this.#say("computing …");
+    if (!isLive) this.#say("computing …");
     let share = 0;
     const report = (next) => {
+      if (isLive) return;
       share = Math.max(share, next);
       this.bar.value = share;
       this.status.textContent = `${Math.round(100 * share)} %, ${((performance.now() - began) / 1000).toFixed(1)} s`;
@@ -44,20 +50,32 @@ export class Job {
         this.show(header, arrays, isFirst);
         isFirst = false;
         report(header.share);
-        if (!header.done) return;
-        this.status.textContent = `done in ${((performance.now() - began) / 1000).toFixed(1)} s`;
-        this.#busy(false);
+        if (header.done && isLive) this.#say(`live: ${Math.round(performance.now() - began)} ms`);
+        else if (header.done) {
+          this.status.textContent = `done in ${((performance.now() - began) / 1000).toFixed(1)} s`;
+          this.#busy(false);
+        }
+        this.#follow();
       },
       progress: report,
       fault: (faults) => {
         for (const fault of faults) this.mark?.(fault);
         this.#say(faults.map((fault) => (fault.path ? `${nameOf(fault.path)}: ${fault.reason}` : fault.reason)).join("; "), true);
         this.#busy(false);
+        this.#follow();
       },
     });
   }
 
+  /** Tell what follows a slider that it may go on. */
+  #follow() {
+    const { followed } = this;
+    this.followed = null;
+    followed?.();
+  }
+
   cancel() {
+    this.followed = null;
     this.app.requests.cancel("job");
     this.#say("cancelled");
     this.#busy(false);
@@ -71,6 +89,7 @@ export class Job {
 
   /** Say why no answer will come any more. */
   lost(reason) {
+    this.followed = null;
     if (this.stop.hidden) return;
     this.#say(reason, true);
     this.#busy(false);

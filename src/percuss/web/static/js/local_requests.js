@@ -3,7 +3,7 @@
 import { LocalDiagram } from "./local_jobs.js";
 
 // Requests of these kinds are motions.
-const MOTIONS = new Set(["explore", "thumb"]);
+const MOTIONS = new Set(["explore", "thumb", "beside"]);
 // What the kernels do not tell is asked of the server once a slider has rested so long [ms].
 const RESTED = 250;
 
