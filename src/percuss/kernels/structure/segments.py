@@ -184,6 +184,7 @@ def record_of(varied: VariedRun, n: int) -> VariedRun:
         run.arrival,
         run.at,
         run.scratch,
+        run.rows,
         run.events[:n],
         run.marks[:n],
         run.states[:n],
@@ -489,8 +490,8 @@ def accelerate(
         for p in range(columns.shape[2]):
             scratch.paces[i, p] = 0.0
         for j in range(columns.shape[0]):
-            of_u = -sets.shape[b, i, j, 1] * sets.modes[b, j, SPRING]
-            of_w = sets.shape[b, i, j, 0] - sets.shape[b, i, j, 1] * sets.modes[b, j, DRAG]
+            of_u = -sets.shape[b, j, 1, i] * sets.modes[b, j, SPRING]
+            of_w = sets.shape[b, j, 0, i] - sets.shape[b, j, 1, i] * sets.modes[b, j, DRAG]
             scratch.rates[i] += of_u * series.modes[1, j, U] + of_w * series.modes[1, j, W]
             for p in range(columns.shape[2]):
                 moved = of_u * series.columns[1, j, U, p] + of_w * series.columns[1, j, W, p]
