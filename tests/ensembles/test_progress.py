@@ -14,7 +14,9 @@ import pytest
 
 import percuss as pc
 from percuss import progress
+from percuss.ensembles.diagram import FollowedBranches
 from percuss.ensembles.run_job import ChunkProgress
+from percuss.ensembles.threads import UnwantedError, check_going_on
 from percuss.progress import Progress, Report
 
 OSC, FORCE = pc.impact_oscillator(restitution=0.8), pc.cosine(2.5)
@@ -239,6 +241,32 @@ def test_ctrl_c_leaves_a_store_that_goes_on_and_says_so(
         assert whole.attrs["complete"] == 1
         # Only what was under way is done twice.
         assert int(os.environ[CALLS]) < 2_000 + 200
+
+
+@pytest.mark.skipif(os.name != "posix", reason="a process cannot press Ctrl-C for itself")
+def test_ctrl_c_gives_up_a_branch_that_is_followed_at_its_next_value(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    visited: list[int] = []
+
+    def step(_self: object, _block: object, _row: int, k: int, begin: object) -> object:
+        visited.append(k)
+        if k == 2:
+            os.kill(os.getpid(), signal.SIGINT)
+            until = time.monotonic() + 60.0
+            with contextlib.suppress(UnwantedError):
+                while time.monotonic() < until:
+                    check_going_on()
+                    time.sleep(0.001)
+        return begin
+
+    monkeypatch.setattr(FollowedBranches, "_step", step)
+    over = {"forcing.omega": np.linspace(2.0, 3.0, 50)}
+    data = pc.bifurcation_diagram(OSC, FORCE, over=over, follow=["forward"], n_workers=1)
+
+    assert visited == [0, 1, 2]
+    assert data.attrs["complete"] == 0
+    assert np.isnan(data.x).all()
 
 
 @pytest.mark.parametrize("what", ["sweep", "diagram"])

@@ -9,6 +9,7 @@ import pytest
 
 import percuss as pc
 from percuss.arrays import Floats
+from percuss.fitting.effort import Effort
 from percuss.fitting.measured import MeasuredRecord, read_samples
 from percuss.fitting.shooting import Layout, Shots, shoot
 
@@ -135,3 +136,51 @@ def test_a_motion_that_cannot_be_followed_is_told() -> None:
     nodes[0, 1] = np.inf
     assert not shots("wall", "displacement", setting("wall"), nodes).is_complete
     assert dataclasses.is_dataclass(Shots)
+
+
+RIG = pc.Oscillator(
+    damping="0.05",
+    stops=(
+        pc.Wall(at=-1, side="below", restitution="0.8"),
+        pc.Wall(at="0.2", side="above", restitution="0.8"),
+    ),
+)
+
+
+def layout_of(t: Floats, spans: Floats) -> Layout:
+    samples, impacts = read_samples({"t": t, "displacement": np.zeros(len(t))}, 1.0, RIG)
+    first = np.append(np.searchsorted(t, spans[:, 0]), len(t))
+    return Layout(MeasuredRecord(samples, impacts, pc.cosine(2), None), spans, first, False)
+
+
+def test_a_run_returns_to_its_caller_and_goes_on_in_the_midst_of_a_segment() -> None:
+    """Some thousand impacts take several calls, and end where those of one run end."""
+    t = np.linspace(0, 12000, 9)
+    layout = layout_of(t, np.array([[0, 5900], [5900, 12000]], dtype=np.float64))
+    asked = []
+
+    def ask() -> bool:
+        asked.append(1)
+        return True
+
+    effort = Effort(ask)
+    nodes = np.array([[0, 0.5], [-0.2, 0.6]])
+    long = shoot(RIG, (layout,), {"oscillator.damping": 0.05}, nodes, effort)
+    assert long.is_complete
+    assert len(asked) > 2
+    assert effort.made_in_run >= long.counts.sum() > 1000
+    run = pc.simulate(RIG, pc.cosine(2), v0=0.5, t_end=5900)
+    np.testing.assert_allclose(long.values[:4, 0], run(t[:4])[0], rtol=0, atol=1e-9)
+    refused = shoot(RIG, (layout,), {}, nodes, Effort(lambda: False))
+    assert (refused.counts < 0).any()
+    assert not refused.is_complete
+
+
+def test_motions_that_cost_too_much_are_not_followed() -> None:
+    """The fast part of a motion decays at once here, but its derivatives take 1e11 steps."""
+    t = np.linspace(0, 9, 41)
+    layout = layout_of(t, np.array([[0, 9.0]]))
+    effort = Effort()
+    values = {"oscillator.damping": 1e11}
+    assert not shoot(RIG, (layout,), values, np.array([[0.1, 0.9]]), effort).is_complete
+    assert effort.made < effort.of_all

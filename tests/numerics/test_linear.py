@@ -14,6 +14,7 @@ from percuss.numerics import (
     dot,
     inverse,
     least_squares,
+    leverages,
     matmul,
     norm,
     solve_linear,
@@ -39,6 +40,15 @@ def test_weak_directions_are_left_out_of_least_squares() -> None:
     solution = least_squares(matrix, RIGHT, 1e-10)
 
     np.testing.assert_allclose(solution, np.linalg.lstsq(matrix, RIGHT, rcond=1e-10)[0], rtol=1e-8)
+
+
+def test_leverages_are_the_diagonal_of_the_projection_whatever_the_sizes_of_columns() -> None:
+    matrix = RANDOM.normal(size=(9, 4)) * [1.0, 1e-9, 1e7, 1.0]
+    matrix[:, 3] = 0.0
+    own = matrix[:, :3]
+    hat = own @ np.linalg.solve(own.T @ own, own.T)
+    np.testing.assert_allclose(leverages(matrix, 1e-12), np.diag(hat), rtol=1e-4)
+    assert leverages(matrix, 1e-12).sum() == pytest.approx(3)
 
 
 @pytest.mark.parametrize("size", [1e-300, 1e300])

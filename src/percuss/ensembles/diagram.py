@@ -40,8 +40,10 @@ from percuss.ensembles.sweep import (
     NO_STROBES,
     check_counted,
     check_structure,
+    cost_of,
     named_measures,
 )
+from percuss.ensembles.threads import check_going_on
 from percuss.errors import OutputError, ParameterError
 from percuss.execution import Execution
 from percuss.kernels import observables
@@ -483,7 +485,7 @@ class FreshBranches(Branches):
     def chunk(self) -> int:
         """Points of a chunk."""
         each = self.window.transient + self.window.periods
-        return min(2048, max(1, IMPACTS_OF_A_CHUNK // each))
+        return min(2048, max(1, IMPACTS_OF_A_CHUNK // (each * cost_of(self.grids[0].osc))))
 
     @property
     def columns(self) -> dict[str, Column]:
@@ -565,6 +567,7 @@ class FollowedBranches(Branches):
             begin: Floats | None = None
             # The column of status holds the reasons of single values.
             for k in values:
+                check_going_on()
                 begin = self._step(block, branch - first, k, begin)
         return block
 

@@ -21,7 +21,7 @@ from typing import Any, TypeAlias
 
 from percuss.ensembles.cluster import EngineError, chunks_by_address, chunks_by_client, reach
 from percuss.ensembles.job import Block, Job
-from percuss.ensembles.threads import Threads
+from percuss.ensembles.threads import Threads, UnwantedError
 from percuss.errors import ParameterError
 from percuss.model.exact import whole
 
@@ -184,8 +184,11 @@ class _Pool:
                     continue
                 lost = {future for future in done if _is_lost(future)}
                 for future in sorted(done - lost, key=self._running.__getitem__):
-                    block = future.result()
-                    yield self._running.pop(future), block
+                    place = self._running.pop(future)
+                    if self._is_interrupted and isinstance(future.exception(), UnwantedError):
+                        # A chunk that takes long has given up.
+                        continue
+                    yield place, future.result()
                 if lost or is_broken:
                     self._begin_again()
             is_over = True
@@ -217,6 +220,8 @@ class _Pool:
             raise KeyboardInterrupt
         self._is_interrupted = True
         say_stopping()
+        if isinstance(self._pool, Threads):
+            self._pool.end_soon()
         self._running = {future: i for future, i in self._running.items() if not future.cancel()}
 
     def _begin_again(self) -> None:

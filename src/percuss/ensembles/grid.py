@@ -64,6 +64,8 @@ _OF_MASS = {"stiffness": "mass/time^2", "damping": "mass/time"}
 _OF_FORCE = ("amplitude", "constant", "cos", "sin")
 # Values that a range (low, high) stands for by default.
 POINTS = 101
+# What the parts of a grid that were made before may take in memory [bytes].
+KEPT_BYTES = 64_000_000
 # A start nearer to a wall than this part of its size is compared exactly.
 NEARLY_AT = 1e-14
 
@@ -205,6 +207,36 @@ class StructureGroup:
 AnyGroup: TypeAlias = Group | StructureGroup
 
 
+class MadeParts:
+    """Laws or systems of the points of a grid that were made before, as many as there is room for.
+
+    Each branch of a diagram asks for those of all values again. In another process there are none.
+    """
+
+    def __init__(self) -> None:
+        self._parts: dict[int, Any] = {}
+        self._room = KEPT_BYTES
+
+    def __reduce__(self) -> tuple[type[MadeParts], tuple[()]]:
+        return MadeParts, ()
+
+    def get(self, key: int) -> Any:
+        """Return what was made for the values with this number, None where it is not kept."""
+        return self._parts.get(key)
+
+    def keep(self, key: int, part: Any, size: int) -> None:
+        """Keep what was made, where there is room for so many bytes."""
+        if size <= self._room and self._parts.setdefault(key, part) is part:
+            self._room -= size
+
+
+def _bytes_of(made: StructureSystem | tuple[Floats, Floats]) -> int:
+    """Return the memory that a law or a system takes; one meets a few sets of acting stops."""
+    if isinstance(made, StructureSystem):
+        return (1 + len(made.structure.stops)) * sum(array.nbytes for array in made.sets)
+    return sum(array.nbytes for array in made)
+
+
 @dataclass(frozen=True, slots=True)
 class Grid:
     """All combinations of the values along the axes, the last axis the fastest.
@@ -225,6 +257,7 @@ class Grid:
     start: Start | StructureStart
     axes: tuple[Axis, ...] = field(default=())
     on: tuple[float, ...] = ()
+    _made: MadeParts = field(default_factory=MadeParts, init=False, repr=False, compare=False)
 
     @property
     def owners(self) -> tuple[str, ...]:
@@ -335,20 +368,19 @@ class Grid:
         maker = Maker(self)
         for rows in np.split(order, cuts):
             check_wanted()
-            try:
-                osc, force, start = maker.point(self._where(first + int(rows[0])))
-                made: Any
-                if isinstance(osc, Structure):
-                    made = StructureSystem(osc, loads_of(osc, force))
-                    shape = made.shape
-                else:
-                    made = law(osc, force), stop_rows(osc)
-                    shape = made[0].shape
-                for column in tied:
-                    starts[rows, column] = as_float(_start_numbers(start)[column])
-            except ParameterError as error:
-                faults |= {int(row): str(error) for row in rows}
-                continue
+            number = int(key[rows[0]])
+            made = None if tied else self._made.get(number)
+            if made is None:
+                try:
+                    osc, force, start = maker.point(self._where(first + int(rows[0])))
+                    made = _made_of(osc, force)
+                    for column in tied:
+                        starts[rows, column] = as_float(_start_numbers(start)[column])
+                except ParameterError as error:
+                    faults |= {int(row): str(error) for row in rows}
+                    continue
+                self._made.keep(number, made, _bytes_of(made))
+            shape = made.shape if isinstance(made, StructureSystem) else made[0].shape
             groups.setdefault(shape, []).append((made, rows))
         joined = [self._group_of(group, starts, faults) for group in groups.values()]
         return [group for group in joined if len(group.rows)], faults
@@ -370,6 +402,13 @@ class Grid:
         return StructureGroup(systems, which[inside], own, rows[inside], self.direction)
 
 
+def _made_of(osc: Any, force: Any) -> StructureSystem | tuple[Floats, Floats]:
+    """Return the system of a structure, or the law of an oscillator and the rows of its stops."""
+    if isinstance(osc, Structure):
+        return StructureSystem(osc, loads_of(osc, force))
+    return law(osc, force), stop_rows(osc)
+
+
 class Maker:
     """Makes the oscillators, forcings and starts of a grid, each different one once."""
 
@@ -385,6 +424,8 @@ class Maker:
     def _part(self, owner: str, where: tuple[int, ...]) -> Any:
         grid = self._grid
         own = [i for i, axis in enumerate(grid.axes) if axis.changes(owner)]
+        if not own:
+            return (grid.osc, grid.force, grid.start)[grid.owners.index(owner)]
         key = owner, tuple(where[i] for i in own)
         if key not in self._made:
             changes = {

@@ -78,12 +78,16 @@ def follow_structures(
         plan.max_impacts, plan.section, plan.of_stop, is_seen, PATIENCE
     )
     order = np.argsort(which, kind="stable")
+    is_in_order = bool((which[1:] >= which[:-1]).all())
     cuts = np.flatnonzero(np.diff(which[order])) + 1
-    for rows in np.split(order, cuts) if k else ():
+    for first, last in zip([0, *cuts.tolist()], [*cuts.tolist(), k], strict=True) if k else ():
+        # Motions that stand side by side are followed where they are.
+        rows = slice(first, last) if is_in_order else order[first:last]
         own = batch.StructureMembers(*(cast("Any", array[rows]) for array in members))
-        _follow(systems[int(which[rows[0]])], own, options, on)
-        for whole, part in zip(members, own, strict=True):
-            whole[rows] = part
+        _follow(systems[int(which[order[first]])], own, options, on)
+        if not is_in_order:
+            for whole, part in zip(members, own, strict=True):
+                whole[rows] = part
     put_in_order(members.points, members.values)
     points = _points(members.points, systems, which, plan, on, c)
     result = BatchResult(
@@ -182,7 +186,7 @@ def views_of(system: StructureSystem, on: Floats) -> batch.Views:
         np.zeros((*shape, *sets.feed.shape[2:])),
         np.zeros((*shape, sets.record_feed.shape[2])),
     )
-    views.guard[:, 0, :, :2] = (sets.shape * on[:, None, None]).sum(axis=1)
+    views.guard[:, 0, :, :2] = (sets.shape * on).sum(axis=-1)
     views.levels[:, 0, at.CONSTANT] = matmul(sets.offset, on)
     views.levels[:, 0, at.IS_ON] = 1.0
     views.guard[:, 1:, :, :2] = sets.guard[:, :, :, :2]

@@ -51,6 +51,7 @@ __all__ = [
     "SAME_NAME",
     "check_counted",
     "check_structure",
+    "cost_of",
     "named_measures",
     "span_of",
     "sweep",
@@ -60,6 +61,8 @@ __all__ = [
 # than submitting and storing the chunk, and little memory. Making a law takes as long as 1000
 # impacts.
 IMPACTS_OF_A_CHUNK, OF_A_LAW = 2_000_000, 1000
+# What an impact of a structure takes, in impacts of one mass: so much, and for each coordinate.
+OF_A_STRUCTURE, OF_A_COORDINATE = 6, 4
 LARGEST_CHUNK = 8192
 # A study that would have more chunks than this, each with its own files, has larger chunks.
 MOST_CHUNKS, LARGEST_OF_ALL = 20_000, 32_768
@@ -326,6 +329,18 @@ def _work(
     return Measured(grid, names, window, max_impacts, section)
 
 
+def cost_of(osc: Oscillator | Structure) -> int:
+    """Return about how many impacts of one mass one impact takes as long as.
+
+    Examples
+    --------
+    >>> from percuss.model import impact_pair
+    >>> cost_of(Oscillator()), cost_of(impact_pair([1, 1], gap=1))
+    (1, 14)
+    """
+    return OF_A_STRUCTURE + OF_A_COORDINATE * osc.n if isinstance(osc, Structure) else 1
+
+
 def check_structure(names: Sequence[str], grid: Grid) -> None:
     """Raise unless a structure has these measures, of the displacement that was given."""
     for name in names:
@@ -374,6 +389,7 @@ class Measured(OverGrid):
         followed = self.window.transient + self.window.periods
         laws = math.prod(len(axis.given) for axis in self.grid.axes if not axis.of_start)
         each = followed + OF_A_LAW * laws // self.size
+        each *= cost_of(self.grid.osc)
         usual = min(LARGEST_CHUNK, max(1, IMPACTS_OF_A_CHUNK // each))
         return min(max(usual, self.size // MOST_CHUNKS), max(usual, LARGEST_OF_ALL))
 

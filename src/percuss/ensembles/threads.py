@@ -1,8 +1,9 @@
 """Threads whose work can be abandoned.
 
 A thread cannot be ended from outside: it reads a flag of its own between the steps of its work, and
-so do compiled loops, which take the flag as an array. Only the threads of `Threads` have a flag
-that is ever set.
+so do compiled loops, which take the flag as an array. Another flag says that no more work is
+begun: what takes long and keeps nothing of a part gives up then. Only the threads of `Threads` have
+flags that are ever set.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ import numpy as np
 from percuss.arrays import Integers
 from percuss.errors import PercussError
 
-__all__ = ["Threads", "UnwantedError", "check_wanted", "stop_flag"]
+__all__ = ["Threads", "UnwantedError", "check_going_on", "check_wanted", "stop_flag"]
 
 _own = threading.local()
 _NEVER = np.zeros(1, dtype=np.int64)
@@ -46,6 +47,18 @@ def check_wanted() -> None:
         raise UnwantedError("given up")
 
 
+def check_going_on() -> None:
+    """Raise `UnwantedError` if the work of this thread is unwanted, or its pool begins no more work.
+
+    Examples
+    --------
+    >>> check_going_on()
+    """
+    check_wanted()
+    if getattr(_own, "ending", _NEVER)[0] != 0:
+        raise UnwantedError("given up unfinished")
+
+
 class Threads(futures.Executor):
     """A pool of at most n threads that do not keep a program from ending, as Python's own do."""
 
@@ -54,6 +67,7 @@ class Threads(futures.Executor):
         self._most = n
         self._threads: list[threading.Thread] = []
         self._stop = np.zeros(1, dtype=np.int64)
+        self._ending = np.zeros(1, dtype=np.int64)
         # Released once for each thread that has nothing to do.
         self._idle = threading.Semaphore(0)
 
@@ -79,6 +93,10 @@ class Threads(futures.Executor):
         for thread in self._threads if wait else ():
             thread.join()
 
+    def end_soon(self) -> None:
+        """Let work that keeps nothing of a part give up: no more is begun."""
+        self._ending[0] = 1
+
     def drop(self, seconds: float) -> None:
         """Abandon the work in progress, and wait at most so long for its end [s]."""
         self._stop[0] = 1
@@ -88,7 +106,7 @@ class Threads(futures.Executor):
             thread.join(max(0.0, until - time.monotonic()))
 
     def _run(self) -> None:
-        _own.flag = self._stop
+        _own.flag, _own.ending = self._stop, self._ending
         while (item := self._work.get()) is not None:
             future, fn, args, kwargs = item
             if future.set_running_or_notify_cancel():

@@ -19,6 +19,7 @@ from percuss.fitting.measured import (
     MeasuredRecord,
     read_samples,
 )
+from percuss.fitting.noise import check_noise
 from percuss.fitting.result import Fit, result_of
 from percuss.fitting.search import FitSearch
 from percuss.fitting.solver import FitProblem
@@ -134,6 +135,7 @@ chi2 0.966>
     priors = _priors(osc, records, prior, names)
     _check_count(osc, records, names)
     _check_walls(osc, records, names)
+    check_noise(osc, records)
     line = Progress(progress, MOST_RUNS, "runs", is_bound=True)
     kept = None if store is None else KeptSearch(file_of(store), osc, records, tuple(names))
     before = None if resume is None else _before(resume, records, names)

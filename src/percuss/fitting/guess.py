@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from percuss.arrays import Flags, Floats
+from percuss.fitting.effort import Effort
 from percuss.fitting.measured import MeasuredRecord, MeasuredSamples
 from percuss.fitting.shooting import Layout, shoot
 from percuss.kernels.law_columns import FIRST_HARMONIC, N_HARMONICS, OMEGA
@@ -243,6 +244,7 @@ def best_start(
     states: Floats,
     scales: tuple[Floats, float],
     links: tuple[Floats | None, Floats | None],
+    effort: Effort,
 ) -> tuple[Floats, Floats]:
     """Return the state of a node that fits its segment best, of several, and that at its end.
 
@@ -258,6 +260,8 @@ def best_start(
         Standard errors of a node, (2,) array, and the most that a residual counts.
     links
         Where the segment before ends, and the node after it; None where there is none.
+    effort
+        What this may cost.
 
     Returns
     -------
@@ -269,7 +273,8 @@ def best_start(
     many = some.taken(np.tile(np.arange(m), n))
     spans = np.tile(layout.spans[k], (n, 1))
     record = dataclasses.replace(layout.record, samples=many)
-    shots = shoot(osc, (Layout(record, spans, np.arange(n + 1) * m, False),), values, states)
+    own = Layout(record, spans, np.arange(n + 1) * m, False)
+    shots = shoot(osc, (own,), values, states, effort)
     residuals = ((many.values - shots.values[:, 0]) / many.noise).reshape(n, m)
     errors, most = scales
     costs = _capped(residuals, most)

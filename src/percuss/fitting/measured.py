@@ -39,6 +39,9 @@ STOP_FORCE, IMPACT_TIMES = "stop_force", "impact_times"
 OF_IMPACT = -1
 # Estimates of noise by differences are no smaller than this part of the values.
 LEAST_NOISE = 1e-9
+# The first guess of that of impact times, in their distances: one that is too small would tear the
+# motion off the samples beside them.
+NOISE_OF_IMPACT = 1e-2
 # The median of the magnitudes of a normal variable.
 MEDIAN_OF_NORMAL = 0.6744897501960817
 
@@ -343,7 +346,7 @@ def _rough_noise(t: Floats, values: Floats, quantity: int) -> float:
     """Return the noise by third differences of neighbours, which smooth motions hardly have."""
     size = math.sqrt(float(np.mean(values * values))) if len(values) else 1.0
     if quantity == OF_IMPACT:
-        return 1e-3 * float(np.median(np.diff(t))) if len(t) > 1 else 1.0
+        return NOISE_OF_IMPACT * float(np.median(np.diff(t))) if len(t) > 1 else 1.0
     if len(t) < 8 or size == 0.0:
         return 1e-2 * size or 1.0
     near = np.lib.stride_tricks.sliding_window_view(t, 4)

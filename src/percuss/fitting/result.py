@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from percuss.arrays import Flags, Floats
 from percuss.errors import ParameterError
+from percuss.fitting.effort import go_on
 from percuss.fitting.measured import MeasuredSamples, quantity_name, quantity_number
 from percuss.fitting.search import FitCandidate, FitSearch
 from percuss.fitting.shooting import Layout, motion_between, run_from, start_at
@@ -286,11 +287,6 @@ def _at_fixed(problem: FitProblem, near: FitPoint, which: int, value: float) -> 
     return descent.point if descent.is_settled and not len(descent.torn(fixed)) else None
 
 
-def go_on() -> bool:
-    """Return True: nothing asks the search to stop."""
-    return True
-
-
 def with_error(value: float, error: float) -> str:
     """Return a value with its error to two digits, and as many digits as that leaves.
 
@@ -371,7 +367,7 @@ def result_of(search: FitSearch, best: FitCandidate) -> Fit:
         nodes=nodes,
         impacts=np.sort(hits[hits[:, 0] < len(layouts[0]), 1]),
         residuals=table,
-        problem=replace(problem, ask=go_on, keep=None),
+        problem=replace(problem, ask=go_on, keep=None, effort=None),
     )
 
 

@@ -10,9 +10,11 @@ import numpy as np
 
 from percuss.arrays import Flags, Floats, Integers
 from percuss.errors import ParameterError
+from percuss.fitting.effort import Effort
 from percuss.fitting.guess import Windows, best_start, extremes_of, lay_out, windows_of
 from percuss.fitting.losses import Loss
 from percuss.fitting.measured import MeasuredRecord
+from percuss.fitting.noise import groups_of, with_noise_of_residuals
 from percuss.fitting.shooting import Layout
 from percuss.fitting.solver import (
     FIRM,
@@ -50,9 +52,8 @@ GUESSES, MOST_GUESSES = 8, 64
 UNLIKELY = 6.0
 # Where the noise was estimated: residuals this many times as large as neighbours differ.
 MUCH_LARGER = 3.0
-# The noise of impact times that was not given may be so many times its first guess, some hundredth
-# of their distance.
-GUESSED = 10.0
+# How often data are weighed anew by the noise of their residuals, and the change of it that is none.
+MOST_WEIGHINGS, SAME_NOISE = 20, 1.001
 # Two misfits are the same to this part.
 SAME = 1e-4
 # The median of the squares of normal variables.
@@ -118,12 +119,13 @@ class FitSearch:
         self.low, self.high, self.ranged = low, high, ranged
         self.priors, self.loss, self.progress = priors, loss, progress
         self.n_runs, self.before, self.keep = 0, before, keep
+        self.effort = Effort(progress.tick)
         self._windows: Windows | None = None
 
     def best(self) -> FitCandidate:
         """Return the best candidate of descents with several distances of nodes."""
         best = self._gone_on()
-        if best is not None and (not best.reason or self.progress.is_stopped):
+        if best is not None and (not best.reason or self._is_over):
             return self._with_noise(self._closed(best))
         values = self._possible() if best is None else best.descent.point.values
         for attempt, cycles in enumerate(CYCLES):
@@ -131,12 +133,14 @@ class FitSearch:
             is_first = attempt == 0 and best is None
             begin = self._begin(problem, nodes, values, is_first=is_first)
             if begin is None:
+                if self._is_over:
+                    break
                 continue
             candidate = self._mended(self._descended(problem, begin, LOOSE))
             again = best is not None and _is_same(candidate, best)
             if best is None or _is_better(candidate, best):
                 best = candidate
-            if not candidate.reason or again or self.progress.is_stopped:
+            if not candidate.reason or again or self._is_over:
                 break
             values = best.descent.point.values
         if best is None:
@@ -145,6 +149,11 @@ class FitSearch:
                 "free", dict(zip(self.paths, self.guess.tolist(), strict=True)), reason
             )
         return self._with_noise(self._closed(best))
+
+    @property
+    def _is_over(self) -> bool:
+        """Whether the caller, or the effort, allows no further run."""
+        return self.progress.is_stopped or self.effort.is_spent
 
     def _possible(self) -> Floats:
         """Return the guess, or where it makes no model the first one in the ranges that does."""
@@ -180,7 +189,7 @@ class FitSearch:
         problem, nodes = self.before
         problem = replace(
             problem, low=self.low, high=self.high, priors=self.priors, loss=self.loss,
-            ask=self.progress.advance, keep=self.keep,
+            ask=self.progress.advance, keep=self.keep, effort=self.effort,
         )  # fmt: skip
         self.n_runs += 1
         begin = point_at(problem, self.guess, nodes)
@@ -188,7 +197,7 @@ class FitSearch:
 
     def _closed(self, candidate: FitCandidate) -> FitCandidate:
         """Return the best candidate whose segments connect, where the best of all is torn."""
-        if not len(candidate.descent.torn(candidate.problem)) or self.progress.is_stopped:
+        if not len(candidate.descent.torn(candidate.problem)) or self._is_over:
             return candidate
         problem = replace(candidate.problem, tear=math.inf)
         begin = point_at(
@@ -220,7 +229,7 @@ class FitSearch:
         problem = FitProblem(
             self.osc, layouts, self.paths, self.low, self.high,
             np.median(np.array(errors), axis=0), self.priors, self.loss, self.progress.advance,
-            keep=self.keep,
+            keep=self.keep, effort=self.effort,
         )  # fmt: skip
         return problem, np.concatenate(states)
 
@@ -231,6 +240,8 @@ class FitSearch:
         tried = self._guesses(values) if is_first else [values]
         points = []
         for guess in tried:
+            if self._is_over:
+                break
             self.n_runs += 1
             point = point_at(problem, guess, nodes)
             if point is not None:
@@ -291,7 +302,7 @@ class FitSearch:
             wrong = np.union1d(torn, self._strained(candidate.descent))
             # A noise that was estimated from the residuals contains the misfit: no segment stands out.
             is_fine = not candidate.reason and not self._is_noise_known
-            if is_fine or not len(wrong) or self.progress.is_stopped:
+            if is_fine or not len(wrong) or self._is_over:
                 break
             # Small misfits of most segments are not caused by single impacts.
             is_whole = candidate.descent.is_settled and not len(torn)
@@ -353,7 +364,7 @@ class FitSearch:
                 most = MOST_RESIDUAL if self.loss.name == "linear" else MOST_OF_OUTLIERS
                 nodes[k], ends[k] = best_start(
                     self.osc, layout, k - row, named, tried, (problem.node_errors, most),
-                    (before, after),
+                    (before, after), self.effort,
                 )  # fmt: skip
             row += len(layout)
         self.n_runs += 1
@@ -368,26 +379,12 @@ class FitSearch:
             spans = np.concatenate([layout.spans for layout in problem.layouts])
             begin, end = spans[torn[0]].tolist()
             return (
-                f"no motion of the model passes the samples between t = {begin:.6g} and {end:.6g}"
+                f"no admissible motion explains the samples between t = {begin:.6g} and {end:.6g}"
                 + (f", and {len(torn) - 1} other stretches" if len(torn) > 1 else "")
             )
-        right = descent.point.equations.residuals / self._noise_factors(problem)
-        misfit, n = float(np.mean(right * right)), len(right)
-        if self.loss.name != "linear":
-            misfit = float(np.median(right * right)) / MEDIAN_SQUARE
+        if misfit := self._misfit(problem, descent, is_weighed=False):
+            return misfit
         known = self._is_noise_known
-        limit = 1.0 + UNLIKELY * math.sqrt(2.0 / n) if known else MUCH_LARGER * MUCH_LARGER
-        if misfit > limit:
-            if not known:
-                times = math.sqrt(misfit)
-                return (
-                    "no motion near the guess explains the data: the residuals are "
-                    f"{times:.3g} times as large as the noise between neighbouring values"
-                )
-            return (
-                f"no motion near the guess explains the data: chi2 is {misfit:.3g} where 1 was to "
-                "be expected"
-            )
         strained = self._strained(descent)
         if known and self.loss.name == "linear" and len(strained):
             spans = np.concatenate([layout.spans for layout in problem.layouts])
@@ -399,69 +396,76 @@ class FitSearch:
             )
         return "" if descent.is_settled else descent.reason
 
-    @staticmethod
-    def _noise_factors(problem: FitProblem) -> Floats:
-        """Return by which factor the noise of each value may be larger than it is assumed.
+    def _misfit(self, problem: FitProblem, descent: FitDescent, *, is_weighed: bool) -> str:
+        """Return by how much the residuals are too large; empty if they are not.
 
-        That of impact times that nobody gave is a share of their distance, and no measure of it.
+        Unless ``is_weighed``, that data without a noise have that of their residuals, their weight may
+        pull the motion off those with one.
         """
-        factors = [
-            np.where(samples.is_estimated, factor, 1.0)
+        residuals = descent.point.equations.residuals
+        guessed = np.concatenate([
+            samples.is_estimated
             for layout in problem.layouts
-            for samples, factor in ((layout.record.samples, 1.0), (layout.record.impacts, GUESSED))
-        ]
-        return np.concatenate(factors)
+            for samples in (layout.record.samples, layout.record.impacts)
+        ])  # fmt: skip
+        words = "no admissible motion near the guess explains the data: "
+        for is_guessed in (False, True):
+            own = residuals[guessed == is_guessed]
+            if not len(own) or (is_guessed and is_weighed):
+                continue
+            squares = np.square(own)
+            misfit = float(np.mean(squares))
+            if self.loss.name != "linear":
+                misfit = float(np.median(squares)) / MEDIAN_SQUARE
+            is_strict = not is_guessed and (is_weighed or self._is_noise_known)
+            limit = 1.0 + UNLIKELY * math.sqrt(2.0 / len(own)) if is_strict else MUCH_LARGER**2
+            if misfit > limit and is_guessed:
+                times = math.sqrt(misfit)
+                return (
+                    f"{words}the residuals are {times:.3g} times as large as the noise between "
+                    "neighbouring values"
+                )
+            if misfit > limit:
+                return f"{words}chi2 is {misfit:.3g} where 1 was to be expected"
+        return ""
 
     def _with_noise(self, candidate: FitCandidate) -> FitCandidate:
         """Return the candidate with the noise that its residuals have, where that was not given."""
         if self._is_noise_known:
             return candidate
-        quantities = set()
-        for _ in range(2):
-            layouts: list[Layout] = []
-            residuals = candidate.descent.point.equations.residuals
-            share = 1.0 - min(self._n_unknowns() / len(residuals), 0.9)
-            row = 0
-            for layout in candidate.problem.layouts:
-                some = []
-                for samples in (layout.record.samples, layout.record.impacts):
-                    noise = samples.noise.copy()
-                    own = residuals[row : row + len(samples)]
-                    row += len(samples)
-                    for quantity in np.unique(samples.quantities).tolist():
-                        of = (samples.quantities == quantity) & samples.is_estimated
-                        if of.any():
-                            quantities.add((len(layouts), quantity))
-                            size = math.sqrt(float(np.mean(np.square(own[of]))) / share)
-                            noise[of] *= size or 1.0
-                    some.append(replace(samples, noise=noise))
-                record = replace(layout.record, samples=some[0], impacts=some[1])
-                layouts.append(replace(layout, record=record))
-            problem = replace(candidate.problem, layouts=layouts)
+        for _ in range(MOST_WEIGHINGS):
+            layouts, change = with_noise_of_residuals(candidate.problem, candidate.descent.point)
+            # A motion that was followed before.
+            problem = replace(candidate.problem, layouts=layouts, effort=None)
             point = point_at(
                 problem, candidate.descent.point.values, candidate.descent.point.shots.nodes
             )
             self.n_runs += 1
             if point is None:
                 return candidate
-            if len(quantities) > 1 and not candidate.reason:
+            is_moved = self._has_weights and not candidate.reason
+            if is_moved:
                 descent = descend(problem, point, FIRM)
                 self.n_runs += descent.n_runs
             else:
                 descent = _at_point(problem, candidate.descent, point)
-            candidate = FitCandidate(problem, descent, candidate.reason, self.n_runs)
-            if len(quantities) <= 1:
+            reason = candidate.reason
+            if is_moved:
+                reason = self._misfit(problem, descent, is_weighed=True)
+            candidate = FitCandidate(problem, descent, reason, self.n_runs)
+            if not is_moved or change < SAME_NOISE:
                 break
         return candidate
 
     @property
-    def _of_start(self) -> int:
-        return 2 * self.osc.n if isinstance(self.osc, Structure) else 2
-
-    def _n_unknowns(self) -> int:
-        return len(self.paths) + sum(
-            self._of_start for record in self.records if record.start is None
-        )
+    def _has_weights(self) -> bool:
+        """Whether the best values depend on what the noise of some data is."""
+        groups = [
+            groups_of(samples)
+            for record in self.records
+            for samples in (record.samples, record.impacts)
+        ]
+        return sum(map(len, groups)) > 1 or len(self.priors) > 0
 
 
 def _at_point(problem: FitProblem, descent: FitDescent, point: FitPoint) -> FitDescent:

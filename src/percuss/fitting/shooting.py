@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from percuss.arrays import Floats, Integers
+from percuss.fitting.effort import Effort
 from percuss.fitting.measured import MeasuredRecord, MeasuredSamples
 from percuss.fitting.structure_shooting import follow_records
 from percuss.kernels import sensitivity as carried
@@ -22,6 +23,9 @@ from percuss.kernels.flight_columns import (
 from percuss.kernels.law_columns import COLUMNS, N_HARMONICS
 from percuss.kernels.record import new_run
 from percuss.kernels.segments import (
+    N_HITS,
+    N_SEARCHES,
+    PROGRESS_ENTRIES,
     SegmentResults,
     Segments,
     SegmentSpace,
@@ -132,6 +136,7 @@ def shoot(
     layouts: Sequence[Layout],
     values: Mapping[str, float],
     nodes: Floats,
+    effort: Effort | None = None,
 ) -> Shots:
     """Follow all segments at a setting of the parameters.
 
@@ -145,11 +150,13 @@ def shoot(
         The parameters by their paths.
     nodes
         (n, d) array, the states of the nodes.
+    effort
+        What this may cost; default: as much as the first run of a fit.
 
     Returns
     -------
     Shots
-        The runs.
+        The runs. Where they cost too much the last ones are not followed.
 
     Raises
     ------
@@ -158,6 +165,8 @@ def shoot(
     """
     parts = []
     row = 0
+    effort = Effort() if effort is None else effort
+    effort.begin_run(len(nodes))
     for layout in layouts:
         record = layout.record
         moved_osc, force, start = replace_parameters(osc, record.force, record.start, values)
@@ -165,16 +174,16 @@ def shoot(
         row += len(layout)
         if isinstance(moved_osc, Structure):
             loaded = StructureSystem.of(moved_osc, force)
-            parts.append(_structure_shots(layout, loaded, start, list(values), own))
+            parts.append(_structure_shots(layout, loaded, start, list(values), own, effort))
             continue
         assert not isinstance(force, Loads)
         assert not isinstance(start, StructureStart)
         system = System(moved_osc, force)
         moved = moved_law(system, start, list(values)) if values else None
-        parts.append(_record_shots(layout, system, start, moved, own))
-    if len(parts) == 1:
-        return parts[0]
-    return _joined(parts)
+        parts.append(_record_shots(layout, system, start, moved, own, effort))
+    shots = parts[0] if len(parts) == 1 else _joined(parts)
+    effort.end_run(is_followed=bool((shots.counts >= 0).all()))
+    return shots
 
 
 def _structure_shots(
@@ -183,6 +192,7 @@ def _structure_shots(
     start: Start | StructureStart | None,
     paths: Sequence[str],
     nodes: Floats,
+    effort: Effort,
 ) -> Shots:
     """Return what comes of the segments of a structure's record."""
     assert not isinstance(start, Start)
@@ -191,7 +201,7 @@ def _structure_shots(
     fixed = start if layout.is_fixed else None
     samples = layout.record.samples
     results = follow_records(
-        system, fixed, paths, layout.spans.copy(), nodes, samples, layout.first
+        system, fixed, paths, layout.spans.copy(), nodes, samples, layout.first, effort
     )
     layout.keys.update(system.sets.keys.tolist())
     return Shots(
@@ -217,7 +227,12 @@ def _joined(parts: Sequence[Shots]) -> Shots:
 
 
 def _record_shots(
-    layout: Layout, system: System, start: Start | None, moved: MovedLaw | None, nodes: Floats
+    layout: Layout,
+    system: System,
+    start: Start | None,
+    moved: MovedLaw | None,
+    nodes: Floats,
+    effort: Effort,
 ) -> Shots:
     law, n, n_stops = system.law, len(layout), len(system.oscillator.stops)
     n_p = 0 if moved is None else len(moved.paths)
@@ -251,13 +266,18 @@ def _record_shots(
         np.full((n, 2), np.nan),
         np.full((n, 2, n_p + 2), np.nan),
         np.empty((HITS_A_SEGMENT * n, 4 + n_p)),
-        np.zeros(n, dtype=np.int64),
+        np.full(n, -1, dtype=np.int64),
     )
-    space = _space(law, n_p + 2)
-    n_hits = follow_segments(law, Change(rows, unit), segments, space, results)
+    space, change = _space(law, n_p + 2), Change(rows, unit)
+    progress = np.zeros(PROGRESS_ENTRIES, dtype=np.int64)
+    while True:
+        before = int(progress[N_SEARCHES])
+        is_done = follow_segments(law, change, segments, space, results, progress)
+        if not effort.spend(int(progress[N_SEARCHES]) - before) or is_done:
+            break
     return Shots(
         nodes, results.values, results.rows, results.away, results.ends, results.end_rows, results.counts,
-        results.hits[: min(n_hits, len(results.hits))],
+        results.hits[: progress[N_HITS]],
     )  # fmt: skip
 
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from percuss.arrays import Flags, Floats, Integers
 from percuss.errors import ParameterError
+from percuss.fitting.effort import Effort
 from percuss.fitting.losses import Loss
 from percuss.fitting.measured import MeasuredSamples
 from percuss.fitting.shooting import Layout, Shots, shoot
@@ -56,6 +57,8 @@ KINK = 0.1
 NO_STEP = 0.01
 # Singular values below this part of the largest one count as zero.
 WEAK = 1e-11
+# The end of a search whose motions cost more and more.
+SPENT = "the motions that were tried have too many events to go on"
 # The loss of the samples until the links are firm.
 ROBUST = Loss("cauchy", TORN)
 
@@ -84,6 +87,8 @@ class FitProblem:
         Defects beyond this many of their weights count less, as in Cauchy's loss.
     keep
         Called with the problem and the point after each step that is taken.
+    effort
+        What its runs may cost.
     """
 
     osc: Oscillator | Structure
@@ -97,15 +102,21 @@ class FitProblem:
     ask: Callable[[], bool]
     tear: float = TORN
     keep: Callable[[FitProblem, FitPoint], None] | None = None
+    effort: Effort | None = None
 
     def shoot(self, values: Floats, nodes: Floats) -> Shots | None:
         """Return the runs from all nodes, None if there are none that can be followed."""
         named = dict(zip(self.paths, values.tolist(), strict=True))
         try:
-            shots = shoot(self.osc, self.layouts, named, nodes)
+            shots = shoot(self.osc, self.layouts, named, nodes, self.effort)
         except ParameterError:
             return None
         return shots if shots.is_complete else None
+
+    @property
+    def is_spent(self) -> bool:
+        """Whether no further run may be made."""
+        return self.effort is not None and self.effort.is_spent
 
     def loss_at(self, weight: float) -> Loss:
         """Return the loss while links have a weight: stretches that miss an impact pull less.
@@ -333,6 +344,9 @@ def descend(problem: FitProblem, start: FitPoint, weight: float = LOOSE) -> FitD
         if not problem.ask():
             descent.reason = "the search was stopped"
             return descent
+        if problem.is_spent:
+            descent.reason = SPENT
+            return descent
         if trial is None:
             moved = matmul(
                 step.triangle[:, :-1], step.parameters(problem, descent.point.values, 0.0)
@@ -377,6 +391,8 @@ def _tried(
         values, nodes = step.taken(problem, descent.point, damping)
         trial = point_at(problem, values, nodes)
         descent.n_runs += 1
+        if problem.is_spent:
+            break
         if trial is not None:
             after = trial.cost(problem, descent.weight)
             if after < before * (1.0 + 1e-9) + CLOSE:

@@ -7,8 +7,15 @@ from collections.abc import Sequence
 import numpy as np
 
 from percuss.arrays import Floats
+from percuss.fitting.effort import Effort
 from percuss.fitting.measured import MeasuredSamples, directions_of
-from percuss.kernels.segments import SegmentResults
+from percuss.kernels.segments import (
+    N_HITS,
+    N_SEARCHES,
+    PROGRESS_ENTRIES,
+    SEGMENT,
+    SegmentResults,
+)
 from percuss.kernels.structure import sensitivity as carried
 from percuss.kernels.structure.run import new_run
 from percuss.kernels.structure.segments import (
@@ -38,6 +45,7 @@ def follow_records(
     nodes: Floats,
     samples: MeasuredSamples,
     first: np.ndarray,
+    effort: Effort,
 ) -> SegmentResults:
     """Follow the segments of one record of a structure.
 
@@ -55,6 +63,8 @@ def follow_records(
         (n, 2 n_x) array, the states of the nodes; those behind a wall are moved onto it.
     samples, first
         What was measured, and the first sample of each segment, with the number of all last.
+    effort
+        What this may cost; segments beyond it are not followed.
 
     Returns
     -------
@@ -83,7 +93,7 @@ def follow_records(
         np.full((n, d), np.nan),
         np.full((n, d, width), np.nan),
         np.empty((HITS_A_SEGMENT * n, 2 + width)),
-        np.zeros(n, dtype=np.int64),
+        np.full(n, -1, dtype=np.int64),
     )
     places = np.ascontiguousarray(np.stack([nodes[:, :n_x], nodes[:, n_x:]], axis=2))
     stops = _stop_rows(system)
@@ -94,14 +104,17 @@ def follow_records(
         directions_of(structure), stops, moved_stops, system.signs,
         np.ascontiguousarray(structure.stop_directions).reshape(-1, n_x),
     )  # fmt: skip
-    progress = np.zeros(2, dtype=np.int64)
-    while True:
-        varied, scratch = _space(system, moved, n_p)
+    progress = np.zeros(PROGRESS_ENTRIES, dtype=np.int64)
+    varied, scratch = _space(system, moved, n_p)
+    while progress[SEGMENT] < n:
+        before = int(progress[N_SEARCHES])
         wanted = follow_structure_segments(varied, segments, scratch, results, progress)
-        if wanted < 0:
+        if not effort.spend(int(progress[N_SEARCHES]) - before):
             break
-        system.add(int(wanted))
-    return results._replace(hits=results.hits[: progress[1]])
+        if wanted >= 0:
+            system.add(int(wanted))
+            varied, scratch = _space(system, moved, n_p)
+    return results._replace(hits=results.hits[: progress[N_HITS]])
 
 
 def _unmoved(system: StructureSystem) -> MovedStructure:

@@ -14,8 +14,11 @@ from percuss.arrays import Floats, Integers
 from percuss.kernels.compile import kernel
 from percuss.kernels.flight import constant_force, force_and_slopes, move, set_phases
 from percuss.kernels.flight_columns import (
+    LONGEST_PHASE,
     Change,
     ColumnWorkspace,
+    fastest_rate,
+    is_plain,
     moved_constant_force,
     moved_drive,
 )
@@ -28,6 +31,7 @@ from percuss.kernels.law_columns import (
     MASS,
     N_REGIONS,
     NUMBER,
+    OMEGA,
     STOP_AT,
     STOP_BOUND,
     STOP_DRAG,
@@ -55,6 +59,7 @@ from percuss.kernels.record import (
     N_EVENTS,
     N_GRAZES,
     NEXT_REGION,
+    OVERFLOW,
     REACHED_END,
     SLOW_LANDING,
     SPENT,
@@ -81,9 +86,16 @@ from percuss.kernels.sensitivity import (
 
 # Quantities of samples; from OF_STOP on, the force of stop number quantity - OF_STOP.
 DISPLACEMENT, VELOCITY, ACCELERATION, OF_STOP = range(4)
-# Searches of one segment, after which it counts as impossible to follow.
-MOST_SEARCHES = 20_000
+# Searches for events after which control returns to the caller.
+PATIENCE = 500
+# So many steps of the columns' series count as a search; more than some are too many for one
+# segment: a second.
+STEPS_A_SEARCH, MOST_STEPS = 64.0, 4e6
 NO_LIMIT = 2**62
+# How far segments were followed: the present one, whether its run has begun, how many hits and how
+# many searches there were so far.
+SEGMENT, IS_BEGUN, N_HITS, N_SEARCHES = range(4)
+PROGRESS_ENTRIES = 4
 # Columns of the change of a stop.
 CHANGE_OF_AT, CHANGE_OF_STIFFNESS, CHANGE_OF_DAMPING = range(3)
 
@@ -143,36 +155,57 @@ class SegmentResults(NamedTuple):
 
 @kernel
 def follow_segments(
-    law: Law, change: Change, segments: Segments, space: SegmentSpace, results: SegmentResults
-) -> int:
-    """Follow all segments; return the number of hits."""
-    n_hits = 0
-    for k in range(segments.spans.shape[0]):
-        n_hits = follow_segment(law, change, segments, k, space, results, n_hits)
-    return n_hits
-
-
-@kernel
-def follow_segment(
     law: Law,
     change: Change,
     segments: Segments,
-    k: int,
     space: SegmentSpace,
     results: SegmentResults,
-    n_hits: int,
-) -> int:
-    """Follow one segment; return the number of hits so far."""
-    run = space.run
-    begin_segment(law, change, segments, k, space)
-    status = march_on(run, segments.spans[k, 1])
+    progress: Integers,
+) -> bool:
+    """Follow segments from where they were left; return whether all are done.
+
+    ``progress`` (PROGRESS_ENTRIES,) is zeros at first. Control returns after some `PATIENCE`
+    searches, in the midst of a segment too: a motion without end must not keep its caller.
+    """
+    before = progress[N_SEARCHES]
+    while progress[SEGMENT] < segments.spans.shape[0]:
+        if progress[N_SEARCHES] - before >= PATIENCE:
+            return False
+        k = progress[SEGMENT]
+        if progress[IS_BEGUN] == 0:
+            begin_segment(law, change, segments, k, space)
+            progress[IS_BEGUN] = 1
+        status = march_on(space.run, segments.spans[k, 1], progress)
+        if status == SPENT:
+            continue
+        note_segment(law, change, segments, status, space, results, progress)
+        progress[SEGMENT] += 1
+        progress[IS_BEGUN] = 0
+    return True
+
+
+@kernel
+def note_segment(
+    law: Law,
+    change: Change,
+    segments: Segments,
+    status: int,
+    space: SegmentSpace,
+    results: SegmentResults,
+    progress: Integers,
+) -> None:
+    """Write samples, end and hits of a segment whose run has come to an end."""
+    run, k = space.run, progress[SEGMENT]
     n = run.counters[N_EVENTS]
-    if status not in (REACHED_END, AT_REST):
-        results.counts[k] = -1
-        return n_hits
-    results.counts[k] = n - 1
     events, marks = run.events[:n], run.marks[:n]
     record = MotionRecord(law, segments.nodes[k, 0], events, marks)
+    steps = steps_of_columns(record, segments, k, space.work)
+    if status not in (REACHED_END, AT_REST) or not steps < MOST_STEPS:
+        results.counts[k] = -1
+        progress[N_SEARCHES] += PATIENCE
+        return
+    results.counts[k] = n - 1
+    progress[N_SEARCHES] += int(steps / STEPS_A_SEARCH)
     varied = VariedRecord(record, change, space.graze_times, space.jumps)
     columns = space.columns[:n]
     carry(varied, space.begin, space.work, columns)
@@ -188,13 +221,62 @@ def follow_segment(
         is_hit = marks[row, KIND] == IMPACT or marks[row, KIND] == SLOW_LANDING
         if marks[row, KIND] == CROSSING:
             is_hit = enters(law, marks, row)
-        if is_hit and n_hits < results.hits.shape[0]:
-            results.hits[n_hits, 0] = k
-            results.hits[n_hits, 1] = events[row, EVENT_T]
+        if is_hit and progress[N_HITS] < results.hits.shape[0]:
+            hit = results.hits[progress[N_HITS]]
+            hit[0] = k
+            hit[1] = events[row, EVENT_T]
             for p in range(columns.shape[1]):
-                results.hits[n_hits, 2 + p] = columns[row, p, DT]
-            n_hits += 1
-    return n_hits
+                hit[2 + p] = columns[row, p, DT]
+            progress[N_HITS] += 1
+
+
+@kernel
+def steps_of_columns(
+    record: MotionRecord, segments: Segments, k: int, work: ColumnWorkspace
+) -> float:
+    """Return how many steps the series of a segment's columns take, to all events and samples.
+
+    A motion whose fast part decays at once needs one for each few radians of that all the same.
+    """
+    law, events = record.law, record.events
+    quickest = 0.0
+    for j in range(work.phases.shape[0]):
+        quickest = max(quickest, law[FIRST_HARMONIC + j, OMEGA])
+    i, last = segments.first[k], segments.first[k + 1]
+    turned = 0.0
+    for row in range(events.shape[0]):
+        is_last = row + 1 == events.shape[0]
+        end = segments.spans[k, 1] if is_last else events[row + 1, EVENT_T]
+        turned += turned_in(record, row, end - events[row, EVENT_T], quickest, work)
+        while i < last and (is_last or segments.instants[i] < end):
+            t = segments.instants[i]
+            turned += turned_in(record, row, t - events[row, EVENT_T], quickest, work)
+            other = row_beside(events, row, t, segments.reach)
+            if other >= 0:
+                turned += turned_in(record, other, t - events[other, EVENT_T], quickest, work)
+            i += 1
+    return turned / LONGEST_PHASE
+
+
+@kernel
+def turned_in(
+    record: MotionRecord, row: int, s: float, quickest: float, work: ColumnWorkspace
+) -> float:
+    """Return the phase through which a series goes in a time s after an event: none in contact."""
+    if record.marks[row, KIND] == CONTACT:
+        return 0.0
+    flight = flight_after(record, row, work.phases, work.scratch)
+    if is_plain(flight, s):
+        return 0.0
+    return abs(s) * max(fastest_rate(record.law, flight.region), quickest)
+
+
+@kernel
+def row_beside(events: Floats, row: int, t: float, reach: float) -> int:
+    """Return the row of the flight on the other side of the event next to t, -1 if that is far."""
+    before = t - events[row, EVENT_T]
+    after = events[row + 1, EVENT_T] - t if row + 1 < events.shape[0] else math.inf
+    return -1 if min(before, after) > reach else row + 1 if after < before else row - 1
 
 
 @kernel
@@ -237,17 +319,20 @@ def begin_segment(
 
 
 @kernel
-def march_on(run: Run, t_end: float) -> int:
-    """March to the end, without keeping grazes."""
+def march_on(run: Run, t_end: float, progress: Integers) -> int:
+    """March towards the end, without keeping grazes; SPENT if that is to be gone on with."""
     if not (abs(run.state[X]) < HUGE and abs(run.state[V]) < HUGE):
-        return SPENT
-    while True:
-        status = march(run, t_end, NO_LIMIT, MOST_SEARCHES)
-        if status != FULL or run.counters[N_GRAZES] == 0:
-            return status
-        if run.counters[N_EVENTS] + 2 > run.events.shape[0]:
-            return status
-        run.counters[N_GRAZES] = 0
+        return OVERFLOW
+    before = run.counters[N_EVENTS]
+    status = march(run, t_end, NO_LIMIT, PATIENCE)
+    # An event, or a graze, each took one search at least.
+    made = run.counters[N_EVENTS] - before + run.counters[N_GRAZES] + 1
+    progress[N_SEARCHES] += PATIENCE if status == SPENT else made
+    has_room = run.counters[N_EVENTS] + 2 <= run.events.shape[0]
+    if status == FULL and run.counters[N_GRAZES] > 0 and has_room:
+        status = SPENT
+    run.counters[N_GRAZES] = 0
+    return status
 
 
 @kernel
@@ -285,16 +370,14 @@ def observe_sample(
     row = flight_at(events, t, True)
     observe_side(varied, segments, i, (0, row), space, results)
     results.away[i] = math.inf
-    before = t - events[row, EVENT_T]
-    after = events[row + 1, EVENT_T] - t if row + 1 < events.shape[0] else math.inf
-    other = row + 1 if after < before else row - 1
-    if other < 0 or min(before, after) > segments.reach:
+    other = row_beside(events, row, t, segments.reach)
+    if other < 0:
         return
     jump = marks[max(row, other), KIND]
     # In the order of the kinds: IMPACT, CROSSING, CONTACT.
     if not IMPACT <= jump <= CONTACT:
         return
-    results.away[i] = min(before, after)
+    results.away[i] = abs(t - events[max(row, other), EVENT_T])
     extrapolate(varied, columns, t, other, space)
     observe_side(varied, segments, i, (1, other), space, results)
 

@@ -6,6 +6,7 @@ stops of its bits, and appends it to the arrays that the kernels read.
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Sequence
 from fractions import Fraction
 from functools import cached_property, lru_cache
@@ -24,6 +25,7 @@ from percuss.kernels.law_columns import (
 )
 from percuss.kernels.structure import basis as at
 from percuss.kernels.structure.basis import Sets
+from percuss.kernels.structure.bounds import MOST_DOUBLINGS, fill_guard_bounds, fill_mode_bounds
 from percuss.kernels.structure.steps import fill_steps
 from percuss.model.exact import as_float, as_fraction
 from percuss.model.forcing import Component, Forcing
@@ -35,22 +37,14 @@ from percuss.model.system import fill_harmonic, fill_motion, fill_response
 from percuss.model.system import law as law_of
 from percuss.numerics import matmul, solve_linear
 
-__all__ = ["StructureSystem", "fill_guard_bounds", "is_before_walls", "within_walls"]
+__all__ = ["StructureSystem", "is_before_walls", "within_walls"]
 
-# The shortest step of the search, as a phase of the quickest rate, and how often it is doubled at
-# most: a mode that a quick one leaves behind sets the longest.
-SHORTEST_PHASE = 0.25
-MOST_DOUBLINGS = 14
-# The longest step is this phase of the slowest rate.
-LONGEST_PHASE = 2.0
-# Where the motion grows the bounds over a step hold a factor exp(phase).
-GROWING_PHASE = 0.5
-# Without any rate the motion is a cubic, and steps may have any length [time].
-ANY_STEP = 2.0**-8
 # Of all sets of acting stops that a structure has met [bytes].
 MOST_BYTES = 1_000_000_000
 # By how much a state may be behind a wall that it touches, as a part of its size.
 TOUCHING = 1e-9
+# Held while a set is appended to the arrays of any system.
+_ADDING = threading.RLock()
 # How often a state is moved out of walls, of which one may push it behind another.
 PUSHES = 100
 
@@ -122,21 +116,23 @@ class StructureSystem:
         ParameterError
             If all sets together take more than a gigabyte.
         """
-        new = [key for key in dict.fromkeys(keys) if key not in self._made]
-        if not new:
-            return
-        for key in new:
-            self._made[key] = self._make(key)
-            self._check_size(key)
-        made = list(self._made.values())
-        arrays = {
-            name: _joined([arrays_of_set[name] for arrays_of_set in made]) for name in made[0]
-        }
-        self._sets = Sets(
-            **arrays, keys=np.array(list(self._made), dtype=np.int64),
-            stops=self._frames.stops, walls=self._frames.walls, records=self.records,
-            normals=self._frames.gradients, impulses=self._frames.impulses,
-        )  # fmt: skip
+        # Branches on several threads share systems.
+        with _ADDING:
+            new = [key for key in dict.fromkeys(keys) if key not in self._made]
+            if not new:
+                return
+            for key in new:
+                self._made[key] = self._make(key)
+                self._check_size(key)
+            made = list(self._made.values())
+            arrays = {
+                name: _joined([arrays_of_set[name] for arrays_of_set in made]) for name in made[0]
+            }
+            self._sets = Sets(
+                **arrays, keys=np.array(list(self._made), dtype=np.int64),
+                stops=self._frames.stops, walls=self._frames.walls, records=self.records,
+                normals=self._frames.gradients, impulses=self._frames.impulses,
+            )  # fmt: skip
 
     def _check_size(self, key: int) -> None:
         """Refuse the last set, where all together are larger than a memory should hold."""
@@ -255,12 +251,15 @@ class StructureSystem:
         }
         law = self._law(modes)
         arrays |= {"law": law, "of_set": self._bounds(law, arrays)}
-        steps = np.zeros((MOST_DOUBLINGS + 1, n, at.STEP_ENTRIES + at.STEP_HARMONIC * m))
+        walk = np.empty((at.WALK_ROWS + at.DRIVE_ENTRIES * m, n))
+        walk[: at.WALK_ROWS] = modes[:, : at.WALK_ROWS].T
+        walk[at.WALK_ROWS :] = drive.transpose(1, 2, 0).reshape(-1, n)
+        steps = np.zeros((MOST_DOUBLINGS + 1, at.STEP_ENTRIES + at.STEP_HARMONIC * m, n))
         turns = np.zeros((MOST_DOUBLINGS + 1, m, 2))
         n_levels = int(arrays["of_set"][at.N_LEVELS])
         shortest = float(arrays["of_set"][at.STEP_LENGTH])
         fill_steps(law, modes, shortest, steps[:n_levels], turns[:n_levels])
-        return arrays | {"steps": steps, "turns": turns}
+        return arrays | {"walk": walk, "steps": steps, "turns": turns}
 
     def _law(self, modes: Floats) -> Law:
         """Return the modes as regions of a law under harmonics of these frequencies."""
@@ -278,52 +277,12 @@ class StructureSystem:
         return law
 
     def _bounds(self, law: Law, arrays: dict[str, Floats]) -> Floats:
-        """Fill what bounds the guards' fourth derivatives; return the columns of the set.
-
-        With K >= 0 the norm sqrt(K) |u| + |w| is that of the energy, which no free motion raises,
-        with negative damping d by exp(|d| s) at most; with K < 0 it is max(p |u|, |w|), which grows
-        by exp(p s), p = |d| / 2 + sqrt(d^2 / 4 + |K|) (docs/theory/structures.md).
-        """
-        modes, guard, levels = arrays["modes"], arrays["guard"], arrays["levels"]
-        omegas = law[FIRST_HARMONIC : FIRST_HARMONIC + len(self.omegas), OMEGA]
-        spring, drag = modes[:, at.SPRING], modes[:, at.DRAG]
-        pace = 0.5 * np.abs(drag) + np.sqrt(0.25 * drag * drag + np.abs(spring))
-        modes[:, at.ROOT] = np.where(spring >= 0.0, np.sqrt(np.abs(spring)), pace)
-        growth = np.where(spring < 0.0, pace, np.where(drag < 0.0, np.abs(drag), 0.0))
-        pushes = np.zeros(len(modes))
-        for k, omega in enumerate(omegas.tolist()):
-            force, rate = (
-                np.sqrt(drive[:, 0] * drive[:, 0] + drive[:, 1] * drive[:, 1])
-                for drive in (arrays["drive"][:, k, :2], arrays["drive"][:, k, 2:])
-            )
-            pushes += omega * omega * (force + modes[:, at.ROOT] * rate)
-        modes[:, at.SURGE] = pushes
-        fill_guard_bounds(arrays, omegas.tolist(), guard, arrays["feed"], levels)
+        """Fill what bounds the guards' fourth derivatives; return the columns of the set."""
+        modes, drive = arrays["modes"], arrays["drive"]
+        omegas = law[FIRST_HARMONIC : FIRST_HARMONIC + len(self.omegas), OMEGA].copy()
         of_set = np.zeros(at.SET_COLUMNS)
-        rates = np.concatenate([np.sqrt(np.abs(spring)), np.abs(drag), omegas])
-        rates = rates[rates > 0.0]
-        of_set[at.STEP_LENGTH] = ANY_STEP
-        of_set[at.N_LEVELS] = MOST_DOUBLINGS + 1
-        if len(rates):
-            of_set[at.QUICKEST] = rates.max()
-            of_set[at.STEP_LENGTH] = SHORTEST_PHASE / rates.max()
-            longest = LONGEST_PHASE / rates.min()
-            if growth.max() > 0.0:
-                longest = min(longest, GROWING_PHASE / growth.max())
-            doublings = 0
-            while (
-                doublings < MOST_DOUBLINGS
-                and of_set[at.STEP_LENGTH] * 2.0 ** (doublings + 1) <= longest
-            ):
-                doublings += 1
-            of_set[at.N_LEVELS] = doublings + 1
-        of_set[at.GROWTH] = growth.max(initial=0.0)
-        rates_used = np.abs(modes[:, at.RATE]).max(initial=0.0)
-        rates_used = max(rates_used, float(np.abs(arrays["drive"][:, :, 2:]).max(initial=0.0)))
-        rates_used = max(
-            rates_used, float(np.abs(arrays["record_drive"][:, :, 1]).max(initial=0.0))
-        )
-        of_set[at.HAS_RATES] = float(rates_used > 0.0)
+        fill_mode_bounds(modes, drive, arrays["record_drive"], omegas, of_set)
+        fill_guard_bounds(modes, drive, omegas, arrays["guard"], arrays["feed"], arrays["levels"])
         return of_set
 
 
@@ -337,44 +296,6 @@ def _motion_row(spring: float, drag: float) -> Floats:
 @lru_cache(maxsize=256)
 def _system(structure: Structure, loads: Loads) -> StructureSystem:
     return StructureSystem(structure, loads)
-
-
-def fill_guard_bounds(
-    arrays: dict[str, Floats], omegas: Sequence[float], guard: Floats, feed: Floats, levels: Floats
-) -> None:
-    """Fill what bounds the fourth derivatives of guards, (k, n, 3), of one set.
-
-    Parameters
-    ----------
-    arrays
-        Modes and drive of the set, by their names in `Sets`.
-    omegas
-        (m,) frequencies of the harmonics [1/time].
-    guard, feed, levels
-        (k, n, 3), (k, m, 2) and (k, LEVEL_COLUMNS) arrays of which OF_NORM, SURGES and TWIST are
-        filled.
-    """
-    modes, drive = arrays["modes"], arrays["drive"]
-    spring, drag = modes[:, at.SPRING], modes[:, at.DRAG]
-    pace = 0.5 * np.abs(drag) + np.sqrt(0.25 * drag * drag + np.abs(spring))
-    p, q = guard[:, :, at.OF_U], guard[:, :, at.OF_W]
-    p1, q1 = -spring * q, p - drag * q
-    p2, q2 = -spring * q1, p1 - drag * q1
-    stiff = np.where(spring > 0.0, spring, 1.0)
-    energy = np.sqrt(np.where(spring > 0.0, p2 * p2 / stiff, 0.0) + q2 * q2)
-    growing = np.where(spring < 0.0, pace, 1.0)
-    other = np.where(spring < 0.0, np.abs(p2) / growing, 0.0) + np.abs(q2)
-    guard[:, :, at.OF_NORM] = np.where(spring >= 0.0, energy, other)
-    levels[:, at.SURGES] = (guard[:, :, at.OF_NORM] * modes[:, at.SURGE]).sum(axis=1)
-    twist = np.zeros(len(guard))
-    for k, omega in enumerate(omegas):
-        force = drive[:, k, 0] - 1j * drive[:, k, 1]
-        rate = drive[:, k, 2] - 1j * drive[:, k, 3]
-        direct = feed[:, k, 0] - 1j * feed[:, k, 1]
-        whole = -omega * omega * (p1 * rate + q1 * force).sum(axis=1)
-        whole += -1j * omega**3 * (p * rate + q * force).sum(axis=1) + omega**4 * direct
-        twist += np.sqrt(whole.real * whole.real + whole.imag * whole.imag)
-    levels[:, at.TWIST] = twist
 
 
 def _joined(parts: Sequence[Floats]) -> Floats:

@@ -23,7 +23,7 @@ from percuss.model.structure import Structure, StructureStart
 from percuss.model.system import System, region_rows, touching_stops
 from percuss.numerics import cos, sin
 
-__all__ = ["MovedLaw", "moved_law", "moved_rows", "parameter_names", "unit_law"]
+__all__ = ["MovedLaw", "moved_force_rows", "moved_law", "moved_rows", "parameter_names", "unit_law"]
 
 START = "start."
 
@@ -154,6 +154,22 @@ def moved_rows(system: System, fields: Mapping[str, float]) -> Floats:
     for region, number in zip(region_rows(law), range(len(law)), strict=False):
         _fill_region(rows[region], system, number, fields)
     _fill_tables(rows, system, fields)
+    return rows
+
+
+def moved_force_rows(force: Forcing, fields: Mapping[str, float]) -> Floats:
+    """Return the first rows of `moved_rows`, of the forcing of a free mass: harmonics and record.
+
+    Parameters
+    ----------
+    force
+        The forcing.
+    fields
+        The derivatives of its fields, by their paths.
+    """
+    rows = np.zeros((at.FIRST_HARMONIC + len(force.components()) + 1, at.COLUMNS))
+    rows[0, at.FORCING_CONSTANT] = fields.get("forcing.constant", 0.0)
+    _fill_harmonics(rows, System(Oscillator(stiffness=0, damping=0), force), fields)
     return rows
 
 

@@ -14,7 +14,7 @@ from percuss.kernels.structure.basis import DRAG, FORCE, RATE, RATE_COS, SELF_DR
 from percuss.kernels.structure.columns import WAVE_ENTRIES, MovedSets
 from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import as_float
-from percuss.model.moved_law import moved_rows, parameter_names, unit_law
+from percuss.model.moved_law import moved_force_rows, moved_rows, parameter_names, unit_law
 from percuss.model.oscillator import Oscillator, SoftStop, Wall
 from percuss.model.paths import moved_fields
 from percuss.model.structure import StructureStart
@@ -24,7 +24,6 @@ from percuss.numerics import inverse, matmul, solve_linear
 __all__ = ["MovedStructure", "more_columns", "moved_sets", "moved_structure"]
 
 MATRICES = ("mass", "damping", "stiffness")
-FREE = Oscillator(stiffness=0, damping=0)
 
 
 class MovedLoads(NamedTuple):
@@ -116,7 +115,8 @@ def moved_structure(
     for p, name in enumerate(names):
         moved = moved_fields(structure, loads, start, name)
         fields = {path: float(value.derivative(moved.name)) for path, value in moved.fields.items()}
-        for k, matrix in enumerate(MATRICES):
+        is_moved = any(path.startswith("structure.") for path in fields)
+        for k, matrix in enumerate(MATRICES if is_moved else ()):
             for i in range(n):
                 for j in range(n):
                     # Of two equal entries of the mass that above the diagonal is the parameter.
@@ -160,7 +160,7 @@ def _moved_loads(system: StructureSystem, fields: Mapping[str, float], mass: Flo
         if force.is_per_mass:
             turned = matmul(mass, structure.direction(on))
         own = _renamed(fields, f"loads.{i}.", "forcing.")
-        rows = moved_rows(System(FREE, force), own)
+        rows = moved_force_rows(force, own)
         constant += rows[0, at.FORCING_CONSTANT] * c + as_float(force.constant) * turned
         components = force.components()
         for k, component in enumerate(components, at.FIRST_HARMONIC):
@@ -278,10 +278,10 @@ def _fill_set(
         pushes.reactions[b, i, :, p] = change[:, k]
     # What receives a force: the modes, and the forces of the walls that hold.
     into = np.zeros((2 * n + len(structure.stops), n))
-    into[: 2 * n] = solve_linear(mass.T, sets.inverse[b].reshape(2 * n, 2 * n)[:, n:].T).T
+    into[: 2 * n] = solve_linear(mass.T, sets.inverse[b, n:].transpose(0, 2, 1).reshape(n, 2 * n)).T
     for k, i in enumerate(held):
         into[2 * n + i] = -reaction[:, k]
-    x, v, a = motion_of_modes(sets.shape[b], sets.modes[b])
+    x, v, a = motion_of_modes(sets.shape[b].transpose(2, 0, 1), sets.modes[b])
     heavier = moved.mass[p]
     force = -(matmul(heavier, a) + matmul(damped, v) + matmul(stiffer, x))
     pushes.change[b, :, :, :, p] = matmul(into, force).T.reshape(n, 2, -1)

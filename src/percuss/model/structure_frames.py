@@ -199,9 +199,9 @@ class StructureFrames:
             "modes": modes,
             "guard": guard,
             "levels": levels,
-            "shape": shape,
+            "shape": np.ascontiguousarray(shape.transpose(1, 2, 0)),
             "offset": (back.T @ offset).rounded[:, 0],
-            "inverse": np.ascontiguousarray(inverse).reshape(n, 2, 2 * n),
+            "inverse": np.ascontiguousarray(inverse.reshape(n, 2, 2 * n).transpose(2, 1, 0)),
             "kick": self._kicks(inward, free, held),
         }
         for i in range(s):

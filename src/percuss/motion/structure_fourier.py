@@ -145,7 +145,7 @@ def _pieces_of(run: StructureTrajectory, low: float, high: float) -> Stretches:
 
 def _modes(sets: at.Sets, of: Integers, x: Floats, v: Floats) -> Floats:
     """Return the modes (k, n, 2) of states in the sets ``of``."""
-    inverse = sets.inverse[of]
+    inverse = sets.inverse[of].transpose(0, 3, 2, 1)
     states = np.concatenate([x - sets.offset[of], v], axis=1)
     return np.asarray((inverse * states[:, None, None, :]).sum(axis=-1))
 

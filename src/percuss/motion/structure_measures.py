@@ -158,7 +158,7 @@ def _taylor(
     guard = np.zeros(2)
     b = engine.taylor_at(varied, d.columns, (t, after, stop), work, guard)
     sets, n = varied.run.sets, len(varied.run.begin)
-    shape = sets.shape[b].reshape(n, 2 * n)
+    shape = sets.shape[b].reshape(2 * n, n).T
     orders, moved = np.zeros((4, n)), np.zeros((3, n, len(d.paths)))
     factorial = 1.0
     for k in range(4):

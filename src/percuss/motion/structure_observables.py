@@ -14,9 +14,10 @@ from percuss.kernels.record import EVENT_T
 from percuss.kernels.structure import basis as at
 from percuss.kernels.structure import observe
 from percuss.kernels.structure.basis import Sets
+from percuss.kernels.structure.bounds import fill_guard_bounds
 from percuss.kernels.structure.observe import Gauge
 from percuss.kernels.structure.run import StructureRun
-from percuss.model.acting_sets import StructureSystem, fill_guard_bounds
+from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import as_float, whole
 from percuss.model.oscillator import On, SoftStop
 from percuss.motion.extremes import Extrema, QuantityName
@@ -192,7 +193,7 @@ def _stop_force(system: StructureSystem, sets: Sets, b: int, i: int) -> LinearFo
 
 def displacement_form(sets: Sets, b: int, c: Floats) -> LinearForm:
     """Return c . x in a set."""
-    shape = sets.shape[b]
+    shape = sets.shape[b].transpose(2, 0, 1)
     parts = [c[:, None] * shape[:, :, k] for k in range(2)]
     of_u, of_w = (
         np.where(
@@ -257,9 +258,8 @@ def _gauge(run: StructureRun, forms: list[LinearForm | None], level: float | Non
             levels[i, row, at.IS_FED] = 1.0
             feed[i, row], record_feed[i, row] = form_of_row.feed, form_of_row.record_feed
             slope_feed[i, row] = form_of_row.slope_feed
-        omegas = sets.law[i, FIRST_HARMONIC : FIRST_HARMONIC + m, OMEGA].tolist()
-        arrays = {"modes": sets.modes[i], "drive": sets.drive[i]}
-        fill_guard_bounds(arrays, omegas, guard[i], feed[i], levels[i])
+        omegas = sets.law[i, FIRST_HARMONIC : FIRST_HARMONIC + m, OMEGA].copy()
+        fill_guard_bounds(sets.modes[i], sets.drive[i], omegas, guard[i], feed[i], levels[i])
     return Gauge(
         acts, guard, levels, feed, record_feed, slope_feed,
         present=np.zeros((k, at.LEVEL_COLUMNS)),

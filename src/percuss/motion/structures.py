@@ -615,8 +615,8 @@ class StructureTrajectory(HasPicture):
         return labelled(dataset, self.structure.units)
 
 
-def _rows(run: StructureRun, *kinds: np.int64) -> Integers:
-    return np.flatnonzero(np.isin(run.marks[:, columns.KIND], kinds))
+def _rows(run: StructureRun, kind: np.int64) -> Integers:
+    return np.flatnonzero(run.marks[:, columns.KIND] == kind)
 
 
 def _impacts(system: StructureSystem, run: StructureRun) -> StructureImpacts:

@@ -23,6 +23,7 @@ __all__ = [
     "inverse",
     "is_finite",
     "least_squares",
+    "leverages",
     "matmul",
     "norm",
     "solve_linear",
@@ -262,6 +263,44 @@ def least_squares(matrix: Floats, right: Floats, weak: float) -> Floats:
             # In two steps: the square of a size may lie beyond the doubles.
             solution += dot(image / size, right) / size * row
     return solution
+
+
+def leverages(matrix: Floats, weak: float) -> Floats:
+    """Return how much of each equation a least-squares solution takes for itself, 0 to 1.
+
+    They are the diagonal of the projection on the columns, and their sum is the rank; a residual
+    has one degree of freedom less its leverage.
+
+    Parameters
+    ----------
+    matrix
+        (m, n) array. Its columns may be of any size.
+    weak
+        Singular values below this part of the largest count as zero.
+
+    Returns
+    -------
+    array
+        (m,).
+
+    Raises
+    ------
+    ConvergenceError
+        If an entry is no finite number.
+
+    Examples
+    --------
+    >>> leverages(np.array([[1.0], [2.0], [0.0]]), 1e-12)
+    array([0.2, 0.8, 0. ])
+    """
+    _check(matrix)
+    scales = np.sqrt(np.square(matrix).sum(axis=0))
+    sizes, images, _ = _turned(matrix / np.where(scales > 0.0, scales, 1.0))
+    shares = np.zeros(len(matrix))
+    for size, image in zip(sizes.tolist(), images, strict=True):
+        if size > weak * sizes[0]:
+            shares += np.square(image / size)
+    return shares
 
 
 def fit_line(x: Floats, y: Floats) -> tuple[float, float]:

@@ -30,6 +30,9 @@ MODE_COLUMNS = 6
 # Entries of the input of a harmonic into a mode: into w' and u', of its cosine and its sine.
 FORCE_COS, FORCE_SIN, RATE_COS, RATE_SIN = range(4)
 DRIVE_ENTRIES = 4
+# What a walk takes of a mode, a row each, so that loops over modes become vector instructions: the
+# first columns of a mode, up to ROOT, and then the input of each harmonic.
+WALK_ROWS = 3
 # What a guard takes of a mode: of u, of w; of the norm of its second derivative, for a bound of
 # the fourth derivative of the guard.
 OF_U, OF_W, OF_NORM = range(3)
@@ -57,11 +60,11 @@ class Sets(NamedTuple):
     """The sets that are known, stacked; shapes with b sets, n modes, m harmonics, s stops, r records.
 
     law: (b, rows, COLUMNS), the modes as regions; modes: (b, n, MODE_COLUMNS); drive:
-    (b, n, m, 4); record_drive: (b, n, r, 2), input of each record into w' and u'; guard:
+    (b, n, m, 4); walk: (b, WALK_ROWS + 4 m, n), what a walk takes of these; record_drive: (b, n, r, 2), input of each record into w' and u'; guard:
     (b, s, n, 3); levels: (b, s, LEVEL_COLUMNS); feed: (b, s, m, 2) and record_feed (b, s, r), what
-    a guard takes of the loads directly; steps: (b, l, n, STEP_ENTRIES + 4 m) and turns (b, l, m, 2),
-    the maps over steps of doubling lengths; shape: (b, n_x, n, 2), displacements of u and w;
-    offset: (b, n_x); inverse: (b, n, 2, 2 n_x); kick: (b, s, n, 2), the jump of the modes that
+    a guard takes of the loads directly; steps: (b, l, STEP_ENTRIES + 4 m, n) and turns (b, l, m, 2),
+    the maps over steps of doubling lengths; shape: (b, n, 2, n_x), displacements of u and w;
+    offset: (b, n_x); inverse: (b, 2 n_x, 2, n); kick: (b, s, n, 2), the jump of the modes that
     changes the velocity of a stop by 1; of_set: (b, SET_COLUMNS); keys: (b,), bits of the stops
     that act; stops: (s, STOP_COLUMNS); walls: (s, rows, COLUMNS), laws that hold one wall each, for
     its restitution; normals and impulses: (s, n_x), the gradient of the clearance to a stop and the
@@ -72,6 +75,7 @@ class Sets(NamedTuple):
     law: Floats
     modes: Floats
     drive: Floats
+    walk: Floats
     record_drive: Floats
     guard: Floats
     levels: Floats
@@ -98,6 +102,7 @@ class Basis(NamedTuple):
     law: Floats
     modes: Floats
     drive: Floats
+    walk: Floats
     record_drive: Floats
     guard: Floats
     levels: Floats
@@ -123,6 +128,7 @@ def basis_with(
         sets.law[b],
         sets.modes[b],
         sets.drive[b],
+        sets.walk[b],
         sets.record_drive[b],
         guard,
         levels,

@@ -75,6 +75,7 @@ from percuss.kernels.structure.flight import (
     VALUE,
     ModalFlight,
     arrive,
+    arrive_in_rows,
     derivatives,
     move,
     see,
@@ -422,11 +423,11 @@ def observe_views(
     n_views = views.levels.shape[1]
     seen = viewer.scratch[2, :n_views]
     seen1 = viewer.scratch[3, :n_views]
-    modes = viewer.scratch[0, : viewer.begin.shape[0]]
-    rates = viewer.scratch[6, : viewer.begin.shape[0]]
+    modes = viewer.rows[0:2]
+    rates = viewer.rows[4:9]
     for k in range(n_views):
         flight.values[k] = value_of(flight, k)
-    arrive(flight, left, modes)
+    arrive_in_rows(flight, left, modes)
     see(flight, modes, flight.arrival, left, rates, seen)
     note_views(flight.basis, seen, values)
     count = NODES_OF_A_CUBIC
@@ -436,7 +437,7 @@ def observe_views(
     step = (right - left) / count
     for node in range(count):
         s = left + node * step
-        arrive(flight, s + step, modes)
+        arrive_in_rows(flight, s + step, modes)
         see(flight, modes, flight.arrival, s + step, rates, seen1)
         note_views(flight.basis, seen1, values)
         for k in range(n_views):

@@ -118,7 +118,7 @@ def size_of_push(flight: ModalFlight, i: int) -> float:
         w = abs(flight.begin[j, W])
         spring = abs(basis.modes[j, SPRING])
         drag = abs(basis.modes[j, DRAG])
-        force = abs(flight.pull[j, 0]) + spring * u + drag * w
+        force = abs(flight.pull[0, j]) + spring * u + drag * w
         for k in range(flight.phases.shape[0]):
             force += abs(basis.drive[j, k, 0]) + abs(basis.drive[j, k, 1])
         total += abs(basis.guard[i, j, OF_U]) * force

@@ -156,11 +156,11 @@ def fill_modes(
             force = 0.0
             rate = 0.0
             if i == 0:
-                force = flight.pull[j, PULL] + flight.pull[j, SLOPE] * since
-                rate = flight.pull[j, DRIFT] + flight.pull[j, DRIFT_SLOPE] * since
+                force = flight.pull[PULL, j] + flight.pull[SLOPE, j] * since
+                rate = flight.pull[DRIFT, j] + flight.pull[DRIFT_SLOPE, j] * since
             elif i == 1:
-                force = flight.pull[j, SLOPE] * h
-                rate = flight.pull[j, DRIFT_SLOPE] * h
+                force = flight.pull[SLOPE, j] * h
+                rate = flight.pull[DRIFT_SLOPE, j] * h
             for k in range(flight.phases.shape[0]):
                 cosine = work.phases[i, k, 0]
                 sine = work.phases[i, k, 1]

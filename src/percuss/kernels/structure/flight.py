@@ -30,6 +30,7 @@ from percuss.kernels.law_columns import (
 from percuss.kernels.structure.basis import (
     CONSTANT,
     DRAG,
+    DRIVE_ENTRIES,
     FORCE,
     FORCE_COS,
     FORCE_SIN,
@@ -46,6 +47,7 @@ from percuss.kernels.structure.basis import (
     SPRING,
     SURGES,
     TWIST,
+    WALK_ROWS,
     Basis,
     row_of,
 )
@@ -55,6 +57,10 @@ PULL, SLOPE, DRIFT, DRIFT_SLOPE = range(4)
 PULL_COLUMNS = 4
 # Columns of a mode's state.
 U, W = range(2)
+# Rows of the rates of the modes: first and second derivatives, and the norm of the second ones.
+U_FIRST, W_FIRST, U_SECOND, W_SECOND, NORM = range(5)
+# From so many modes on they are taken in loops of one row each, which become vector instructions.
+MANY = 12
 # Columns of what is seen of a guard: value, slope, second derivative, bound of the fourth without the growth
 # over the stretch, and the sums of the magnitudes of the terms of value and slope.
 VALUE, SPEED, SECOND, BEND, SIZE, RATE_SIZE = range(6)
@@ -92,17 +98,17 @@ def set_pull(flight: ModalFlight) -> None:
     """Fill the constant input into each mode, and its slope, from the records at the start."""
     basis = flight.basis
     for j in range(basis.modes.shape[0]):
-        flight.pull[j, PULL] = basis.modes[j, FORCE]
-        flight.pull[j, DRIFT] = basis.modes[j, RATE]
-        flight.pull[j, SLOPE] = 0.0
-        flight.pull[j, DRIFT_SLOPE] = 0.0
+        flight.pull[PULL, j] = basis.modes[j, FORCE]
+        flight.pull[DRIFT, j] = basis.modes[j, RATE]
+        flight.pull[SLOPE, j] = 0.0
+        flight.pull[DRIFT_SLOPE, j] = 0.0
         for k in range(flight.records.shape[0]):
             into = basis.record_drive[j, k, 0]
-            flight.pull[j, PULL] += into * flight.records[k, 0]
-            flight.pull[j, SLOPE] += into * flight.records[k, 1]
+            flight.pull[PULL, j] += into * flight.records[k, 0]
+            flight.pull[SLOPE, j] += into * flight.records[k, 1]
             into = basis.record_drive[j, k, 1]
-            flight.pull[j, DRIFT] += into * flight.records[k, 0]
-            flight.pull[j, DRIFT_SLOPE] += into * flight.records[k, 1]
+            flight.pull[DRIFT, j] += into * flight.records[k, 0]
+            flight.pull[DRIFT_SLOPE, j] += into * flight.records[k, 1]
 
 
 @formula
@@ -130,16 +136,16 @@ def move(flight: ModalFlight, s: float) -> None:
         u0 = begin[j, U]
         w0 = begin[j, W]
         impulse, even, rise = free_response(law, row, s)
-        force = pull[j, PULL] - spring * u0
+        force = pull[PULL, j] - spring * u0
         u = force * rise
         w = (force - drag * w0) * impulse - spring * w0 * rise
-        if pull[j, SLOPE] != 0.0 or pull[j, DRIFT_SLOPE] != 0.0:
+        if pull[SLOPE, j] != 0.0 or pull[DRIFT_SLOPE, j] != 0.0:
             ramp = slope_response(law, row, s, impulse, rise)
-            u += pull[j, SLOPE] * ramp + pull[j, DRIFT_SLOPE] * (rise + drag * ramp)
-            w += pull[j, SLOPE] * rise - pull[j, DRIFT_SLOPE] * spring * ramp
+            u += pull[SLOPE, j] * ramp + pull[DRIFT_SLOPE, j] * (rise + drag * ramp)
+            w += pull[SLOPE, j] * rise - pull[DRIFT_SLOPE, j] * spring * ramp
         if basis.of_set[HAS_RATES] == 1.0:
-            u += pull[j, DRIFT] * (impulse + drag * rise)
-            w -= pull[j, DRIFT] * spring * rise
+            u += pull[DRIFT, j] * (impulse + drag * rise)
+            w -= pull[DRIFT, j] * spring * rise
         for k in range(m):
             omega = law[FIRST_HARMONIC + k, OMEGA]
             cos0 = phases[k, 0]
@@ -182,10 +188,10 @@ def early(flight: ModalFlight, j: int, s: float, phase: float) -> tuple[float, f
     has_rates = basis.of_set[HAS_RATES] == 1.0
     u = flight.begin[j, U]
     w = flight.begin[j, W]
-    force = pull[j, PULL]
-    rate = pull[j, DRIFT]
-    next_force = pull[j, SLOPE] * s
-    next_rate = pull[j, DRIFT_SLOPE] * s
+    force = pull[PULL, j]
+    rate = pull[DRIFT, j]
+    next_force = pull[SLOPE, j] * s
+    next_rate = pull[DRIFT_SLOPE, j] * s
     sum_u = 0.0
     sum_w = 0.0
     for k in range(max(1, phases.shape[0])):
@@ -270,11 +276,11 @@ def inputs(
 ) -> tuple[float, float, float, float, float, float]:
     """Return the input into w' of a mode with its first two derivatives, and those into u'."""
     law = basis.law
-    force = pull[j, PULL] + pull[j, SLOPE] * s
-    slope = pull[j, SLOPE]
+    force = pull[PULL, j] + pull[SLOPE, j] * s
+    slope = pull[SLOPE, j]
     bend = 0.0
-    rate = pull[j, DRIFT] + pull[j, DRIFT_SLOPE] * s
-    rate_slope = pull[j, DRIFT_SLOPE]
+    rate = pull[DRIFT, j] + pull[DRIFT_SLOPE, j] * s
+    rate_slope = pull[DRIFT_SLOPE, j]
     rate_bend = 0.0
     for k in range(phases.shape[0]):
         omega = law[FIRST_HARMONIC + k, OMEGA]
@@ -321,28 +327,41 @@ def fed(basis: Basis, i: int, phases: Floats, records: Floats, s: float, order: 
 
 
 @formula
+def arrive_in_rows(flight: ModalFlight, s: float, modes: Floats) -> None:
+    """Write into the rows ``modes`` the modes a time s after the start."""
+    if flight.at[0] != s:
+        move(flight, s)
+    for j in range(flight.begin.shape[0]):
+        modes[U, j] = flight.begin[j, U] + flight.later[j, U]
+        modes[W, j] = flight.begin[j, W] + flight.later[j, W]
+
+
+@formula
 def see(
     flight: ModalFlight, modes: Floats, phases: Floats, s: float, rates: Floats, seen: Floats
 ) -> None:
     """Write into ``seen`` (stops, 6) what the guards see of the ``modes`` at a time s.
 
-    ``rates`` (n, 5) is scratch: first and second derivatives of the modes, and the norm of these.
+    ``modes`` are rows; ``rates`` is scratch of five rows.
     """
     basis = flight.basis
-    n = modes.shape[0]
-    for j in range(n):
-        force, slope, _, rate, rate_slope, _ = inputs(basis, j, phases, flight.pull, s)
-        spring = basis.modes[j, SPRING]
-        drag = basis.modes[j, DRAG]
-        u1 = modes[j, W] + rate
-        w1 = force - spring * modes[j, U] - drag * modes[j, W]
-        u2 = w1 + rate_slope
-        w2 = slope - spring * u1 - drag * w1
-        rates[j, 0] = u1
-        rates[j, 1] = w1
-        rates[j, 2] = u2
-        rates[j, 3] = w2
-        rates[j, 4] = basis.modes[j, ROOT] * abs(u2) + abs(w2)
+    n = basis.modes.shape[0]
+    if n < MANY:
+        for j in range(n):
+            force, slope, _, rate, rate_slope, _ = inputs(basis, j, phases, flight.pull, s)
+            spring = basis.modes[j, SPRING]
+            drag = basis.modes[j, DRAG]
+            u1 = modes[W, j] + rate
+            w1 = force - spring * modes[U, j] - drag * modes[W, j]
+            u2 = w1 + rate_slope
+            w2 = slope - spring * u1 - drag * w1
+            rates[U_FIRST, j] = u1
+            rates[W_FIRST, j] = w1
+            rates[U_SECOND, j] = u2
+            rates[W_SECOND, j] = w2
+            rates[NORM, j] = basis.modes[j, ROOT] * abs(u2) + abs(w2)
+    else:
+        rates_of_many(flight, modes, phases, s, rates)
     for i in range(seen.shape[0]):
         value = basis.levels[i, CONSTANT]
         speed = 0.0
@@ -359,22 +378,94 @@ def see(
         for j in range(n):
             p = basis.guard[i, j, OF_U]
             q = basis.guard[i, j, OF_W]
-            of_u = p * modes[j, U]
-            of_w = q * modes[j, W]
+            of_u = p * modes[U, j]
+            of_w = q * modes[W, j]
             value += of_u + of_w
             size += abs(of_u) + abs(of_w)
-            of_u = p * rates[j, 0]
-            of_w = q * rates[j, 1]
+            of_u = p * rates[U_FIRST, j]
+            of_w = q * rates[W_FIRST, j]
             speed += of_u + of_w
             rate_size += abs(of_u) + abs(of_w)
-            second += p * rates[j, 2] + q * rates[j, 3]
-            bend += basis.guard[i, j, OF_NORM] * rates[j, 4]
+            second += p * rates[U_SECOND, j] + q * rates[W_SECOND, j]
+            bend += basis.guard[i, j, OF_NORM] * rates[NORM, j]
         seen[i, VALUE] = value
         seen[i, SPEED] = speed
         seen[i, SECOND] = second
         seen[i, BEND] = bend
         seen[i, SIZE] = size
         seen[i, RATE_SIZE] = rate_size
+
+
+@formula
+def rates_of_many(
+    flight: ModalFlight, modes: Floats, phases: Floats, s: float, rates: Floats
+) -> None:
+    """Write the rates of the modes into rows: what `see` does for few modes, sum by sum the same.
+
+    A loop writes one row: with two, the compiler would have to tell too many arrays apart.
+    """
+    basis = flight.basis
+    n = basis.modes.shape[0]
+    has_rates = basis.of_set[HAS_RATES] == 1.0
+    spring = basis.walk[SPRING]
+    drag = basis.walk[DRAG]
+    root = basis.walk[ROOT]
+    u = modes[U]
+    w = modes[W]
+    u1 = rates[U_FIRST]
+    w1 = rates[W_FIRST]
+    u2 = rates[U_SECOND]
+    w2 = rates[W_SECOND]
+    norm = rates[NORM]
+    # At first the inputs into w' and u' and their slopes stand in the rows.
+    write_line(flight.pull[PULL], flight.pull[SLOPE], s, w1)
+    write_line(flight.pull[SLOPE], flight.pull[SLOPE], 0.0, w2)
+    if has_rates:
+        write_line(flight.pull[DRIFT], flight.pull[DRIFT_SLOPE], s, u1)
+        write_line(flight.pull[DRIFT_SLOPE], flight.pull[DRIFT_SLOPE], 0.0, u2)
+    for k in range(phases.shape[0]):
+        omega = basis.law[FIRST_HARMONIC + k, OMEGA]
+        at = WALK_ROWS + DRIVE_ENTRIES * k
+        in_cos = basis.walk[at + FORCE_COS]
+        in_sin = basis.walk[at + FORCE_SIN]
+        cosine = phases[k, 0]
+        sine = phases[k, 1]
+        for j in range(n):
+            w1[j] += in_cos[j] * cosine + in_sin[j] * sine
+        for j in range(n):
+            w2[j] += omega * (in_sin[j] * cosine - in_cos[j] * sine)
+        if has_rates:
+            in_cos = basis.walk[at + RATE_COS]
+            in_sin = basis.walk[at + RATE_SIN]
+            for j in range(n):
+                u1[j] += in_cos[j] * cosine + in_sin[j] * sine
+            for j in range(n):
+                u2[j] += omega * (in_sin[j] * cosine - in_cos[j] * sine)
+    if has_rates:
+        for j in range(n):
+            u1[j] = w[j] + u1[j]
+    else:
+        for j in range(n):
+            u1[j] = w[j]
+    for j in range(n):
+        w1[j] = w1[j] - spring[j] * u[j] - drag[j] * w[j]
+    if has_rates:
+        for j in range(n):
+            u2[j] = w1[j] + u2[j]
+    else:
+        for j in range(n):
+            u2[j] = w1[j]
+    for j in range(n):
+        w2[j] = w2[j] - spring[j] * u1[j] - drag[j] * w1[j]
+    for j in range(n):
+        norm[j] = root[j] * abs(u2[j]) + abs(w2[j])
+
+
+@formula
+def write_line(at_start: Floats, slope: Floats, s: float, row: Floats) -> None:
+    """Write a constant and a slope over a time into a row."""
+    for j in range(at_start.shape[0]):
+        row[j] = at_start[j] + slope[j] * s
 
 
 @kernel
@@ -485,15 +576,15 @@ def uncertainty(flight: ModalFlight, i: int, s: float) -> float:
         impulse = abs(impulse)
         rise = abs(rise)
         ramp = 0.0
-        if flight.pull[j, SLOPE] != 0.0 or flight.pull[j, DRIFT_SLOPE] != 0.0:
+        if flight.pull[SLOPE, j] != 0.0 or flight.pull[DRIFT_SLOPE, j] != 0.0:
             ramp = abs(slope_response(law, row, s, impulse, rise))
-        force = abs(flight.pull[j, PULL]) + spring * u0
-        slope = abs(flight.pull[j, SLOPE])
+        force = abs(flight.pull[PULL, j]) + spring * u0
+        slope = abs(flight.pull[SLOPE, j])
         of_u = w0 * impulse + force * rise + slope * ramp
         of_w = (force + drag * w0) * impulse + spring * w0 * rise + slope * rise
         if basis.of_set[HAS_RATES] == 1.0:
-            drift = abs(flight.pull[j, DRIFT])
-            slope = abs(flight.pull[j, DRIFT_SLOPE])
+            drift = abs(flight.pull[DRIFT, j])
+            slope = abs(flight.pull[DRIFT_SLOPE, j])
             of_u += drift * (impulse + drag * rise) + slope * (rise + drag * ramp)
             of_w += spring * (drift * rise + slope * ramp)
         for k in range(flight.phases.shape[0]):

@@ -124,7 +124,7 @@ def march(run: StructureRun, t_end: float, max_impacts: int, patience: int) -> i
         to_knot = (knot[0] - state[T]) + (knot[1] - state[T_LOW])
         for i in range(run.free.shape[0]):
             run.scratch[7, i, SEARCHED] = run.free[i]
-        event = next_event(flight, run.scratch, run.free, min(longest, to_knot))
+        event = next_event(flight, run.scratch, run.rows, run.free, min(longest, to_knot))
         if event[0] == PAUSE:
             return SPENT
         if event[0] == NONE or event[1] > longest:

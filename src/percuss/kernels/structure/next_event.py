@@ -30,6 +30,7 @@ from percuss.kernels.event_location import (
 from percuss.kernels.next_event import PAUSE, STEPS_A_WALK, THIRD, WALK_SLACK
 from percuss.kernels.structure.basis import (
     DRAG,
+    DRIVE_ENTRIES,
     FORCE_COS,
     FORCE_SIN,
     GROWTH,
@@ -49,14 +50,18 @@ from percuss.kernels.structure.basis import (
     U_OF_U,
     W_OF_U,
     W_OF_W,
+    WALK_ROWS,
+    Basis,
 )
 from percuss.kernels.structure.flight import (
     BEND,
     DRIFT,
     DRIFT_SLOPE,
+    MANY,
     PULL,
     RATE_SIZE,
     SECOND,
+    SEEN_COLUMNS,
     SIZE,
     SLOPE,
     SPEED,
@@ -64,7 +69,7 @@ from percuss.kernels.structure.flight import (
     ModalFlight,
     U,
     W,
-    arrive,
+    arrive_in_rows,
     derivatives,
     derivatives_here,
     fourth_bound,
@@ -92,44 +97,39 @@ def step_on(
     after: Floats,
     turned: Floats,
 ) -> None:
-    """Write into ``after`` and ``turned`` the modes and phases one step of a level later."""
+    """Write into the rows ``after``, and ``turned``, modes and phases one step of a level later."""
     basis = flight.basis
     m = phases.shape[0]
-    for j in range(modes.shape[0]):
-        step = basis.steps[level, j]
-        u = modes[j, U]
-        w = modes[j, W]
-        pull = flight.pull[j, PULL] + flight.pull[j, SLOPE] * s
-        slope = flight.pull[j, SLOPE]
-        u1 = step[STEP_D] * pull + step[STEP_E] * slope
-        w1 = step[STEP_S] * pull + step[STEP_D] * slope
-        if basis.of_set[HAS_RATES] == 1.0:
-            spring = basis.modes[j, SPRING]
-            drag = basis.modes[j, DRAG]
-            rate = flight.pull[j, DRIFT] + flight.pull[j, DRIFT_SLOPE] * s
-            slope = flight.pull[j, DRIFT_SLOPE]
-            u1 += rate * (step[STEP_S] + drag * step[STEP_D])
-            u1 += slope * (step[STEP_D] + drag * step[STEP_E])
-            w1 -= spring * (rate * step[STEP_D] + slope * step[STEP_E])
-        for k in range(m):
-            at = STEP_ENTRIES + STEP_HARMONIC * k
-            in_cos = basis.drive[j, k, FORCE_COS]
-            in_sin = basis.drive[j, k, FORCE_SIN]
-            part = in_cos * phases[k, 0] + in_sin * phases[k, 1]
-            quadrature = in_sin * phases[k, 0] - in_cos * phases[k, 1]
-            u1 += part * step[at] + quadrature * step[at + 1]
-            w1 += part * step[at + 2] + quadrature * step[at + 3]
+    n = basis.modes.shape[0]
+    if n < MANY:
+        step = basis.steps[level]
+        for j in range(n):
+            u = modes[U, j]
+            w = modes[W, j]
+            pull = flight.pull[PULL, j] + flight.pull[SLOPE, j] * s
+            slope = flight.pull[SLOPE, j]
+            u1 = step[STEP_D, j] * pull + step[STEP_E, j] * slope
+            w1 = step[STEP_S, j] * pull + step[STEP_D, j] * slope
             if basis.of_set[HAS_RATES] == 1.0:
-                in_cos = basis.drive[j, k, RATE_COS]
-                in_sin = basis.drive[j, k, RATE_SIN]
+                first, second, loss = step_of_rates(flight, step, j, s)
+                u1 = u1 + first + second
+                w1 -= loss
+            for k in range(m):
+                at = STEP_ENTRIES + STEP_HARMONIC * k
+                in_cos = basis.drive[j, k, FORCE_COS]
+                in_sin = basis.drive[j, k, FORCE_SIN]
                 part = in_cos * phases[k, 0] + in_sin * phases[k, 1]
                 quadrature = in_sin * phases[k, 0] - in_cos * phases[k, 1]
-                response = part * step[at] + quadrature * step[at + 1]
-                u1 += part * step[at + 2] + quadrature * step[at + 3]
-                u1 += basis.modes[j, DRAG] * response
-                w1 -= basis.modes[j, SPRING] * response
-        after[j, U] = u1 + (step[U_OF_U] * u + step[STEP_S] * w)
-        after[j, W] = w1 + (step[W_OF_U] * u + step[W_OF_W] * w)
+                u1 += part * step[at, j] + quadrature * step[at + 1, j]
+                w1 += part * step[at + 2, j] + quadrature * step[at + 3, j]
+                if basis.of_set[HAS_RATES] == 1.0:
+                    first, second, loss = step_of_wave(basis, step, j, k, phases)
+                    u1 = u1 + first + second
+                    w1 -= loss
+            after[U, j] = u1 + (step[U_OF_U, j] * u + step[STEP_S, j] * w)
+            after[W, j] = w1 + (step[W_OF_U, j] * u + step[W_OF_W, j] * w)
+    else:
+        step_of_many(flight, level, s, modes, phases, after)
     for k in range(m):
         cosine = basis.turns[level, k, 0]
         sine = basis.turns[level, k, 1]
@@ -138,31 +138,135 @@ def step_on(
 
 
 @formula
-def copy(source: Floats, target: Floats) -> None:
-    """Copy the rows of one array into another."""
-    for j in range(source.shape[0]):
-        for k in range(source.shape[1]):
-            target[j, k] = source[j, k]
+def step_of_rates(
+    flight: ModalFlight, step: Floats, j: int, s: float
+) -> tuple[float, float, float]:
+    """Return two terms of u, and what w loses, by the constant input into u' and its slope."""
+    drag = flight.basis.modes[j, DRAG]
+    rate = flight.pull[DRIFT, j] + flight.pull[DRIFT_SLOPE, j] * s
+    slope = flight.pull[DRIFT_SLOPE, j]
+    return (
+        rate * (step[STEP_S, j] + drag * step[STEP_D, j]),
+        slope * (step[STEP_D, j] + drag * step[STEP_E, j]),
+        flight.basis.modes[j, SPRING] * (rate * step[STEP_D, j] + slope * step[STEP_E, j]),
+    )
 
 
 @formula
-def next_event(flight: ModalFlight, scratch: Floats, free: Floats, longest: float) -> Event:
+def step_of_wave(
+    basis: Basis, step: Floats, j: int, k: int, phases: Floats
+) -> tuple[float, float, float]:
+    """Return two terms of u, and what w loses, by the input of a harmonic into u'."""
+    at = STEP_ENTRIES + STEP_HARMONIC * k
+    in_cos = basis.drive[j, k, RATE_COS]
+    in_sin = basis.drive[j, k, RATE_SIN]
+    part = in_cos * phases[k, 0] + in_sin * phases[k, 1]
+    quadrature = in_sin * phases[k, 0] - in_cos * phases[k, 1]
+    response = part * step[at, j] + quadrature * step[at + 1, j]
+    return (
+        part * step[at + 2, j] + quadrature * step[at + 3, j],
+        basis.modes[j, DRAG] * response,
+        basis.modes[j, SPRING] * response,
+    )
+
+
+@formula
+def step_of_many(
+    flight: ModalFlight, level: int, s: float, modes: Floats, phases: Floats, after: Floats
+) -> None:
+    """Write the modes one step later, row by row (`percuss.kernels.structure.flight.rates_of_many`)."""
+    basis = flight.basis
+    n = basis.modes.shape[0]
+    step = basis.steps[level]
+    u = after[U]
+    w = after[W]
+    step_row(flight.pull, s, step[STEP_D], step[STEP_E], u)
+    step_row(flight.pull, s, step[STEP_S], step[STEP_D], w)
+    has_rates = basis.of_set[HAS_RATES] == 1.0
+    if has_rates:
+        for j in range(n):
+            first, second, _ = step_of_rates(flight, step, j, s)
+            u[j] = u[j] + first + second
+        for j in range(n):
+            _, _, loss = step_of_rates(flight, step, j, s)
+            w[j] -= loss
+    for k in range(phases.shape[0]):
+        at = STEP_ENTRIES + STEP_HARMONIC * k
+        wave_row(basis.walk, k, phases, step[at], step[at + 1], u)
+        wave_row(basis.walk, k, phases, step[at + 2], step[at + 3], w)
+        if has_rates:
+            for j in range(n):
+                first, second, _ = step_of_wave(basis, step, j, k, phases)
+                u[j] = u[j] + first + second
+            for j in range(n):
+                _, _, loss = step_of_wave(basis, step, j, k, phases)
+                w[j] -= loss
+    own_row(step[U_OF_U], step[STEP_S], modes, u)
+    own_row(step[W_OF_U], step[W_OF_W], modes, w)
+
+
+@formula
+def step_row(pull: Floats, s: float, rise: Floats, ramp: Floats, row: Floats) -> None:
+    """Write what the constant input into w', and its slope, make of a row over a step."""
+    force = pull[PULL]
+    slope = pull[SLOPE]
+    for j in range(force.shape[0]):
+        row[j] = rise[j] * (force[j] + slope[j] * s) + ramp[j] * slope[j]
+
+
+@formula
+def wave_row(
+    walk: Floats, k: int, phases: Floats, to_cos: Floats, to_sin: Floats, row: Floats
+) -> None:
+    """Add to a row what the input of a harmonic into w' makes of it over a step."""
+    at = WALK_ROWS + DRIVE_ENTRIES * k
+    in_cos = walk[at + FORCE_COS]
+    in_sin = walk[at + FORCE_SIN]
+    cosine = phases[k, 0]
+    sine = phases[k, 1]
+    for j in range(in_cos.shape[0]):
+        part = in_cos[j] * cosine + in_sin[j] * sine
+        row[j] += part * to_cos[j] + (in_sin[j] * cosine - in_cos[j] * sine) * to_sin[j]
+
+
+@formula
+def own_row(of_u: Floats, of_w: Floats, modes: Floats, row: Floats) -> None:
+    """Add to a row what the modes themselves make of it over a step."""
+    u = modes[U]
+    w = modes[W]
+    for j in range(of_u.shape[0]):
+        row[j] += of_u[j] * u[j] + of_w[j] * w[j]
+
+
+@formula
+def copy_phases(source: Floats, target: Floats) -> None:
+    """Copy the phases of harmonics."""
+    for k in range(source.shape[0]):
+        target[k, 0] = source[k, 0]
+        target[k, 1] = source[k, 1]
+
+
+@formula
+def next_event(
+    flight: ModalFlight, scratch: Floats, rows: Floats, free: Floats, longest: float
+) -> Event:
     """Return the first passage of a guard through zero before ``longest``.
 
     ``free`` (stops,) are the times up to which each guard is known to be positive, and come back
-    so. ``scratch`` (8, k, 6), of which the last array is the caller's, holds modes, phases and what
-    is seen along the walk; k is the largest number of modes, harmonics and stops.
+    so. ``scratch`` (8, k, 6), of which the last array is the caller's, holds phases and what is seen
+    along the walk; k is the largest number of modes, harmonics and stops. ``rows`` (9, n) holds the
+    modes.
     """
     basis = flight.basis
     n = basis.modes.shape[0]
     n_guards = basis.levels.shape[0]
-    modes = scratch[0, :n]
-    after = scratch[1, :n]
+    modes = rows[0:2]
+    after = rows[2:4]
     seen = scratch[2, :n_guards]
     seen1 = scratch[3, :n_guards]
     phases = scratch[4, : flight.phases.shape[0]]
     turned = scratch[5, : flight.phases.shape[0]]
-    rates = scratch[6, :n]
+    rates = rows[4:9]
     s = longest
     for i in range(n_guards):
         if basis.levels[i, IS_ON] == 1.0:
@@ -175,11 +279,13 @@ def next_event(flight: ModalFlight, scratch: Floats, free: Floats, longest: floa
     steps_a_walk = STEPS_A_WALK if basis.of_set[GROWTH] == 0.0 else 1
     for _ in range(WALKS_AT_ONCE):
         if s > 0.0:
-            arrive(flight, s, modes)
-            copy(flight.arrival, phases)
+            arrive_in_rows(flight, s, modes)
+            copy_phases(flight.arrival, phases)
         else:
-            copy(flight.begin, modes)
-            copy(flight.phases, phases)
+            for j in range(n):
+                modes[U, j] = flight.begin[j, U]
+                modes[W, j] = flight.begin[j, W]
+            copy_phases(flight.phases, phases)
         see(flight, modes, phases, s, rates, seen)
         steps = 0
         while steps < steps_a_walk:
@@ -217,9 +323,14 @@ def next_event(flight: ModalFlight, scratch: Floats, free: Floats, longest: floa
             steps += 1
             for i in range(n_guards):
                 free[i] = max(free[i], s)
-            copy(after, modes)
-            copy(turned, phases)
-            copy(seen1, seen)
+            for j in range(n):
+                modes[U, j] = after[U, j]
+            for j in range(n):
+                modes[W, j] = after[W, j]
+            copy_phases(turned, phases)
+            for i in range(n_guards):
+                for k in range(SEEN_COLUMNS):
+                    seen[i, k] = seen1[i, k]
     return PAUSE, s, -1, 0.0, 0.0
 
 

@@ -201,7 +201,9 @@ def trace(run: StructureRun, gauge: Gauge, span: Pair, progress: Floats, rows: F
         gauge.present[OBSERVED, IS_ON] = 0.0
         gauge.present[RISING, IS_ON] = 1.0 if watched == RISING else 0.0
         gauge.present[FALLING, IS_ON] = 1.0 if watched == FALLING else 0.0
-        verdict, s, _, slope, s_low = next_event(flight, gauge.scratch, gauge.free, longest)
+        verdict, s, _, slope, s_low = next_event(
+            flight, gauge.scratch, run.rows, gauge.free, longest
+        )
         if verdict in (PAUSE, GRAZE):
             continue
         if (

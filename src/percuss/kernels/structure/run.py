@@ -44,6 +44,8 @@ COUNTERS = 6
 # Of the state: besides T and T_LOW, the greatest impact speed so far.
 FASTEST = 2
 STATE_ENTRIES = 3
+# Rows over the modes that a walk needs: modes before and after a step, and their rates.
+WALK_ARRAYS = 9
 # Another reason why `march` comes back: a set of acting stops is met for the first time.
 NEW_SET = 8
 
@@ -53,8 +55,8 @@ class StructureRun(NamedTuple):
 
     ``begin`` (n, 2) are the modes after the last event, in the set of `counters`; ``order`` (s,)
     how many derivatives of each guard vanish there, or less the doubt of its value where that is
-    kept (`chatter.near_walls`), and ``free`` (s,) up to when it is known to be positive. ``states``
-    holds the modes after each event.
+    kept (`chatter.near_walls`), and ``free`` (s,) up to when it is known to be positive. ``rows``
+    (9, n) is scratch as ``scratch`` is. ``states`` holds the modes after each event.
     """
 
     sets: Sets
@@ -71,6 +73,7 @@ class StructureRun(NamedTuple):
     arrival: Floats
     at: Floats
     scratch: Floats
+    rows: Floats
     events: Floats
     marks: Integers
     states: Floats
@@ -88,7 +91,7 @@ def new_run(sets: Sets, capacity: int, grazes: int = 16) -> StructureRun:
         np.zeros((n, 2)),
         np.zeros(s),
         np.zeros(s),
-        np.zeros((n, 4)),
+        np.zeros((4, n)),
         np.zeros((m, 2)),
         np.zeros((r, 2)),
         np.zeros(s),
@@ -96,6 +99,7 @@ def new_run(sets: Sets, capacity: int, grazes: int = 16) -> StructureRun:
         np.zeros((m, 2)),
         np.zeros(2),
         np.zeros((8, max(n, m, s, 1), 6)),
+        np.zeros((WALK_ARRAYS, n)),
         np.empty((capacity, 4)),
         np.empty((capacity, 3), dtype=np.int64),
         np.empty((capacity, n, 2)),
@@ -212,8 +216,8 @@ def displace(sets: Sets, b: int, modes: Floats, place: Floats) -> None:
         for j in range(modes.shape[0]):
             u = modes[j, U]
             w = modes[j, W]
-            p = sets.shape[b, i, j, 0]
-            q = sets.shape[b, i, j, 1]
+            p = sets.shape[b, j, 0, i]
+            q = sets.shape[b, j, 1, i]
             x += p * u + q * w
             v += p * w - q * (sets.modes[b, j, SPRING] * u + sets.modes[b, j, DRAG] * w)
         place[i, 0] = x
@@ -228,19 +232,51 @@ def decompose(sets: Sets, b: int, place: Floats, modes: Floats) -> None:
         for part in range(2):
             total = 0.0
             for i in range(n):
-                total += sets.inverse[b, j, part, i] * (place[i, 0] - sets.offset[b, i])
-                total += sets.inverse[b, j, part, n + i] * place[i, 1]
+                total += sets.inverse[b, i, part, j] * (place[i, 0] - sets.offset[b, i])
+                total += sets.inverse[b, n + i, part, j] * place[i, 1]
             modes[j, part] = total
 
 
 @formula
 def change_set(run: StructureRun, b: int) -> None:
-    """Take the modes of the state over into another set; velocities that it forbids are lost."""
-    if b == run.counters[SET]:
+    """Take the modes of the state over into another set; velocities that it forbids are lost.
+
+    What `displace` and `decompose` do, sum by sum the same, in loops of one row each, which become
+    vector instructions: with the square of the number of modes there is nothing else at an event.
+    """
+    a = run.counters[SET]
+    if b == a:
         return
-    place = run.scratch[6, : run.sets.offset.shape[1]]
-    displace(run.sets, run.counters[SET], run.begin, place)
-    decompose(run.sets, b, place, run.begin)
+    sets = run.sets
+    n = sets.offset.shape[1]
+    x = run.rows[0]
+    v = run.rows[1]
+    for i in range(n):
+        x[i] = sets.offset[a, i]
+        v[i] = 0.0
+    for j in range(n):
+        u = run.begin[j, U]
+        w = run.begin[j, W]
+        bent = sets.modes[a, j, SPRING] * u + sets.modes[a, j, DRAG] * w
+        p = sets.shape[a, j, 0]
+        q = sets.shape[a, j, 1]
+        for i in range(n):
+            x[i] += p[i] * u + q[i] * w
+        for i in range(n):
+            v[i] += p[i] * w - q[i] * bent
+    for part in range(2):
+        total = run.rows[2]
+        for j in range(n):
+            total[j] = 0.0
+        for i in range(n):
+            of_x = sets.inverse[b, i, part]
+            of_v = sets.inverse[b, n + i, part]
+            away = x[i] - sets.offset[b, i]
+            speed = v[i]
+            for j in range(n):
+                total[j] = total[j] + of_x[j] * away + of_v[j] * speed
+        for j in range(n):
+            run.begin[j, part] = total[j]
     run.counters[SET] = b
 
 

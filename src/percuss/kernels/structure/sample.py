@@ -98,6 +98,6 @@ def hop_along(run: StructureRun, b: int, stop: int, y: float, v: float, place: F
             u = sets.kick[b, stop, j, U]
             w = sets.kick[b, stop, j, W]
             bent = sets.modes[b, j, SPRING] * u + sets.modes[b, j, DRAG] * w
-            along += sets.shape[b, i, j, 0] * w - sets.shape[b, i, j, 1] * bent
+            along += sets.shape[b, j, 0, i] * w - sets.shape[b, j, 1, i] * bent
         place[i, 0] += along * y
         place[i, 1] += along * v

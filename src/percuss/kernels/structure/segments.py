@@ -23,6 +23,7 @@ from percuss.kernels.record import (
     KIND,
     N_EVENTS,
     N_GRAZES,
+    OVERFLOW,
     REACHED_END,
     SLOW_LANDING,
     SPENT,
@@ -35,9 +36,13 @@ from percuss.kernels.segments import (
     CHANGE_OF_AT,
     CHANGE_OF_DAMPING,
     CHANGE_OF_STIFFNESS,
-    MOST_SEARCHES,
+    IS_BEGUN,
+    N_HITS,
+    N_SEARCHES,
     NO_LIMIT,
     OF_STOP,
+    PATIENCE,
+    SEGMENT,
     SegmentResults,
 )
 from percuss.kernels.structure.basis import DRAG, IS_WALL, SPRING, basis_of
@@ -128,24 +133,35 @@ def follow_structure_segments(
     results: SegmentResults,
     progress: Integers,
 ) -> int:
-    """Follow all segments from ``progress[0]`` on; return bits of a set that is not known yet, or -1.
+    """Follow segments from where they were left; return bits of a set that is not known, or -1.
 
-    ``progress`` are the next segment and the number of hits so far.
+    ``progress`` is that of `percuss.kernels.segments`; control returns after some `PATIENCE`
+    searches too.
     """
     run = varied.run
-    while progress[0] < segments.spans.shape[0]:
-        k = progress[0]
-        begin_segment(run, segments, k)
-        status = march_on(run, segments.spans[k, 1])
+    before = progress[N_SEARCHES]
+    while progress[SEGMENT] < segments.spans.shape[0]:
+        if progress[N_SEARCHES] - before >= PATIENCE:
+            return -1
+        k = progress[SEGMENT]
+        if progress[IS_BEGUN] == 0:
+            begin_segment(run, segments, k)
+            progress[IS_BEGUN] = 1
+        status = march_on(run, segments.spans[k, 1], progress)
         if status == NEW_SET:
+            # The sets have other arrays then, and so has the run, which begins anew.
+            progress[IS_BEGUN] = 0
             return run.counters[WANTED]
+        if status == SPENT:
+            continue
         if status == REACHED_END:
             n = run.counters[N_EVENTS]
             results.counts[k] = n - 1
             observe_segment(record_of(varied, n), segments, k, scratch, results, progress)
         else:
             results.counts[k] = -1
-        progress[0] += 1
+        progress[SEGMENT] += 1
+        progress[IS_BEGUN] = 0
     return -1
 
 
@@ -168,6 +184,7 @@ def record_of(varied: VariedRun, n: int) -> VariedRun:
         run.arrival,
         run.at,
         run.scratch,
+        run.rows,
         run.events[:n],
         run.marks[:n],
         run.states[:n],
@@ -191,19 +208,21 @@ def begin_segment(run: StructureRun, segments: StructureSegments, k: int) -> Non
 
 
 @kernel
-def march_on(run: StructureRun, t_end: float) -> int:
-    """March to the end, without keeping grazes."""
+def march_on(run: StructureRun, t_end: float, progress: Integers) -> int:
+    """March towards the end, without keeping grazes; SPENT if that is to be gone on with."""
     for j in range(run.begin.shape[0]):
         for part in range(2):
             if not abs(run.begin[j, part]) < HUGE:
-                return SPENT
-    while True:
-        status = march(run, t_end, NO_LIMIT, MOST_SEARCHES)
-        if status != FULL or run.counters[N_GRAZES] == 0:
-            return status
-        if run.counters[N_EVENTS] + run.order.shape[0] + 2 > run.events.shape[0]:
-            return status
-        run.counters[N_GRAZES] = 0
+                return OVERFLOW
+    before = run.counters[N_EVENTS]
+    status = march(run, t_end, NO_LIMIT, PATIENCE)
+    made = run.counters[N_EVENTS] - before + run.counters[N_GRAZES] + 1
+    progress[N_SEARCHES] += made
+    has_room = run.counters[N_EVENTS] + run.order.shape[0] + 2 <= run.events.shape[0]
+    if status == FULL and run.counters[N_GRAZES] > 0 and has_room:
+        status = SPENT
+    run.counters[N_GRAZES] = 0
+    return status
 
 
 @kernel
@@ -302,13 +321,13 @@ def note_hits(
         is_hit = kind in (IMPACT, SLOW_LANDING)
         if kind == CROSSING:
             is_hit = run.events[row, V_AFTER] < 0.0
-        if is_hit and progress[1] < results.hits.shape[0]:
-            hit = results.hits[progress[1]]
+        if is_hit and progress[N_HITS] < results.hits.shape[0]:
+            hit = results.hits[progress[N_HITS]]
             hit[0] = k
             hit[1] = run.events[row, EVENT_T]
             for p in range(record.instants.shape[2]):
                 hit[2 + p] = record.instants[row, DT, p]
-            progress[1] += 1
+            progress[N_HITS] += 1
 
 
 @kernel
@@ -471,8 +490,8 @@ def accelerate(
         for p in range(columns.shape[2]):
             scratch.paces[i, p] = 0.0
         for j in range(columns.shape[0]):
-            of_u = -sets.shape[b, i, j, 1] * sets.modes[b, j, SPRING]
-            of_w = sets.shape[b, i, j, 0] - sets.shape[b, i, j, 1] * sets.modes[b, j, DRAG]
+            of_u = -sets.shape[b, j, 1, i] * sets.modes[b, j, SPRING]
+            of_w = sets.shape[b, j, 0, i] - sets.shape[b, j, 1, i] * sets.modes[b, j, DRAG]
             scratch.rates[i] += of_u * series.modes[1, j, U] + of_w * series.modes[1, j, W]
             for p in range(columns.shape[2]):
                 moved = of_u * series.columns[1, j, U, p] + of_w * series.columns[1, j, W, p]

@@ -23,7 +23,7 @@ from percuss.kernels.structure.basis import (
 
 @kernel
 def fill_steps(law: Law, modes: Floats, shortest: float, steps: Floats, turns: Floats) -> None:
-    """Fill ``steps`` (l, n, ...) and ``turns`` (l, m, 2) for steps of lengths shortest * 2**l."""
+    """Fill ``steps`` (l, ..., n) and ``turns`` (l, m, 2) for steps of lengths shortest * 2**l."""
     m = turns.shape[1]
     width = shortest
     for level in range(steps.shape[0]):
@@ -33,7 +33,7 @@ def fill_steps(law: Law, modes: Floats, shortest: float, steps: Floats, turns: F
             turns[level, k, 0], turns[level, k, 1] = turn
         for j in range(modes.shape[0]):
             row = FIRST_HARMONIC + m + j * (1 + m)
-            step = steps[level, j]
+            step = steps[level, :, j]
             spring = modes[j, SPRING]
             impulse, even, rise = free_response(law, row, width)
             step[STEP_S] = impulse

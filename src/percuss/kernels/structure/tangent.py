@@ -65,8 +65,8 @@ def to_modes(sets: Sets, b: int, place: Floats, columns: Floats) -> None:
             for c in range(columns.shape[2]):
                 total = 0.0
                 for i in range(n):
-                    total += sets.inverse[b, j, part, i] * place[0, i, c]
-                    total += sets.inverse[b, j, part, n + i] * place[1, i, c]
+                    total += sets.inverse[b, i, part, j] * place[0, i, c]
+                    total += sets.inverse[b, n + i, part, j] * place[1, i, c]
                 columns[j, part, c] = total
 
 
@@ -78,8 +78,8 @@ def to_places(sets: Sets, b: int, columns: Floats, place: Floats) -> None:
             x = 0.0
             v = 0.0
             for j in range(columns.shape[0]):
-                p = sets.shape[b, i, j, 0]
-                q = sets.shape[b, i, j, 1]
+                p = sets.shape[b, j, 0, i]
+                q = sets.shape[b, j, 1, i]
                 u = columns[j, U, c]
                 w = columns[j, W, c]
                 x += p * u + q * w
@@ -104,8 +104,8 @@ def pace(
         u2 = w1 + rate_slope
         w2 = slope - basis.modes[j, SPRING] * u1 - basis.modes[j, DRAG] * w1
         for i in range(out.shape[1]):
-            p = sets.shape[b, i, j, 0]
-            q = sets.shape[b, i, j, 1]
+            p = sets.shape[b, j, 0, i]
+            q = sets.shape[b, j, 1, i]
             out[0, i] += p * u1 + q * w1
             out[1, i] += p * u2 + q * w2
 
@@ -232,7 +232,7 @@ def push_of_kick(sets: Sets, b: int, stop: int, out: Floats) -> None:
         w1 = -spring * sets.kick[b, stop, j, U] - drag * u1
         w2 = -spring * u1 - drag * w1
         for i in range(out.shape[0]):
-            out[i] += sets.shape[b, i, j, 0] * w1 + sets.shape[b, i, j, 1] * w2
+            out[i] += sets.shape[b, j, 0, i] * w1 + sets.shape[b, j, 1, i] * w2
 
 
 @kernel

@@ -16,7 +16,7 @@ from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import as_float
 from percuss.model.oscillator import On
 from percuss.model.paths import get_parameter, long_form, replace_parameters
-from percuss.numerics import determinant, dot, matmul
+from percuss.numerics import determinant, dot, matmul, norm
 from percuss.orbits.bifurcations.branch import Branch, BranchRows, OrbitRows
 from percuss.orbits.bifurcations.special_points import SpecialPointKind
 from percuss.orbits.continuation.correct import corrected, tangent_of
@@ -58,7 +58,10 @@ NEARLY = 1e-9
 # it, and how far, in distances of these points.
 SMOOTH, FARTHEST = 0.5, 4.0
 # Part of the parameter in a tangent above which Newton's method leaves it as it is.
-UPRIGHT = 0.05
+UPRIGHT = 0.02
+# Change of a derivative, as a part of it, up to which that of a chord will do, and for how many
+# points in a row.
+ALIKE, MOST_BY_CHORD = 0.2, 3
 # Systems that are kept.
 SYSTEMS = 16
 
@@ -233,7 +236,7 @@ class StructureEquations:
     zero, there is one parameter more.
     """
 
-    order = 2
+    order = 3
 
     def __init__(
         self,
@@ -256,6 +259,7 @@ class StructureEquations:
         self.of_condition = np.zeros(n_unknowns)
         self.last: tuple[Floats, Floats, Floats] | None = None
         self.keys: tuple[int, ...] = ()
+        self.by_chord = 0
         # The last two points with what was computed there.
         self.known: list[tuple[Floats, Floats, Floats]] = []
 
@@ -355,6 +359,12 @@ class StructureEquations:
     def _take_derivatives(self, z: Floats, orbit: StructureOrbit) -> None:
         """Compute anew the derivatives by the parameters, and of the condition by differences."""
         self.last, n = None, self.size
+        found = self._derivatives_by_chord(z)
+        self.by_chord = 0 if found is None else self.by_chord + 1
+        if found is not None:
+            self.by_parameters = found
+            self.known = [*self.known[-1:], (z, found, self.of_condition.copy())]
+            return
         exact = self.exact_derivatives(orbit)
         if exact is not None:
             widths = np.subtract(self.highs, self.lows)
@@ -373,6 +383,26 @@ class StructureEquations:
                 self.of_condition[k] = change[n]
         own = z, self.by_parameters.copy(), self.of_condition.copy()
         self.known = [*self.known[-1:], own]
+
+    def _derivatives_by_chord(self, z: Floats) -> Floats | None:
+        """Return the derivatives by the parameter that the chord from the last point tells.
+
+        Both are solutions, so that along the chord the mean derivative by the parameter is what that
+        by the state leaves, and by the trapezoidal rule an error of the third order. It serves
+        predictions alone. None after some points where it did, where it changes much, and next to a
+        fold.
+        """
+        is_one = self.condition is None and len(self.paths) == 1
+        if not is_one or self.by_chord >= MOST_BY_CHORD or not self.known:
+            return None
+        before, last, _ = self.known[-1]
+        chord = z - before
+        if not abs(chord[-1]) > UPRIGHT * norm(chord):
+            return None
+        mean = 0.5 * (self.closure(before)[1] + self.closure(z)[1])
+        found = -2.0 * matmul(mean, chord[: self.size])[:, None] / chord[-1] - last
+        alike = float(np.abs(found - last).max()) <= ALIKE * float(np.abs(last).max())
+        return found if alike else None
 
     def _take_from_known(self, z: Floats) -> None:
         """Continue what was computed at the last two points, where it changes little."""

@@ -115,8 +115,9 @@ def follow(
 ) -> tuple[list[tuple[Point[P], S | None]], str, bool]:
     """Follow a branch or curve from a point along its tangent, or against it.
 
-    Pseudo-arclength continuation (Keller 1977): a step along the tangent, Newton's method in a
-    plane across it, and steps as long as the tangent turns little.
+    Pseudo-arclength continuation (Keller 1977): a step along the tangent, or the cubic through the
+    last two points, Newton's method in a plane across it, and steps as long as the tangent turns
+    little.
 
     Parameters
     ----------
@@ -140,13 +141,13 @@ def follow(
     """
     rows: list[tuple[Point[P], S | None]] = []
     here = dataclasses.replace(start, tangent=sign * start.tangent)
-    bend, step = np.zeros(len(here.z)), min(steps.first, steps.largest)
+    curve, step = _straight(here), min(steps.first, steps.largest)
     while len(rows) < steps.max_points:
         end = _edge(here)
         if end:
             return rows, end, False
         here.problem.recentre(here)
-        new, step, why = _step(here, bend, step, steps)
+        new, step, why = _step(here, curve, step, steps)
         segment = detector.stopped(here, why) if new is None else detector.between(here, new)
         for row in segment.rows:
             rows.append(row)
@@ -156,13 +157,13 @@ def follow(
             return rows, segment.end_reason, False
         if new is None or segment.beyond is not None:
             here = segment.beyond or here
-            bend, step = np.zeros(len(here.z)), min(steps.first, steps.largest)
+            curve, step = _straight(here), min(steps.first, steps.largest)
             continue
         rows.append((new, None))
         if len(rows) > FEWEST and _is_back(start, new, sign, here):
             return rows, f"the {new.problem.noun} closed", True
-        if new.problem.order == 2:
-            bend = (new.tangent - here.tangent) / norm(new.z - here.z)
+        if new.problem.order > 1:
+            curve = _curve(here, new)
         here = new
         path, value = here.problem.paths[0], here.problem.values(here.z)[0]
         if progress is not None and not progress.advance(text=f"{path} = {value:.6g}"):
@@ -180,8 +181,27 @@ def _edge(here: Point[P]) -> str:
     return ""
 
 
+def _straight(here: Point[P]) -> tuple[Floats, Floats]:
+    """Return no second and third derivatives by arclength."""
+    return np.zeros(len(here.z)), np.zeros(len(here.z))
+
+
+def _curve(before: Point[P], here: Point[P]) -> tuple[Floats, Floats]:
+    """Return the second and third derivatives that the last two points with their tangents tell.
+
+    Of the parabola, or of the cubic.
+    """
+    chord = here.z - before.z
+    length = norm(chord)
+    turn = (here.tangent - before.tangent) / length
+    if here.problem.order == 2:
+        return turn, np.zeros(len(chord))
+    rest = (here.tangent - chord / length) / length
+    return 6.0 * rest - 2.0 * turn, (12.0 * rest - 6.0 * turn) / length
+
+
 def _step(
-    here: Point[P], bend: Floats, step: float, steps: StepLimits
+    here: Point[P], curve: tuple[Floats, Floats], step: float, steps: StepLimits
 ) -> tuple[Point[P] | None, float, str]:
     """Return the next point and the step to try after it, or why there is none."""
     why, invalid = "", False
@@ -189,7 +209,7 @@ def _step(
     step = min(step, problem.longest_step(here, steps.largest))
     while step > steps.least:
         try:
-            new = _tried(here, bend, step)
+            new = _tried(here, curve, step)
         except BorderError as border:
             new, why, invalid = None, str(border), False
             if border.is_located:
@@ -207,10 +227,11 @@ def _step(
     return None, step, f"no step of {steps.least:g} beyond {here.text}: {why}"
 
 
-def _tried(here: Point[P], bend: Floats, step: float) -> Point[P] | None:
+def _tried(here: Point[P], curve: tuple[Floats, Floats], step: float) -> Point[P] | None:
     """Return the point a step away, None if the step is too long."""
     problem, n = here.problem, len(here.problem.paths)
-    guess = here.z + step * here.tangent + (0.5 * step * step) * bend
+    guess = here.z + step * here.tangent
+    guess = guess + (0.5 * step * step) * (curve[0] + (step / 3.0) * curve[1])
     normal = problem.corrector_normal(here.tangent)
     for k in range(-n, 0):
         edge = 0.0 if guess[k] < 0.0 else 1.0

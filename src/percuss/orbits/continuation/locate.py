@@ -24,6 +24,9 @@ MOST_STEPS = 80
 # How often the corrector may fail, the parts of the bracket that are tried then, and the longest
 # bracket that is accepted nevertheless, as a part of the chord.
 MOST_LOST, ASIDE, LOST = 12, (0.5, 0.25, 0.75, 0.4, 0.6, 0.1, 0.9), 1e-2
+# Points through which a guess is interpolated, and how far apart they are at least, as a part of the
+# bracket.
+NODES, APART = 4, 0.1
 # Largest value of a function next to a zero that it goes through, as a part of those at the ends.
 LEFT = 1e-4
 
@@ -90,15 +93,17 @@ def locate(
     chord = b.z - a.z
     length = norm(chord)
     normal = chord / length
+    known = {0.0: a.z, 1.0: b.z}
 
     def at(part: float) -> Sample:
-        guess = a.z + part * chord
+        guess = _between(known, part)
         try:
             z = problem.corrected(guess, normal, near_others=near_others)
         except ConvergenceError:
             z = problem.corrected(guess, normal, near_others=not near_others)
         if norm(z - guess) > length:
             raise ConvergenceError("Newton's method leaves the chord", z, math.nan, "look aside")
+        known[part] = z
         return Sample(part, test(z), z)
 
     ends = Sample(0.0, values[0], a.z), Sample(1.0, values[1], b.z)
@@ -110,6 +115,31 @@ def locate(
         low, high, through = best, best, True
     orbit = {0.0: a.orbit, 1.0: b.orbit}.get(best.part) or problem.solution(best.z)
     return Zero(best.part, best.z, orbit, (low.z, high.z), through)
+
+
+def _between(known: dict[float, Floats], part: float) -> Floats:
+    """Return the polynomial through a few known points at a part of the chord between them.
+
+    Through its neighbours at either side first, and up to two others that are not too near to these.
+    It stays in the plane of the chord: as a function of the part that is a straight line.
+    """
+    if part in known:
+        return known[part]
+    left = max(other for other in known if other < part)
+    right = min(other for other in known if other > part)
+    nodes = [left, right]
+    for other in sorted(known, key=lambda other: abs(other - part)):
+        if len(nodes) < NODES and min(abs(other - node) for node in nodes) > APART * (right - left):
+            nodes.append(other)
+    differences = [known[node] for node in nodes]
+    for order in range(1, len(nodes)):
+        for k in range(len(nodes) - 1, order - 1, -1):
+            rise = differences[k] - differences[k - 1]
+            differences[k] = rise / (nodes[k] - nodes[k - order])
+    value = differences[-1]
+    for k in range(len(nodes) - 2, -1, -1):
+        value = differences[k] + (part - nodes[k]) * value
+    return value
 
 
 def bracketed(
