@@ -8,6 +8,7 @@ import pytest
 
 import percuss as pc
 from percuss.ensembles import lyapunov, structure_batch
+from percuss.model.acting_sets import StructureSystem
 
 OMEGA = "loads.0.omega"
 ABSORBER = pc.vibro_impact_absorber(
@@ -588,3 +589,24 @@ def test_ranges_of_starts_that_do_not_fit_are_told(keywords: dict[str, Any], sen
             structure, pc.Loads({0: pc.cosine(1)}), over={"structure.stops.0.at": [1, 2]},
             **keywords,
         )  # fmt: skip
+
+
+def test_all_branches_of_a_diagram_share_the_systems_of_its_values(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    made: list[object] = []
+
+    def system(structure: pc.Structure, loads: pc.Loads) -> StructureSystem:
+        made.append(loads)
+        return StructureSystem(structure, loads)
+
+    monkeypatch.setattr("percuss.ensembles.grid._made_of", system)
+    pair = pc.impact_pair([1, 1], gap=1, restitution="0.7", springs="0.5", dashpots="0.05")
+    loads = pc.Loads({0: pc.cosine(1, amplitude="0.8")})
+    over = {"loads.0.omega": np.linspace(0.8, 1.2, 7)}
+
+    data = pc.bifurcation_diagram(pair, loads, over=over, on=0, points=8, n_workers=1)
+    alone = pc.bifurcation_diagram(pair, loads, over=over, on=0, points=8, follow=(), n_workers=1)
+
+    assert len(made) == 7 + 7
+    assert np.array_equal(data.x.sel(branch="start 0"), alone.x.sel(branch="start 0"))

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import percuss as pc
+from percuss.arrays import Floats
 from percuss.kernels.structure import march as engine
 from percuss.motion import structures
 
@@ -308,3 +309,36 @@ def test_ctrl_c_ends_the_search_of_an_orbit(monkeypatch: pytest.MonkeyPatch) -> 
     interrupted_at(monkeypatch, 5)
     with pytest.raises(KeyboardInterrupt):
         pc.find_orbit(two, pc.Loads({0: pc.cosine(2)}))
+
+
+@pytest.mark.parametrize("is_coupled", [False, True])
+def test_masses_beside_it_change_nothing_however_many_the_modes(is_coupled: bool) -> None:
+    # From a dozen modes on they are taken row by row.
+    rng = np.random.default_rng(5)
+
+    def matrices(n: int) -> tuple[Floats, Floats]:
+        root, other = rng.normal(size=(2, n, n))
+        stiffness = root @ root.T / n + 0.5 * np.eye(n)
+        drag = 0.01 * other @ other.T / n if is_coupled else 0.01 * stiffness
+        return stiffness, 0.02 * np.eye(n) + drag
+
+    (stiffness, damping), beside = matrices(4), matrices(10)
+    whole = [np.zeros((14, 14)), np.zeros((14, 14))]
+    for matrix, own, other in zip(whole, (stiffness, damping), beside, strict=True):
+        matrix[:4, :4], matrix[4:, 4:] = own, other
+    stops = (
+        pc.SoftStop("0.3", "above", 20, "0.1", on=0),
+        pc.Wall("-0.4", "below", "0.8", on=1),
+    )
+    few = pc.Structure(np.eye(4), stiffness, damping, stops)
+    many = pc.Structure(np.eye(14), whole[0], whole[1], stops)
+    force = pc.cosine("1.3", amplitude="0.7")
+    record = pc.record([0.0, 3.0, 9.0], [0.0, 0.5, -0.2])
+
+    alone = pc.simulate(few, pc.Loads({0: force, 1: record}), t_end=40)
+    together = pc.simulate(many, pc.Loads({0: force, 1: record, 9: pc.cosine("0.9")}), t_end=40)
+
+    assert len(alone.crossings.t) > 10
+    assert len(alone.impacts.t) > 3
+    assert together.crossings.t == pytest.approx(alone.crossings.t, abs=1e-11)
+    assert together.impacts.t == pytest.approx(alone.impacts.t, abs=1e-11)
