@@ -114,3 +114,9 @@ def test_a_store_tells_one_span_from_another(tmp_path: Path) -> None:
     assert measured(between=(0, 20)) == measured(between=(0, 20))
     with pytest.raises(pc.OutputError):
         measured(between=(0, 21))
+
+
+def test_a_sweep_beyond_the_samples_of_a_record_says_what_acts_there() -> None:
+    data = pc.sweep("contact_share", OSC, RECORD, over={}, between=(5.0, 31.0))
+    assert data.attrs["record"] == "the record lasts from t = 0 to 9, its end values hold beyond"
+    assert "record" not in pc.sweep("contact_share", OSC, RECORD, over={}, between=(5, 9)).attrs

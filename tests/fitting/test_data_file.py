@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import percuss as pc
-from percuss.fitting.data_file import columns_of_file, columns_of_text
+from percuss.fitting.data_file import columns_of_file, columns_of_text, forces_of_text
 from percuss.model.units import Units
 
 SI = Units("m", "s", "kg")
@@ -138,3 +138,40 @@ def test_a_fit_takes_a_file_in_the_units_of_its_oscillator(tmp_path: Path) -> No
 
     assert fit.values["oscillator.stiffness"] == pytest.approx(1, abs=1e-9)
     assert fit(0.0)[0] == pytest.approx(2, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("head", "time", "force"),
+    [
+        ("t_ms;f_kN", "t_ms", "f_kN"),
+        ("t_ms;f_kN", "t", "f"),
+        ("Time / ms;Force / kN", "Time", "Force"),
+        ("Zeit / ms;Kraft / kN", "Zeit / ms", "Kraft / kN"),
+        ("Zeit in ms;Kraft in kN", "Zeit", "Kraft"),
+        ("t, ms;f, kN", "t, ms", "f, kN"),
+        ("Time ms;Force kN", "Time", "Force"),
+    ],
+)
+def test_a_record_is_converted_however_its_heads_name_the_units(
+    head: str, time: str, force: str
+) -> None:
+    t, f = forces_of_text(f"{head}\n0;1\n10;2\n", SI, time, force, quantity="force")
+    assert (t.tolist(), f.tolist()) == ([0.0, 0.01], [1000.0, 2000.0])
+
+
+def test_an_elevation_with_an_amplitude_is_converted_too() -> None:
+    text = "t [s];eta [mm]\n0;1\n50;2\n"
+    t, eta = forces_of_text(text, SI, "t", "eta", quantity="force", has_amplitude=True)
+    assert (t.tolist(), eta.tolist()) == ([0.0, 50.0], [0.001, 0.002])
+    with pytest.raises(ValueError, match=r"give amplitude, the force of each m$"):
+        forces_of_text(text, SI, "t", "eta", quantity="force")
+    with pytest.raises(ValueError, match='did you mean "kN"'):
+        forces_of_text("t;f [KN]\n0;1\n1;2\n", SI, quantity="force")
+
+
+@pytest.mark.parametrize(
+    "cells", ["0,0;1.234\n50,0;2.000", "0;1.234,5\n50;2.000,0", "0;1,234.5\n5;1,5"]
+)
+def test_marks_of_thousands_are_refused_not_taken_for_decimals(cells: str) -> None:
+    with pytest.raises(ValueError, match=r"line 2: f .* remove marks of thousands"):
+        forces_of_text(f"t;f\n{cells}\n")

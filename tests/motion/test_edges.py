@@ -215,6 +215,13 @@ def test_unstable_motion_ends_in_overflow_and_holds_what_was_before() -> None:
     assert np.isfinite(run(run.t_end)).all()
 
 
+def test_rest_at_an_unstable_equilibrium_stays() -> None:
+    for osc in (pc.Oscillator(damping="-0.05"), pc.Oscillator(stiffness=-1)):
+        run = pc.simulate(osc, t_end=2e4)
+        assert run.outcome is pc.Outcome.reached_t_end
+        assert [part.tolist() for part in run([0.0, 2e4])] == [[0.0, 0.0], [0.0, 0.0]]
+
+
 @pytest.mark.parametrize("damping", [1e3, 1e6, 1e9])
 def test_huge_dashpot_creeps_to_its_equilibrium(damping: float) -> None:
     """x' = -x / (2 a) from 1, to the first order in 1 / a^2."""

@@ -324,7 +324,7 @@ QUASIPERIODIC = pc.Forcing((pc.Harmonic(1.0, 1.0), pc.Harmonic(1.0, "1.41421356"
     ("arguments", "keywords", "message"),
     [
         ((COCO, QUASIPERIODIC), {}, "needs a periodic forcing"),
-        ((COCO, pc.cosine(1.0), 0.5), {}, "n_impacts = 0.5: neither a whole number nor inf"),
+        ((COCO, pc.cosine(1.0), 0.5), {}, "n_impacts = 0.5: neither a whole number nor math.inf"),
         ((COCO, pc.cosine(1.0), 1, 0), {}, "n_periods = 0: not a whole number of at least 1"),
         ((COCO, pc.cosine(1.0)), {"guess": (0.1, 0.3)}, "no stop of the oscillator is left with"),
         (

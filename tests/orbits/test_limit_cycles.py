@@ -322,3 +322,26 @@ def _exact(k: float, a: float, omega: float, s: float) -> Floats:
             term = top(pole) / others * mpmath.exp(pole * t)
             y, v = y + term, v + pole * term
         return np.array([float(y.real), float(v.real)])
+
+
+def test_a_cycle_on_a_wall_that_takes_all_velocity_is_found() -> None:
+    osc = pc.impact_oscillator(restitution=0, wall=1, side="above", damping="-0.05")
+    settled = pc.simulate(osc, x0=0.1, max_impacts=60)
+    for guess in (None, settled):
+        orbit = pc.find_orbit(osc, guess=guess)
+        assert orbit.period == pytest.approx(settled.impacts.intervals[-1], rel=1e-13)
+        assert orbit.stability == "asymptotic"
+    # From rest on the wall the growing motion comes back to it.
+    with mpmath.workdps(30):
+        w = mpmath.sqrt(1 - mpmath.mpf("0.05") ** 2)
+        period = mpmath.findroot(
+            lambda t: mpmath.exp(t / 20) * (mpmath.cos(w * t) - mpmath.sin(w * t) / (20 * w)) - 1,
+            orbit.period,
+        )
+    assert orbit.period == pytest.approx(float(period), rel=1e-13)
+
+
+def test_a_free_oscillation_that_touches_a_wall_is_no_cycle_with_impacts() -> None:
+    osc = pc.impact_oscillator(restitution=0, wall=1, side="above")
+    with pytest.raises(pc.ConvergenceError):
+        pc.find_orbit(osc, guess=(0.0, 0.0))

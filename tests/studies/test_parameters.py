@@ -182,6 +182,31 @@ def test_a_fault_of_a_parameter_names_its_place(old: str, new: str, fault: str) 
     assert any(line.startswith(fault) for line in faults_of(BALL.replace(old, new, 1)))
 
 
+def test_a_parameter_that_is_not_used_hides_no_other_fault() -> None:
+    wrong = BALL.replace('w = ["1.66"', 'ww = ["1.66"')
+    found = faults_of(wrong.replace("A = 1", "A = 1\nspare = 3"))
+    assert any("parameters.spare = 3: no number of the model uses it" in fault for fault in found)
+    assert len(found) == 1 + len(faults_of(wrong)) == 2
+
+
+@pytest.mark.parametrize(
+    ("kind", "names"), [("lyapunov", {"largest", "smallest"}), ("orbit", {"orbit", "stability"})]
+)
+def test_questions_about_a_limit_cycle_need_no_table(kind: str, names: set[str]) -> None:
+    text = f"""
+        study = {{kind = "{kind}"}}
+        oscillator.damping = "-0.05"
+        [[oscillator.stops]]
+        type = "wall"
+        at = 1
+        side = "above"
+        restitution = "0.6"
+        """
+    study = parse_study(text + ('[start]\nx0 = "0.1"\nv0 = 0' if kind == "lyapunov" else ""))
+    answer = study.question.answer(study, _execution())
+    assert names <= study.question.report(answer).keys()
+
+
 def test_a_parameter_with_the_name_of_the_measure_asked_for_is_a_fault() -> None:
     text = """[study]
 kind = "sweep"

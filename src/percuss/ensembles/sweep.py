@@ -39,6 +39,7 @@ from percuss.model.start import Start
 from percuss.model.structure import Structure, StructureStart
 from percuss.motion.sections import PoincareSection, SectionGiven, section_of
 from percuss.motion.simulate import simulate
+from percuss.motion.trajectory import beyond_record_of
 from percuss.progress import Report
 
 if TYPE_CHECKING:
@@ -121,7 +122,8 @@ def sweep(
         t0 [time]; of a structure a `StructureStart`, or these with a number for each coordinate;
         default: at rest at 0.
     transient, periods
-        Forcing periods that are left out, and that are measured after them. Without a forcing
+        Forcing periods that are left out, and that are measured after them; the run that a
+        function is given holds both. Without a forcing
         time is counted in units of 2 pi / sqrt(k), the period of free vibration.
     between
         Two instants (first, last) [time] between which is measured, in place of these: under an
@@ -204,6 +206,9 @@ def sweep(
         )
     # The columns of its store are the whole result: no other file is needed.
     about = attributes_of(grid.motion(), answer)
+    beyond = _beyond_record(grid, window)
+    if beyond:
+        about["record"] = beyond
     return dataset_of(work.dimensions, work.columns, answer, about)
 
 
@@ -243,6 +248,13 @@ def span_of(between: object, t0: float, names: Sequence[str] = ()) -> tuple[floa
         reason = "counted over whole periods; give transient and periods in place of between"
         raise ParameterError("measure", whole_periods[0], reason)
     return first, last
+
+
+def _beyond_record(grid: Grid, window: Window) -> str:
+    """Return what acts beyond the samples of a record, if motions are followed so far."""
+    if window.between is None or not isinstance(grid.force, Forcing):
+        return ""
+    return beyond_record_of(grid.force, float(as_float(grid.start.t0)), window.between[1])
 
 
 def _span(between: object, grid: Grid, measure: object) -> tuple[float, float] | None:

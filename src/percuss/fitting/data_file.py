@@ -50,6 +50,8 @@ POWERS = {
     "stop_force": (_FORCE, _ACCELERATION),
     "impact_times": ((0, 0, 1),),
 }
+# Of the force of a record: either.
+DIMENSIONS_OF_HEADS = POWERS | {"force": (_FORCE, _ACCELERATION)}
 _OF_KIND = {"mass": (1, 0, 0), "length": (0, 1, 0), "time": (0, 0, 1), "force": _FORCE}
 # Units in kg, m, s and N that are no power of ten of these, and other names of units.
 FACTORS = {"in": 0.0254, "ft": 0.3048, "min": 60.0, "h": 3600.0, "lb": 0.45359237,
@@ -67,6 +69,8 @@ NAMED = {";": "semicolons", "\t": "tabs", ",": "commas", None: "blanks"}
 MOST_LINES_ABOVE = 60
 MOST_TOLD = 10
 _IN_BRACKETS = re.compile(r"(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]\s*")
+# Marks of thousands, which may as well be decimals.
+_OF_THOUSANDS = re.compile(r"[-+]?(\d{1,3}(\.\d{3})+,\d*|\d{1,3}(,\d{3})+\.\d*)")
 _DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(e[-+]?\d+)?", re.IGNORECASE)
 
 NumberedRow: TypeAlias = "tuple[int, list[str]]"
@@ -334,10 +338,17 @@ def _force_factor(
     if parsed is not None and parsed[1] in allowed:
         own = "acceleration" if parsed[1] == _ACCELERATION else "stop_force"
         return _factor(replace(column, quantity=own), units)
+    if has_amplitude and parsed is not None and units is not None and _has_units(units):
+        return _into(units, parsed, column)
     if has_amplitude or (parsed is None and not _has_units(units)):
         return 1.0, ""
     wrong = f'"{column.title}": {column.unit} is no unit of {_thing(quantity)}'
-    advice = f"give amplitude, the force of each {column.unit}"
+    meant = _meant(column.unit) if parsed is None else ""
+    if meant:
+        return 1.0, f'{wrong}; did you mean "{meant}"?'
+    is_length = parsed is not None and parsed[1] == _OF_KIND["length"]
+    each = units.length if is_length and units is not None and units.length else column.unit
+    advice = f"give amplitude, the force of each {each}"
     if parsed is not None and parsed[1] in (_FORCE, _ACCELERATION):
         # A mass divides a force, and no acceleration.
         advice = (
@@ -346,6 +357,12 @@ def _force_factor(
             else "without per_mass it is a force"
         )
     return 1.0, f"{wrong}; {advice}"
+
+
+def _meant(unit: str) -> str:
+    """Return the unit that is written so but for capitals; empty if there is none."""
+    known = (name for kind in _OF_KIND for name in UNITS[kind])
+    return next((name for name in known if name.lower() == unit.lower()), "")
 
 
 def _has_units(units: Units | None) -> bool:
@@ -388,22 +405,30 @@ def _cells(line: str, separator: str | None) -> list[str]:
         return [cell.strip() for cell in line.split(separator)]
 
 
-def name_and_unit(cell: str) -> tuple[str, str]:
-    """Return the name and the unit in the head of a column.
+def name_and_unit(cell: str, quantity: str | None = None) -> tuple[str, str]:
+    """Return the name and the unit in the head of a column, of a quantity that is known otherwise.
 
     >>> name_and_unit("x [mm]"), name_and_unit("Time / s"), name_and_unit("t_ms"), name_and_unit("stop_force")
     (('x', 'mm'), ('Time', 's'), ('t', 'ms'), ('stop_force', ''))
+    >>> name_and_unit("Kraft, kN"), name_and_unit("f_kN", "force"), name_and_unit("Zeit in ms", "t")
+    (('Kraft', 'kN'), ('f', 'kN'), ('Zeit', 'ms'))
     """
     bracketed = _IN_BRACKETS.fullmatch(cell)
     if bracketed:
         return bracketed[1], bracketed[2]
-    for sign in "/,_":
-        name, _, unit = cell.rpartition(sign) if sign == "_" else cell.partition(sign)
-        quantity = quantity_named(name)
-        parsed = _unit(unit.strip(), quantity) if quantity else None
-        if quantity and parsed and parsed[1] in POWERS.get(quantity, ()):
+    said = (cell, "")
+    for sign in ("/", ",", " in ", "_", " "):
+        name, _, unit = cell.rpartition(sign) if sign in "_ " else cell.partition(sign)
+        known = quantity or quantity_named(name)
+        parsed = _unit(unit.strip(), known) if name.strip() else None
+        if parsed is None:
+            continue
+        if parsed[1] in DIMENSIONS_OF_HEADS.get(known or "", ()):
             return name.strip(), unit.strip()
-    return cell, ""
+        # A word or a letter at the end of any name may be a unit by chance.
+        if sign not in "_ " and known in (None, "force") and not said[1]:
+            said = name.strip(), unit.strip()
+    return said
 
 
 def _columns_in(cells: Sequence[str], names: Mapping[str, str]) -> list[FileColumn]:
@@ -412,11 +437,13 @@ def _columns_in(cells: Sequence[str], names: Mapping[str, str]) -> list[FileColu
     own = {name: quantity for quantity, name in names.items()}
     for place, cell in enumerate(cells):
         title, unit = name_and_unit(cell)
-        quantity = own.get(cell) or own.get(title)
-        if quantity is None:
-            quantity = quantity_named(title)
-            # Another column was named for it.
-            quantity = None if quantity in names else quantity
+        quantity = quantity_named(title)
+        # Another column may have been named for it.
+        quantity = None if quantity in names else quantity
+        for name, wanted in own.items():
+            split = name_and_unit(cell, wanted)
+            if name in (cell, split[0]):
+                quantity, unit = wanted, split[1]
         if quantity is not None:
             columns.append(FileColumn(place, cell, quantity, unit))
     return columns
@@ -568,8 +595,14 @@ def _factor(column: FileColumn, units: Units | None) -> tuple[float, str]:
         return 1.0, f'"{column.title}": {column.unit} is no unit of {_thing(quantity)}'
     if not has_units or units is None:
         reason = f'"{column.title}": the model has no units to convert {column.unit} into; give '
-        hint = 'oscillator.units, such as {length = "m", time = "s"}'
+        hint = 'oscillator.units, such as {length = "m", time = "s"}, or units=pc.Units("m", "s")'
         return 1.0, "" if factor == 1.0 else reason + hint
+    return _into(units, parsed, column)
+
+
+def _into(units: Units, unit: UnitOfColumn, column: FileColumn) -> tuple[float, str]:
+    """Return the factor that converts a unit into those of a model, or a fault."""
+    factor, powers = unit
     for name, power in zip((units.mass, units.length, units.time), powers, strict=True):
         base = _base_unit(name)
         if power and base is None:
@@ -616,7 +649,12 @@ def _numbers(
                 values[i, j] = float(cell.replace(",", ".") if with_commas else cell)
             except ValueError:
                 values[i, j] = math.inf
-            if math.isinf(values[i, j]):
+            has_both = bool(_OF_THOUSANDS.fullmatch(cell)) or (with_commas and "." in cell)
+            if has_both:
+                values[i, j] = math.inf
+                reason = "has another decimal sign than other numbers; remove marks of thousands"
+                faults.append(f'line {line}: {column.title} = "{cell[:30]}" {reason}')
+            elif math.isinf(values[i, j]):
                 faults.append(f'line {line}: {column.title} = "{cell[:30]}" is no finite number')
     at = [column.quantity for column in head]
     if "t" in at and not faults:

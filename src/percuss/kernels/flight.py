@@ -402,6 +402,9 @@ def move(flight: Flight, s: float) -> tuple[float, float]:
     """Return (y, v) a time s after the start; ``flight.arrival`` receives the phases there."""
     law, region, start, phases, arrival = flight
     _, _, v0, force = start
+    if v0 == 0.0 and force == 0.0 and phases.shape[0] == 0:
+        # At rest, also where what would move from there grows beyond all numbers.
+        return 0.0, 0.0
     impulse, even, rise = free_response(law, region, s)
     # The terms of the forces are summed first: a rounding of the larger whole would stay in it.
     y = force * rise

@@ -7,6 +7,7 @@ arithmetic, and a derivative.
 from __future__ import annotations
 
 import ast
+import keyword
 import operator
 import re
 from collections.abc import Callable, Mapping
@@ -122,6 +123,10 @@ def _check_tokens(text: str) -> None:
             problem = number_problem(token["number"])
             if problem is not None:
                 raise ParameterError("expression", text, f"{token['number'][:20]} is {problem}")
+        word = token.group().strip()
+        if keyword.iskeyword(word):
+            reason = f"{word} in an expression; it is a word of Python, and no name here"
+            raise ParameterError("expression", text, reason)
         place = token.end()
     # The spaces are left out: they must part nothing.
     if re.search(r"[\w.)]\s+[\w.]|\*\s+\*", text):
@@ -142,7 +147,9 @@ def tree_of(text: str) -> Node:
 
 def _node(given: ast.expr, text: str, depth: int) -> Node:
     if depth > DEEPEST:
-        raise ParameterError("expression", text, f"nested more than {DEEPEST} deep")
+        raise ParameterError(
+            "expression", text, f"nested more than {DEEPEST} deep, or so many terms"
+        )
     if isinstance(given, ast.Constant) and type(given.value) in (int, float):
         return Node("number", text=text[given.col_offset : given.end_col_offset])
     if isinstance(given, ast.Name):

@@ -86,7 +86,8 @@ def restitution_table(speeds: Iterable[Exact], values: Iterable[Exact]) -> Resti
     >>> (abs(run.impacts.v_after) / abs(run.impacts.v_before)).round(4)
     array([0.725 , 0.7559, 0.7758])
     """
-    return RestitutionTable(tuple(speeds), tuple(values))
+    # What is no sequence is told as the other faults are.
+    return RestitutionTable(speeds, values)  # type: ignore[arg-type]
 
 
 def restitution_knots(restitution: Restitution) -> tuple[tuple[Fraction, Fraction], ...]:

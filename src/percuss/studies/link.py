@@ -148,6 +148,7 @@ def _section(diagram: Diagram) -> TomlTable:
         "at": section.at,
         "direction": section.direction if name == "place" else "up",
         "cycle": section.cycle or 0,
+        "isLive": False,
     }
 
 
@@ -157,7 +158,7 @@ def _response(response: Response, study: Study) -> Shown:
     over = {"path": _path_of_page(path, study), "low": low, "high": high}
     sizes = {"values": 1600, "points": 128, "of": "amplitude", "max_impacts": response.max_impacts}
     rest = {**sizes, "max_periods": response.max_periods, "follow": "start"}
-    strobes = {"section": "strobes", "at": 0, "direction": "up", "cycle": 0}
+    strobes = {"section": "strobes", "at": 0, "direction": "up", "cycle": 0, "isLive": False}
     return "diagram", _from(_at_rest(study)), {"kind": "response", **over, **rest, **strobes}
 
 

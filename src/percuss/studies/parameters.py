@@ -70,6 +70,7 @@ _KEYS = frozenset(
 _PHASES = frozenset(["phase", "period", "t0", "t_end", "loads_period"])
 
 _OPERATION = re.compile(r"[\w.)]\s*[-+*/]\s*[A-Za-z(]|[a-z]\(")
+UNUSED = "no number of the model uses it"
 NO_NAMES = "an expression; a parameter is a number, and others are expressions of it"
 NO_TABLE = "; a table [parameters] gives them their values"
 
@@ -96,7 +97,7 @@ def with_expressions(document: RawTable, faults: StudyFaults) -> RawTable:
     }
     if not faults.faults:
         for name in numbers.keys() - reader.used:
-            faults.add(("parameters", name), "no number of the model uses it")
+            faults.add(("parameters", name), UNUSED)
     return {**document, **tables} if reader.used or reader.found else document
 
 

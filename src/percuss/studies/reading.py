@@ -16,7 +16,7 @@ from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start
 from percuss.model.structure import Structure, StructureStart
 from percuss.studies.model_tables import read_oscillator
-from percuss.studies.parameters import with_expressions
+from percuss.studies.parameters import UNUSED, with_expressions
 from percuss.studies.study import (
     TABLES,
     Question,
@@ -194,7 +194,10 @@ def build_study(
         model, force = read_oscillator(document, faults, folder)
     _check_units(draw, model, faults)
     # With a faulty parameter nothing is known of the numbers that follow from it.
-    if question is None or faults.is_wrong("parameters"):
+    is_faulty = any(
+        fault.path.startswith("parameters") and fault.reason != UNUSED for fault in faults.faults
+    )
+    if question is None or is_faulty:
         return None
     question = question.checked(StudyDraft(document, model, force, draw, faults, folder))
     if faults.faults:

@@ -49,7 +49,7 @@ def read_record(
         As `record` takes them.
     amplitude
         Factor of the force, default 1; of a column of another quantity, such as the elevation of
-        waves, the force of each unit of it.
+        waves, the force of each unit of it, in those of the model where both have units.
     units
         Those of the model, into which columns with a unit are converted.
     per_mass
@@ -77,6 +77,8 @@ def read_record(
     """
     from percuss.fitting.data_file import forces_of_text, text_of_file
 
+    if units is not None and not isinstance(units, Units):
+        raise ParameterError("units", units, 'not a Units; write Units("m", "s", "kg")')
     try:
         t, f = forces_of_text(
             text_of_file(FilePath(path)),

@@ -354,7 +354,7 @@ def _counts(n_impacts: float, n_periods: int) -> tuple[float, int]:
     numbers = plain(n_impacts), plain(n_periods)
     impacts, periods = (int(n) if isinstance(n, float) and n.is_integer() else n for n in numbers)
     if impacts != math.inf and not (isinstance(impacts, int) and impacts >= 0):
-        raise ParameterError("n_impacts", impacts, "neither a whole number nor inf")
+        raise ParameterError("n_impacts", impacts, "neither a whole number nor math.inf")
     return cast("float", impacts), whole("n_periods", periods, 1)
 
 

@@ -107,10 +107,12 @@ def solve(system: System, guess: Itinerary) -> Solution:
         if factor(law, before, bound, 0.0) == 0.0:
             # After a plastic impact the velocity is zero, without rounding.
             unknowns[1 + len(events) + i] = 0.0
+    itinerary = Itinerary.of_vector(events, unknowns, guess.n_periods)
     is_solved = size < SOLVED and not equations.stands_still(unknowns)
+    if guess.n_periods == 0 and not itinerary.velocities.any():
+        is_solved &= _strikes(law, itinerary)
     converged = is_solved and equations.is_near(unknowns)
     isolated = not (converged and equations.is_on_family(unknowns))
-    itinerary = Itinerary.of_vector(events, unknowns, guess.n_periods)
     return Solution(itinerary, equations.largest(unknowns), converged, isolated)
 
 
@@ -167,12 +169,9 @@ class _Equations:
     def stands_still(self, unknowns: Floats) -> bool:
         """Return whether a flight has zero duration, which solves its equation too.
 
-        A short hop comes back with the opposite velocity. Free motion all of whose events have
-        zero velocity is rest, or a grazing free oscillation: no motion with impacts.
+        A short hop comes back with the opposite velocity.
         """
         durations, speeds = unknowns[1 : 1 + self.n].tolist(), unknowns[1 + self.n :].tolist()
-        if self.period == 0.0 and not any(speeds):
-            return True
         for i in range(self.n):
             if durations[i] >= SHORT * sum(durations):
                 continue
@@ -214,6 +213,21 @@ class _Equations:
         scale = np.repeat(self.scales(unknowns), [1 + self.n, self.n])
         distance = float(np.abs((neighbour - unknowns) / scale).max())
         return size < ON_FAMILY and distance > 0.1 * ALONG
+
+
+def _strikes(law: Law, itinerary: Itinerary) -> bool:
+    """Return whether free motion that leaves all of its events at rest meets one with a velocity.
+
+    Else it is rest, or a grazing free oscillation: no motion with impacts. Velocities are compared
+    with those that the force at the stop makes within a flight.
+    """
+    if not itinerary.durations.all():
+        return False
+    events, _ = _record(law, itinerary)
+    bound, _, region = itinerary.events[0].tolist()
+    force = abs(constant_force(law, region, place(law, region, bound)))
+    least = SHORT * force * float(itinerary.durations.max())
+    return bool(np.abs(events[1:, columns.V_BEFORE]).max() > least)
 
 
 def _is_regular(matrix: Floats) -> bool:

@@ -40,7 +40,8 @@ class Lyapunov(Question):
 
     def checked(self, study: StudyDraft) -> Self:
         """Check the period of the forcing and the start."""
-        study.needs_period("exponents are taken over forcing periods")
+        if study.force is not None and not study.force.is_constant:
+            study.needs_period("exponents are taken over forcing periods")
         if study.structure is not None:
             from percuss.studies.of_structures import checked_start
 

@@ -144,7 +144,6 @@ class Orbit(Question):
 
     doing: ClassVar = "looking for the orbit"
     is_certifiable: ClassVar = True
-    needed: ClassVar = ("orbit",)
     save_keys: ClassVar = ("samples",)
     draw_keys_of_structures: ClassVar = ("on",)
     # The impacts of a period.

@@ -170,6 +170,8 @@ class Sweep(Question):
             unit = str(result[name].attrs.get("units", ""))
             words = _range(result[name].values.ravel(), is_count=is_count)
             rows[name] = f"{words} {unit}" if is_unit(unit) and words != NO_VALUES else words
+        if "record" in result.attrs:
+            rows["record"] = result.attrs["record"]
         return rows | failure_rows([str(text) for text in result.reason.values], n_points)
 
 
