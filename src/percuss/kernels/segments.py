@@ -91,6 +91,8 @@ PATIENCE = 500
 # So many steps of the columns' series count as a search; more than some are too many for one
 # segment: a second.
 STEPS_A_SEARCH, MOST_STEPS = 64.0, 4e6
+# Below so many they are not counted: a millisecond.
+FEW_STEPS = 2e3
 NO_LIMIT = 2**62
 # How far segments were followed: the present one, whether its run has begun, how many hits and how
 # many searches there were so far.
@@ -243,6 +245,15 @@ def steps_of_columns(
     for j in range(work.phases.shape[0]):
         quickest = max(quickest, law[FIRST_HARMONIC + j, OMEGA])
     i, last = segments.first[k], segments.first[k + 1]
+    fastest = quickest
+    first = FIRST_HARMONIC + work.phases.shape[0]
+    for region in range(int(law[0, N_REGIONS])):
+        row_of_region = first + region * (1 + work.phases.shape[0])
+        fastest = max(fastest, fastest_rate(law, row_of_region))
+    # To all events, and twice to each sample, from no farther than the span.
+    span = segments.spans[k, 1] - segments.spans[k, 0]
+    if fastest * span * (1.0 + 2.0 * (last - i)) < LONGEST_PHASE * FEW_STEPS:
+        return 0.0
     turned = 0.0
     for row in range(events.shape[0]):
         is_last = row + 1 == events.shape[0]
