@@ -96,7 +96,10 @@ def locate(
     known = {0.0: a.z, 1.0: b.z}
 
     def at(part: float) -> Sample:
-        guess = _between(known, part)
+        guess = a.z + part * chord
+        if problem.order == 3:
+            # Where the equations are expensive.
+            guess = _between(known, part)
         try:
             z = problem.corrected(guess, normal, near_others=near_others)
         except ConvergenceError:

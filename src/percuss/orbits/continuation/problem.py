@@ -37,7 +37,8 @@ class Problem(Protocol):
         Paths of the parameters: the last unknowns, scaled so that their ranges go from 0 to 1.
     order
         Order of the predictor: 1 for the tangent, 2 for a parabola through the last points, which
-        pays where the derivatives are expensive, and 3 for a cubic, where all is.
+        pays where the derivatives are expensive, and 3 for a cubic, where all is; between two
+        points guesses are cubics then, too.
     """
 
     noun: str
