@@ -12,6 +12,7 @@ import pytest
 import xarray as xr
 
 import percuss as pc
+from percuss import plotting
 from percuss.arrays import Floats
 
 GAP = "oscillator.stops.0.at"
@@ -327,6 +328,10 @@ def test_faults_of_files_name_their_lines(tmp_path: Path) -> None:
         ("t,displacement\n0,1\n1,far\n", 'line 3: displacement = "far" is no finite number'),
         ("t,displacement\n0\n", "line 2: 1 cell between commas, where the names have 2"),
         ("t,displacement\n", "no line of values"),
+        (
+            "t,displacement\n0,1\n1,2\n1,3\n1,4\n",
+            "line 4: the instant 1 of line 3 is there again, and 1 more",
+        ),
     ):
         path.write_text(text, encoding="utf-8")
         with pytest.raises(pc.ParameterError, match=r"rig\.csv") as reported:
@@ -440,3 +445,46 @@ def test_data_beyond_a_wall_end_a_fit_with_the_reason(free: dict[str, Any]) -> N
         fit = pc.fit({"t": t, "displacement": data}, osc, pc.cosine(2), free=free, noise=0.01)
         assert not fit.converged
         assert fit.reason.startswith("no admissible motion explains the samples between t = 0")
+
+
+def test_columns_of_a_file_are_chosen_by_name(plain: pc.Fit, tmp_path: Path) -> None:
+    data, path = record(), tmp_path / "rig.csv"
+    rows = zip(data["t"].tolist(), data["displacement"].tolist(), strict=True)
+    lines = [f"{t!r};{10 * x!r};{x!r}" for t, x in rows]
+    path.write_text("\n".join(["Clock;Laser 1;Laser 2", *lines]), encoding="utf-8")
+    fit = fitted(path, columns={"t": "Clock", "displacement": "Laser 2"})
+    assert fit.values == pytest.approx(plain.values, rel=1e-9)
+    for columns, words in (
+        ({"t": "Clock", "displacement": "Laser 3"}, 'no column "Laser 3"'),
+        ({"t": "Clock", "height": "Laser 1"}, "none of the quantities displacement"),
+        ({"t": "Clock", "displacement": 2}, "not a text, the name of a column"),
+    ):
+        with pytest.raises(pc.ParameterError) as told:
+            fitted(path, columns=columns)
+        assert words in str(told.value)
+    with pytest.raises(pc.ParameterError, match="names columns of a file, and data are dict"):
+        fitted(data, columns={"t": "Clock"})
+
+
+def test_a_parameter_is_found_by_the_name_that_was_asked_for() -> None:
+    osc = pc.Oscillator.from_mass(
+        2,
+        50,
+        damping_coefficient="0.4",
+        stops=(pc.Wall(at="0.2", side="above", restitution="0.8"),),
+    )
+    force = pc.cosine(4, amplitude=20)
+    t = np.linspace(0, 20, 400)
+    x = pc.simulate(osc, force, t_end=20)(t)[0] + 1e-3 * np.sin(991 * t)
+    free = {"oscillator.damping_coefficient": 0.3, "forcing.amplitude": 19}
+    fit = pc.fit({"t": t, "displacement": x}, osc, force, free=free)
+    for found in (fit, pickle.loads(pickle.dumps(fit))):
+        assert found.values["oscillator.damping_coefficient"] == pytest.approx(0.4, rel=0.01)
+        assert found.values["forcing.amplitude"] == pytest.approx(20, rel=0.01)
+        assert found.errors["oscillator.damping_coefficient"] > 0
+        assert found.values == pytest.approx(dict(found.values))
+        assert repr(found).startswith("<Fit: oscillator.damping_coefficient = ")
+    with pytest.raises(KeyError):
+        fit.values["oscillator.stiffness"]
+    ellipse = plotting.plot_fit(fit).axes[-1]
+    assert "$c$" in ellipse.get_xlabel()

@@ -175,6 +175,15 @@ FAULTS: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "no parameter": ({"free": {}}, "no parameter"),
     "unknown": ({"free": {"oscillator.stops.0.as": (0, 1)}}, "did you mean|no such|nearest"),
+    "force of a wall": ({"outcome": "peak_stop_force"}, "ask for peak_impact_velocity"),
+    "limited force of a wall": (
+        {"subject_to": {"peak_stop_force": (None, 1)}},
+        "ask for peak_impact_velocity",
+    ),
+    "restitution": (
+        {"free": {"oscillator.stops.0.restitution": (0.3, 1.3)}},
+        "the model does not allow 1.3: .*outside",
+    ),
     "range": ({"free": {PLACE: (0.3, -0.3)}}, "not below the largest"),
     "no range": ({"free": {PLACE: 0.3}}, "not a range"),
     "goal": ({"goal": "best"}, "goal"),
@@ -184,6 +193,49 @@ FAULTS: dict[str, tuple[dict[str, Any], str]] = {
     "restarts": ({"restarts": -1}, "less than none"),
     "where": ({"on": "motion"}, "neither"),
 }
+
+
+def test_a_value_out_of_reach_is_told_with_the_nearest_one() -> None:
+    best = pc.design("peak_impact_velocity", WALL, pc.cosine(2), goal=9.0, free=FREE, restarts=0)
+    largest = pc.design(
+        "peak_impact_velocity", WALL, pc.cosine(2), goal="largest", free=FREE, restarts=0
+    )
+    assert not best.converged
+    assert best.reason == (
+        "peak_impact_velocity = 9 is out of reach: the nearest that was found is 3.90248"
+    )
+    assert best.value == pytest.approx(largest.value, rel=1e-6)
+    start: dict[str, Any] = {"on": "run", "start": ("0.1", 0), "t_end": 20}
+    faster = pc.design(
+        "peak_impact_velocity", WALL, pc.cosine(2), goal=30, free={PLACE: (-1, 0.5)}, **start
+    )
+    assert "is out of reach: the nearest that was found is 3.33235" in faster.reason
+
+
+def test_settings_that_make_no_model_bound_a_design() -> None:
+    """Between s = 0.68 and 1.32 an impact would create energy."""
+    s = pc.parameter("s", 0.4)
+    osc = pc.impact_oscillator("1.1" - (s - 1) * (s - 1), wall="0.2", side="above", damping="0.05")
+    best = pc.design(
+        "peak_impact_velocity", osc, pc.cosine(2), goal="largest", free={"s": (0.2, 1.8)},
+        restarts=0,
+    )  # fmt: skip
+    assert best.converged, best
+    assert best.values["s"] == pytest.approx(1 - np.sqrt(0.1), abs=1e-6)
+
+
+def test_the_force_of_rigid_walls_is_refused() -> None:
+    words = "a rigid wall has impulses in place of a force, .* ask for peak_impact_velocity"
+    run = pc.simulate(WALL, pc.cosine(2), t_end=20)
+    structure = pc.Structure(
+        [1], [[1]], stops=(pc.Wall(at="0.2", side="above", restitution="0.8", on=0),)
+    )
+    with pytest.raises(pc.ParameterError, match=words):
+        run.sensitivity([PLACE]).of("peak_stop_force")
+    with pytest.raises(pc.ParameterError, match=words):
+        pc.gradient("peak_stop_force", WALL, pc.cosine(2), wrt=[PLACE], t_end=20)
+    with pytest.raises(pc.ParameterError, match=words):
+        pc.simulate(structure, {0: pc.cosine(2)}, t_end=20).sensitivity([GAP]).of("peak_stop_force")
 
 
 @pytest.mark.parametrize("case", FAULTS)

@@ -66,6 +66,9 @@ def test_a_design_is_that_of_the_call_and_of_its_files(
     run = direct.run
     t = np.clip(arrays["t"].astype(float), run.t0, run.t_end)
     np.testing.assert_allclose(arrays["x"], run(t)[0], atol=1e-5)
+    # The portrait of an orbit is closed.
+    assert arrays["portrait_x"][0] == arrays["portrait_x"][-1]
+    assert arrays["portrait_v"][0] == arrays["portrait_v"][-1]
     assert best["start"] == [*(float(part) for part in run(run.t0)), run.t0]
 
     asked = study_of_view(request())

@@ -51,7 +51,10 @@ def test_a_table_is_read_with_its_faults_by_line() -> None:
         ("", "load a record first"),
         ("t,x\n0,far\n1\n", 'line 2: x = "far" is no finite number; line 3: 1 cell'),
         ("t,stop_force_3\n0,1\n", "stop_force_3: of stop 3, where the oscillator has 1"),
-        ("t,x\n" + "0,1\n" * (MOST_VALUES + 1), "values; the page fits 20,000 at most"),
+        (
+            "t,x\n" + "".join(f"{i},1\n" for i in range(MOST_VALUES + 1)),
+            "values; the page fits 20,000 at most",
+        ),
     ):
         with pytest.raises(BadRequest) as told:
             answer_measured(request("measured", csv=text))
@@ -152,3 +155,25 @@ def test_a_record_is_loaded_fitted_and_put_into_the_sliders(page: Page, tmp_path
     shown = float(box_of(page, GAP).input_value())
     assert math.isclose(shown, value, abs_tol=error)
     assert abs(float(box_of(page, "start.v0").input_value()) - 0.3) < 0.1
+
+
+def test_each_quantity_of_a_record_is_drawn_when_it_is_chosen(page: Page, tmp_path: Path) -> None:
+    t = np.linspace(0, 15, 150)
+    x, v = pc.simulate(RIG, pc.cosine("2.8"), v0="0.3", t_end=15)(t)
+    rows = "".join(
+        f"{a:.6f},{b:.6f},{c:.6f}\n"
+        for a, b, c in zip(*(some.tolist() for some in (t, x, v)), strict=True)
+    )
+    (tmp_path / "rig.csv").write_text("t,x,v\n" + rows, encoding="utf-8")
+    view = view_of(page, "Fit")
+    choice = view.get_by_label("drawn")
+    view.locator("input[type=file]").set_input_files(tmp_path / "rig.csv")
+    expect(view).to_have_attribute("data-quantity", "displacement")
+    choice.select_option("velocity")
+    expect(view).to_have_attribute("data-quantity", "velocity")
+    view.locator(f"[data-free='{GAP}']").check()
+    view.locator(".primary").click()
+    expect(view.locator("p[role=status]").last).to_contain_text("onverged")
+    expect(view).to_have_attribute("data-quantity", "velocity")
+    choice.select_option("displacement")
+    expect(view).to_have_attribute("data-quantity", "displacement")

@@ -664,7 +664,20 @@ def _numbers(
         faults += [
             f"line {rows[i][0]}: a value without its instant" for i in np.flatnonzero(lost).tolist()
         ]
+        faults += _twice(t, [line for line, _ in rows])
     return values, faults
+
+
+def _twice(t: Floats, lines: Sequence[int]) -> list[str]:
+    """Return the fault of instants that are there more than once: a clock that is too coarse."""
+    order = np.argsort(t, kind="stable")
+    same = np.flatnonzero(np.diff(t[order]) == 0.0)
+    if not len(same):
+        return []
+    first, second = (lines[order[int(same[0]) + k]] for k in (0, 1))
+    at = float(t[order[int(same[0])]])
+    more = f", and {len(same) - 1} more" if len(same) > 1 else ""
+    return [f"line {second}: the instant {at:.10g} of line {first} is there again{more}"]
 
 
 def _too_short(line: int, cells: Sequence[str], width: int, separator: str | None) -> str:

@@ -48,6 +48,7 @@ def fit(
     free: Mapping[str, Exact | tuple[Exact, Exact]],
     start: Literal["free"] | Start | StructureStart | Sequence[Any] = "free",
     noise: Any = None,
+    columns: Mapping[str, str] | None = None,
     prior: Mapping[str, tuple[Exact, Exact]] | None = None,
     loss: LossName = "linear",
     loss_scale: float = 1.0,
@@ -83,6 +84,10 @@ def fit(
     noise
         Standard deviation of the data: a number, an array, or a mapping of these by quantity;
         without it that of `attrs["noise"]`, and else estimated from the residuals.
+    columns
+        Names of the columns of a file by quantity, such as ``{"t": "Clock", "displacement":
+        "Laser 2"}``, with their units or without; quantities that are not named keep their own
+        names.
     prior
         Mean and standard deviation of parameters, from what was known before.
     loss, loss_scale
@@ -130,7 +135,7 @@ def fit(
     <Fit: oscillator.stops.0.at = 0.19995 ± 0.00011, oscillator.stops.0.restitution = 0.80007 ± 0.00012; \
 chi2 0.966>
     """
-    records = _records(data, osc, force, start, noise)
+    records = _records(data, osc, force, start, (noise, columns))
     names, low, high, ranged = _box(osc, records, free)
     priors = _priors(osc, records, prior, names)
     _check_count(osc, records, names)
@@ -144,6 +149,7 @@ chi2 0.966>
     search = FitSearch(
         osc, records, names, low, high, ranged, priors, Loss(loss, loss_scale), line, before,
         None if kept is None else kept.keep,
+        {long_form(path, osc, records[0].force, records[0].start): path for path in free},
     )  # fmt: skip
     try:
         best = search.best()
@@ -155,9 +161,14 @@ chi2 0.966>
 
 
 def _records(
-    data: Any, osc: Oscillator | Structure, force: Any, start: Any, noise: Any
+    data: Any,
+    osc: Oscillator | Structure,
+    force: Any,
+    start: Any,
+    told: tuple[Any, Mapping[str, str] | None],
 ) -> list[MeasuredRecord]:
-    """Return the records, checked."""
+    """Return the records, checked; ``told`` are their noise and the names of columns."""
+    noise, columns = told
     several = isinstance(data, Sequence) and not isinstance(data, str)
     whole = list(data) if several else [data]
     if not whole:
@@ -177,7 +188,7 @@ def _records(
     records = []
     for its_data, given_force, its_start in zip(whole, forces, starts, strict=True):
         its_force = loads_of(osc, given_force) if isinstance(osc, Structure) else given_force
-        samples, impacts = read_samples(its_data, noise, osc)
+        samples, impacts = read_samples(its_data, noise, osc, columns)
         is_free = its_start is None or _is_free(its_start)
         begin: Start | StructureStart | None = None
         if isinstance(osc, Structure):

@@ -150,7 +150,10 @@ def quantity_name(quantity: int, osc: Oscillator | Structure) -> str:
 
 
 def read_samples(
-    data: Any, noise: Any, osc: Oscillator | Structure
+    data: Any,
+    noise: Any,
+    osc: Oscillator | Structure,
+    titles: Mapping[str, str] | None = None,
 ) -> tuple[MeasuredSamples, MeasuredSamples]:
     """Return the samples and the impact times of one record.
 
@@ -164,6 +167,8 @@ def read_samples(
     osc
         The model, with its stops and places, and the units into which columns of a file that have
         some are converted.
+    titles
+        Names of the columns of a file by quantity.
 
     Returns
     -------
@@ -175,7 +180,9 @@ def read_samples(
     ParameterError
         If there is nothing that can be read.
     """
-    columns, own_noise = _columns(data, osc.units)
+    if titles is not None:
+        _check_titles(titles, data, osc)
+    columns, own_noise = _columns(data, osc.units, titles)
     names = [name for name in columns if name not in ("t", "noise")]
     if not names:
         raise ParameterError("data", sorted(columns), f"no column of {_known()}")
@@ -250,10 +257,24 @@ def directions_of(structure: Structure) -> Floats:
     return np.concatenate(own)
 
 
-def _columns(data: Any, units: Units | None) -> tuple[dict[str, Any], dict[str, Any]]:
+def _check_titles(titles: Mapping[str, str], data: Any, osc: Oscillator | Structure) -> None:
+    """Refuse names of columns of what is no file, and of what is no quantity."""
+    if not isinstance(data, str | PathLike):
+        reason = f"names columns of a file, and data are {type(data).__name__}"
+        raise ParameterError("columns", titles, reason)
+    for name, title in titles.items():
+        if name not in ("t", "noise"):
+            quantity_number(name, osc)
+        if not isinstance(title, str):
+            raise ParameterError(f"columns.{name}", title, "not a text, the name of a column")
+
+
+def _columns(
+    data: Any, units: Units | None, titles: Mapping[str, str] | None
+) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the columns of data by their names, and the noise that stands with each."""
     if isinstance(data, str | PathLike):
-        return _of_file(Path(data), units), {}
+        return _of_file(Path(data), units, titles), {}
     if isinstance(data, Mapping) and not hasattr(data, "data_vars"):
         return dict(data), {}
     if hasattr(data, "data_vars"):
@@ -285,10 +306,10 @@ def _attributes(variables: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def _of_file(path: Path, units: Units | None) -> dict[str, Any]:
+def _of_file(path: Path, units: Units | None, titles: Mapping[str, str] | None) -> dict[str, Any]:
     """Return the columns of a file, missing values as NaN."""
     try:
-        return dict(columns_of_file(path, units))
+        return dict(columns_of_file(path, units, titles))
     except OSError as error:
         raise ParameterError("data", str(path), (error.strerror or "not read").lower()) from None
     except ValueError as error:

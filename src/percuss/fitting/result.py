@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -36,6 +37,37 @@ if TYPE_CHECKING:
 __all__ = ["Fit", "result_of"]
 
 
+class ValuesByPath(dict[str, float]):
+    """Numbers by the long paths of parameters, found by the names that were asked for too.
+
+    Attributes
+    ----------
+    asked
+        The names that were asked for, by the long paths.
+
+    Examples
+    --------
+    >>> values = ValuesByPath({"oscillator.damping": 0.4}, {"oscillator.damping": "oscillator.c"})
+    >>> values["oscillator.c"], list(values)
+    (0.4, ['oscillator.damping'])
+    """
+
+    def __init__(self, values: Mapping[str, float], asked: Mapping[str, str]) -> None:
+        super().__init__(values)
+        self.asked = dict(asked)
+
+    def __missing__(self, name: str) -> float:
+        """Return the number of a parameter by the name that was asked for."""
+        for path, asked in self.asked.items():
+            if asked == name and path != name:
+                return self[path]
+        raise KeyError(name)
+
+    def __reduce__(self) -> tuple[type[ValuesByPath], tuple[dict[str, float], dict[str, str]]]:
+        """Return what it is made of."""
+        return ValuesByPath, (dict(self), self.asked)
+
+
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Fit(HasPicture):
     """Parameters fitted to a record; made by `percuss.fit`.
@@ -43,8 +75,8 @@ class Fit(HasPicture):
     Attributes
     ----------
     values, errors
-        The free parameters by their long paths, and their standard errors: infinite where the data
-        do not say anything, 0 at an end of a range.
+        The free parameters by their long paths, also found by the names that were asked for, and
+        their standard errors: infinite where the data do not say anything, 0 at an end of a range.
     covariance
         (n_parameters, n_parameters) array, in the order of ``values``.
     chi2
@@ -84,8 +116,8 @@ class Fit(HasPicture):
 
     picture: ClassVar = "plot_fit"
 
-    values: dict[str, float]
-    errors: dict[str, float]
+    values: ValuesByPath
+    errors: ValuesByPath
     covariance: Floats
     chi2: float
     noise: dict[str, float]
@@ -107,7 +139,7 @@ class Fit(HasPicture):
     def __repr__(self) -> str:
         """Return the parameters with their errors in a line."""
         values = ", ".join(
-            f"{path} = {with_error(value, self.errors[path])}"
+            f"{self.values.asked.get(path, path)} = {with_error(value, self.errors[path])}"
             for path, value in self.values.items()
         )
         end = f"; {self.reason}" if self.reason else ""
@@ -115,7 +147,7 @@ class Fit(HasPicture):
 
     def _repr_html_(self) -> str:
         columns = {
-            "parameter": np.array(list(self.values)),
+            "parameter": np.array([self.values.asked.get(path, path) for path in self.values]),
             "value": np.array(list(self.values.values())),
             "error": np.array(list(self.errors.values())),
         }
@@ -350,8 +382,8 @@ def result_of(search: FitSearch, best: FitCandidate) -> Fit:
             of = samples.quantities == quantity
             noise[quantity_name(quantity, osc)] = group_noise(samples.taken(of))
     return Fit(
-        values=values,
-        errors=dict(zip(problem.paths, errors.tolist(), strict=True)),
+        values=ValuesByPath(values, search.asked),
+        errors=ValuesByPath(dict(zip(problem.paths, errors.tolist(), strict=True)), search.asked),
         covariance=covariance,
         chi2=float(np.mean(residuals * residuals)),
         noise=noise,

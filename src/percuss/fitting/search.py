@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -98,6 +98,8 @@ class FitSearch:
         Problem and nodes of a search to go on from, with the values of the guesses; None: a new one.
     keep
         See `FitProblem`.
+    asked
+        The names that parameters were asked for by, by their paths.
     """
 
     def __init__(
@@ -113,13 +115,14 @@ class FitSearch:
         progress: Progress,
         before: tuple[FitProblem, Floats] | None = None,
         keep: Callable[[FitProblem, FitPoint], None] | None = None,
+        asked: Mapping[str, str] | None = None,
     ) -> None:
         self.osc, self.records, self.paths = osc, list(records), tuple(guesses)
         self.guess = np.clip(np.array(list(guesses.values())), low, high)
         self.low, self.high, self.ranged = low, high, ranged
         self.priors, self.loss, self.progress = priors, loss, progress
         self.n_runs, self.before, self.keep = 0, before, keep
-        self.effort = Effort(progress.tick)
+        self.effort, self.asked = Effort(progress.tick), dict(asked or {})
         self._windows: Windows | None = None
 
     def best(self) -> FitCandidate:

@@ -152,7 +152,7 @@ def moved_rows(system: System, fields: Mapping[str, float]) -> Floats:
     rows[0, at.FORCING_CONSTANT] = fields.get("forcing.constant", 0.0)
     _fill_harmonics(rows, system, fields)
     for region, number in zip(region_rows(law), range(len(law)), strict=False):
-        _fill_region(rows[region], system, number, fields)
+        _fill_region(rows[region], law[region], system, number, fields)
     _fill_tables(rows, system, fields)
     return rows
 
@@ -209,7 +209,8 @@ def _fill_harmonics(rows: Floats, system: System, fields: Mapping[str, float]) -
     row = at.FIRST_HARMONIC
     for i, part in enumerate(force.harmonics):
         if isinstance(part, Harmonic):
-            rows[row, :3] = _moved_harmonic(part, f"forcing.harmonics.{i}.", fields)
+            own = (float(system.law[row, at.COSINE]), float(system.law[row, at.SINE]))
+            rows[row, :3] = _moved_harmonic(part, own, f"forcing.harmonics.{i}.", fields)
         else:
             in_cos, in_sin = (
                 fields.get(f"forcing.cos.{i}", 0.0),
@@ -237,18 +238,19 @@ def _refuse_left_out(in_cos: float, in_sin: float, i: int, part: FourierTerm) ->
 
 
 def _moved_harmonic(
-    part: Harmonic, path: str, fields: Mapping[str, float]
+    part: Harmonic, own: tuple[float, float], path: str, fields: Mapping[str, float]
 ) -> tuple[float, float, float]:
-    """Return the derivatives of the cosine, the sine and the frequency of A cos(w t + phase)."""
+    """Return the derivatives of the cosine, the sine and the frequency of A cos(w t + phase).
+
+    ``own`` are the cosine and the sine in the law: at whole quarters of a turn one is exactly zero.
+    """
     amplitude, phase = as_float(part.amplitude), as_float(part.phase)
     louder, later = fields.get(f"{path}amplitude", 0.0), fields.get(f"{path}phase", 0.0)
     faster = fields.get(f"{path}omega", 0.0)
     if louder == later == 0.0:
         return 0.0, 0.0, faster
     if amplitude != 0.0:
-        # From the law's own coefficients: at whole quarters of a turn one is exactly zero.
-        own = Forcing((part,)).components()[0]
-        in_cos, in_sin = own.cos / amplitude, own.sin / amplitude
+        in_cos, in_sin = own[0] / amplitude, own[1] / amplitude
     else:
         in_cos, in_sin = cos(phase), -sin(phase)
     return (
@@ -258,8 +260,10 @@ def _moved_harmonic(
     )
 
 
-def _fill_region(row: Floats, system: System, number: int, fields: Mapping[str, float]) -> None:
-    """Fill the row of a region."""
+def _fill_region(
+    row: Floats, own: Floats, system: System, number: int, fields: Mapping[str, float]
+) -> None:
+    """Fill the row of a region, whose own row in the law is given."""
     osc, bounds = system.of_unit_mass.oscillator, system.lines
 
     def moved(i: int, name: str) -> float:
@@ -282,10 +286,10 @@ def _fill_region(row: Floats, system: System, number: int, fields: Mapping[str, 
         (number + 1, at.UPPER, at.UPPER_FORCE, at.UPPER_ENTRY, at.UPPER_RESTITUTION),
     )
     for bound, place, force, entry, restitution in ends:
-        wall, edges, position = bounds.wall[bound], bounds.edges[bound], bounds.at[bound]
-        if position is None:
+        wall, edges = bounds.wall[bound], bounds.edges[bound]
+        if bounds.at[bound] is None:
             continue
-        x = as_float(position)
+        x = float(own[place])
         row[place] = moved(edges[0] if wall is None else wall, "at")
         row[force] = push - stiffer * x - as_float(osc.stiffness) * row[place]
         for i in touched:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Literal, NamedTuple, Protocol, TypeAlias, get_args
 
 import numpy as np
 
 from percuss.arrays import Flags, Floats
 from percuss.errors import ParameterError
+from percuss.model.oscillator import SoftStop, Wall
 from percuss.motion.extremes import Extrema, QuantityName
 from percuss.motion.moved_motion import MovedCrossings, MovedImpacts
 from percuss.motion.tables import HasEvents
@@ -38,6 +40,11 @@ MovedMeasure = Literal[
 # error is below 1e-16.
 NODES, PHASE = 16, 3.0
 
+# Why the force of rigid walls is no outcome.
+RIGID = (
+    "a rigid wall has impulses in place of a force, and all stops are rigid; ask for "
+    "peak_impact_velocity"
+)
 # A value and its derivatives.
 MovedValue: TypeAlias = tuple[float, Floats]
 
@@ -87,8 +94,8 @@ class MeasuredMotion(Protocol):
         ...
 
     @property
-    def n_stops(self) -> int:
-        """How many stops there are."""
+    def stops(self) -> Sequence[Wall | SoftStop]:
+        """The stops."""
         ...
 
     @property
@@ -118,6 +125,11 @@ class MeasuredMotion(Protocol):
         ...
 
 
+def has_rigid_stops(stops: Sequence[Wall | SoftStop]) -> bool:
+    """Return whether there are stops, and all of them rigid."""
+    return len(stops) > 0 and all(isinstance(stop, Wall) for stop in stops)
+
+
 def moved_measure(d: MeasuredMotion, measure: str) -> MovedValue:
     """Return a measure of a motion and its derivatives; see `Sensitivity.of`."""
     if measure not in get_args(MovedMeasure):
@@ -132,8 +144,10 @@ def moved_measure(d: MeasuredMotion, measure: str) -> MovedValue:
     if measure == "peak_acceleration":
         return _of_peak(d, "acceleration")
     if measure == "peak_stop_force":
-        peaks = [d.extremes("stop_force", stop).peak for stop in range(d.n_stops)]
+        peaks = [d.extremes("stop_force", stop).peak for stop in range(len(d.stops))]
         if not peaks or max(peaks) == 0.0:
+            if has_rigid_stops(d.stops):
+                raise ParameterError("measure", measure, RIGID)
             return 0.0, np.zeros(len(d.derivative.paths))
         return _of_peak(d, "stop_force", int(np.argmax(peaks)))
     if measure == "peak_displacement":

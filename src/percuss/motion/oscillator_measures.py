@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -27,7 +27,7 @@ from percuss.kernels.law_columns import (
 )
 from percuss.kernels.sample import flight_at, is_tail
 from percuss.model.exact import as_float
-from percuss.model.oscillator import SoftStop
+from percuss.model.oscillator import SoftStop, Wall
 from percuss.model.system import touching_stops
 from percuss.motion.extremes import Extrema, QuantityName
 from percuss.motion.moved_measures import MovedStretch, MovedValue, moved_measure, nodes_of
@@ -61,8 +61,8 @@ class _MeasuredOscillator:
     derivative: MovedMotion
 
     @property
-    def n_stops(self) -> int:
-        return len(self.derivative.run.oscillator.stops)
+    def stops(self) -> Sequence[Wall | SoftStop]:
+        return self.derivative.run.oscillator.stops
 
     @property
     def instants(self) -> tuple[Floats, Floats]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,7 +15,7 @@ from percuss.kernels.structure.basis import QUICKEST
 from percuss.kernels.structure.columns import unit_records
 from percuss.kernels.structure.run import load_at
 from percuss.model.exact import as_float
-from percuss.model.oscillator import On, SoftStop
+from percuss.model.oscillator import On, SoftStop, Wall
 from percuss.motion.extremes import Extrema, QuantityName
 from percuss.motion.moved_measures import MovedStretch, MovedValue, moved_measure, nodes_of
 from percuss.motion.moved_structure_motion import MovedStructureMotion, scratch_of
@@ -44,8 +45,8 @@ class _MeasuredStructure:
     longer: Floats | None
 
     @property
-    def n_stops(self) -> int:
-        return len(self.derivative.run.structure.stops)
+    def stops(self) -> Sequence[Wall | SoftStop]:
+        return self.derivative.run.structure.stops
 
     @property
     def instants(self) -> tuple[Floats, Floats]:

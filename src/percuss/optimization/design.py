@@ -16,7 +16,7 @@ from percuss.model.exact import Exact, Phase, as_float, real
 from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads, loads_of
 from percuss.model.oscillator import Oscillator
-from percuss.model.paths import get_parameter, long_form
+from percuss.model.paths import get_parameter, long_form, replace_parameters
 from percuss.model.start import Start, start_of
 from percuss.model.structure import Structure, StructureStart, structure_start
 from percuss.model.system import System
@@ -40,6 +40,9 @@ from percuss.pictures import HasPicture
 from percuss.progress import Progress, Report
 
 __all__ = ["Attempt", "Design", "design"]
+
+# Parameters whose values are right or wrong whatever the others are.
+OWN_LIMITS = (".restitution", ".stiffness", ".damping", ".mass")
 
 
 @dataclass(frozen=True, slots=True)
@@ -306,8 +309,20 @@ def _box(
         low, high = (real(f"free.{path}", end) for end in ends)
         if not low < high:
             raise ParameterError(f"free.{path}", ends, "the least is not below the largest")
+        if name.endswith(OWN_LIMITS):
+            _check_ends(system, path, name, (low, high))
         box[name] = low, high
     return box
+
+
+def _check_ends(system: tuple[Any, Any], path: str, name: str, ends: tuple[float, float]) -> None:
+    """Refuse ends that no other parameters would make possible; other parts without a model bound."""
+    for end in ends:
+        try:
+            replace_parameters(*system, None, {name: end})
+        except ParameterError as error:
+            reason = f"the model does not allow {end:g}: {error}"
+            raise ParameterError(f"free.{path}", ends, reason) from None
 
 
 def _is_pair(given: object) -> bool:

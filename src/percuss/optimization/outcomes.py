@@ -10,7 +10,7 @@ from percuss.arrays import Floats
 from percuss.errors import ParameterError
 from percuss.model.oscillator import On, Oscillator
 from percuss.model.structure import Structure
-from percuss.motion.moved_measures import MovedMeasure
+from percuss.motion.moved_measures import RIGID, MovedMeasure, has_rigid_stops
 from percuss.motion.oscillator_measures import measure_and_derivative
 from percuss.motion.sensitivity import Sensitivity
 from percuss.motion.structure_measures import structure_measure_and_derivative
@@ -65,6 +65,8 @@ def check_outcome(name: object, model: Oscillator | Structure, *, of_orbit: bool
         of = "" if isinstance(model, Oscillator) else " of this structure"
         reason = f"none of the outcomes of {whose}{of} with a derivative: {', '.join(known)}"
         raise ParameterError("outcome", name, reason)
+    if name == "peak_stop_force" and has_rigid_stops(model.stops):
+        raise ParameterError("outcome", name, RIGID)
 
 
 def outcome_of(orbit: AnyOrbit | None, d: AnySensitivity, name: str) -> tuple[float, Floats]:

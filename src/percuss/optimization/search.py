@@ -30,6 +30,10 @@ OutcomeLimits: TypeAlias = tuple[float | None, float | None]
 # SLSQP ends when a step changes the scaled outcome by less; the most motions of a search, and how
 # often it begins again, without what it knows of curvatures, where its line search fails.
 CLOSE, MOST_MOTIONS, RENEWALS = 1e-13, 200, 3
+# A wanted value is out of reach of the search where so many motions come no nearer to it.
+MOST_VAIN = 30
+# A setting without a motion this near to the best one, in sides of the box, is a bound of it.
+AT_BOUND = 1e-6
 # Limits are met to this part of their scale, and active this near.
 MET = 1e-7
 # Cost of a setting without a motion, in scaled outcomes: the line search shortens its step.
@@ -129,6 +133,7 @@ class DesignSearch:
         self.box, self.paths = dict(box), tuple(box)
         self.low, high = np.array(list(box.values())).T
         self.width = high - self.low
+        self.given_values = dict(given)
         self.given = np.clip(self.place(given), 0.0, 1.0)
         self.n_trials = 0
 
@@ -150,11 +155,18 @@ class DesignSearch:
         kept, also_kept = (self.wanted.missed(end.trial) is None for end in (one, other))
         if kept != also_kept:
             return kept
+        if not kept:
+            return self.miss(one.trial) < self.miss(other.trial)
         if not isinstance(self.wanted.goal, str):
             return self.distance(one.trial) < self.distance(other.trial)
         sign = -1.0 if self.wanted.goal == "largest" else 1.0
         mine, its = (end.trial.outcome(self.wanted.outcome)[0] for end in (one, other))
         return sign * mine < sign * its
+
+    def miss(self, trial: Trial) -> float:
+        """Return by how much a motion misses what is wanted of it, in its scale; 0 if it does not."""
+        missed = self.wanted.missed(trial)
+        return 0.0 if missed is None else -missed.value
 
     def is_usable(self, trial: Trial) -> bool:
         """Return whether all that is wanted of a motion has a derivative."""
@@ -175,9 +187,35 @@ class DesignSearch:
         try:
             place, ending = self._descended(path, minimize)
         except _StopSearchError as stop:
-            return SearchEnd(path.last, str(stop))
-        trial = path.near(place)
-        return SearchEnd(trial, self._reason(trial, ending))
+            end = SearchEnd(path.best, str(stop))
+        else:
+            trial = path.near(place)
+            end = SearchEnd(trial, self._reason(trial, ending))
+        if isinstance(self.wanted.goal, str) or not end.reason or self.progress.is_stopped:
+            return end
+        return self._towards(end, float(self.wanted.goal))
+
+    def _towards(self, end: SearchEnd, goal: float) -> SearchEnd:
+        """Return the motion whose outcome is nearest to a value that a search has not reached."""
+        name, trial = self.wanted.outcome, end.trial
+        below = trial.outcome(name)[0] < goal
+        limits = dict(self.wanted.limits)
+        low, high = limits.get(name, (None, None))
+        limits[name] = (low, goal) if below else (goal, high)
+        wanted = Wanted(name, "largest" if below else "least", limits)
+        other = DesignSearch(self.trials, wanted, self.box, self.given_values, self.progress)
+        nearest = other.run(trial)
+        self.n_trials += other.n_trials
+        best = min(trial, nearest.trial, key=self.miss)
+        if self.miss(best) == 0.0:
+            return SearchEnd(best, "")
+        missed = self.wanted.missed(best)
+        assert missed is not None
+        if missed.name != name:
+            return SearchEnd(best, self._reason(best, 0))
+        value = best.outcome(name)[0]
+        reason = f"{name} = {goal:.6g} is out of reach: the nearest that was found is {value:.6g}"
+        return SearchEnd(best, f"{reason}; {nearest.reason}" if nearest.reason else reason)
 
     def _descended(self, path: _Path, minimize: Callable[..., Any]) -> tuple[Floats, int]:
         """Return where SLSQP ended, and how."""
@@ -221,7 +259,8 @@ class _Path:
         self.search, self.wanted = search, search.wanted
         self.scale = _scale(first.outcome(self.wanted.outcome)[0])
         self.known: dict[bytes, Trial | None] = {search.place(first.values).tobytes(): first}
-        self.last = first
+        self.last = self.best = first
+        self.n_vain = 0
 
     def near(self, place: Floats) -> Trial:
         """Return the motion at a place, or where there is none the last one there was."""
@@ -239,11 +278,27 @@ class _Path:
     def _made(self, place: Floats) -> Trial | None:
         self.search.n_trials += 1
         if len(self.known) > MOST_MOTIONS:
+            if self.is_at_bound():
+                raise _StopSearchError("")
             raise _StopSearchError(f"{MOST_MOTIONS} motions were not enough")
         if not self.search.progress.advance():
             raise _StopSearchError("the search was stopped")
         trial = self.search.trials.at(self.search.values(place), self.last)
-        return trial if trial is not None and self.search.is_usable(trial) else None
+        if trial is None or not self.search.is_usable(trial):
+            return None
+        self.n_vain += 1
+        if self.search.is_better(SearchEnd(trial, ""), SearchEnd(self.best, "")):
+            self.best, self.n_vain = trial, 0
+        is_vain = self.n_vain > MOST_VAIN and not isinstance(self.wanted.goal, str)
+        if is_vain and self.search.miss(self.best) > 0.0:
+            raise _StopSearchError(f"{MOST_VAIN} motions came no nearer to what is wanted")
+        return trial
+
+    def is_at_bound(self) -> bool:
+        """Return whether the best setting is next to one at which there is no motion."""
+        own = self.search.place(self.best.values)
+        places = [np.frombuffer(key) for key, trial in self.known.items() if trial is None]
+        return any(float(np.abs(place - own).max()) < AT_BOUND for place in places)
 
     def cost(self, place: Floats) -> float:
         """Return the cost, which is minimised."""

@@ -16,6 +16,7 @@ from percuss.ensembles.grid import units_of as dimensions_of
 from percuss.errors import ParameterError
 from percuss.fitting.result import Fit
 from percuss.fitting.summaries import impacts_of, motion_of
+from percuss.model.oscillator import Oscillator
 from percuss.model.paths import long_form
 from percuss.model.units import Units
 from percuss.plotting.labels import label_of, with_unit
@@ -226,6 +227,10 @@ def _dimensions(quantity: str) -> str:
 def _label(fit: Fit, path: str, units: Units) -> str:
     """Return the label of a parameter; one with a name of its own has no dimensions."""
     dimensions = dimensions_of(path, fit.oscillator, fit.forcing) if "." in path else ""
+    osc = fit.oscillator
+    if path == "oscillator.damping" and isinstance(osc, Oscillator) and osc.mass is not None:
+        # c of a mass, not a of a unit mass.
+        path = "oscillator.damping_coefficient"
     return label_of(path, dimensions, units)
 
 

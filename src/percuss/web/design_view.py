@@ -6,6 +6,8 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+import numpy as np
+
 from percuss.arrays import Floats
 from percuss.execution import Execution
 from percuss.model.oscillator import Oscillator
@@ -137,7 +139,7 @@ def answer_design(study: Study, request: PageRequest, running: RunningRequest) -
             for best, pair in zip(designs, pairs, strict=True)
         ],
     }
-    yield frame(header, _curve(designs[0].run))
+    yield frame(header, _curve(designs[0]))
 
 
 def _start(best: DesignResult) -> list[float]:
@@ -147,9 +149,12 @@ def _start(best: DesignResult) -> list[float]:
     return [float(x), float(v), run.t0]
 
 
-def _curve(run: Trajectory) -> dict[str, Floats]:
-    """Return the motion as it is drawn."""
+def _curve(best: DesignResult) -> dict[str, Floats]:
+    """Return the motion as it is drawn: the portrait of an orbit is closed."""
+    run = best.run
+    assert isinstance(run, Trajectory)
     curve = sample_curve(run)
     t, x, _ = reduce_to_columns(curve.t, curve.x, curve.jumps, columns=POINTS // 2, most=POINTS)
-    last = slice(-POINTS, None)
-    return {"t": t, "x": x, "portrait_x": curve.x[last], "portrait_v": curve.v[last]}
+    rows = np.arange(len(curve.x))
+    rows = rows[-POINTS:] if best.orbit is None else np.append(rows, 0)
+    return {"t": t, "x": x, "portrait_x": curve.x[rows], "portrait_v": curve.v[rows]}

@@ -1,7 +1,7 @@
 // A record and the parameters fitted to it.
 
 import { button, element, isStudyFile, say, shown, textOf, watchDrops } from "./dom.js";
-import { checkField, numberField } from "./fields.js";
+import { checkField, choiceField, numberField } from "./fields.js";
 import { FreeParameters } from "./free.js";
 import { Job } from "./job.js";
 import { axesOf, named, pathsOf, startAt, unitsOf } from "./models.js";
@@ -20,6 +20,8 @@ export class Fit {
     this.noise = null;
     this.isStarted = false;
     this.current = null;
+    this.quantity = "";
+    this.choice = element("div", { class: "tools", hidden: true });
     this.file = element("input", { type: "file", accept: ".csv,.txt,.tsv,text/csv,text/plain", "aria-label": "table of measurements", hidden: true, onchange: () => this.#read(this.file.files[0]) });
     this.told = element("p", { class: "hint", role: "status" });
     this.fault = element("p", { class: "fault", role: "alert" });
@@ -34,7 +36,7 @@ export class Fit {
     this.root = element(
       "section", { class: "wide fit", "aria-label": "Fit" },
       this.form, this.job.root, this.verdict, this.result,
-      element("div", { class: "plots" }, ...this.plots.map((plot) => plot.root)), element("p", { class: "hint" }, HINT),
+      this.choice, element("div", { class: "plots" }, ...this.plots.map((plot) => plot.root)), element("p", { class: "hint" }, HINT),
     );
     this.#fields();
     watchDrops(this.root, (file) => {
@@ -163,33 +165,49 @@ export class Fit {
     this.#draw(header, arrays);
   }
 
-  /** Draw the first quantity of a record, and of a fit what belongs to it. */
-  #draw({ quantities }, arrays) {
+  /** Draw the chosen quantity of a record, the first at first, and of a fit what belongs to it. */
+  #draw(header, arrays) {
+    const { quantities } = header;
+    if (!quantities.includes(this.quantity)) this.quantity = quantities[0];
+    const choices = quantities.map((name) => [name, name.replaceAll("_", " ")]);
+    this.choice.hidden = quantities.length < 2;
+    this.choice.replaceChildren(
+      choiceField("drawn", choices, this.quantity, (name) => {
+        this.quantity = name;
+        this.#draw(header, arrays);
+      }),
+    );
+    this.#drawOne(quantities.indexOf(this.quantity), arrays);
+  }
+
+  #drawOne(at, arrays) {
     const { study } = this.app.store.value;
-    const [name] = quantities;
+    const name = this.quantity;
+    const [t, y, curveT, curveY, residual] = ["t", "y", "curve_t", "curve", "residual"].map((of) => arrays[`${of}${at}`]);
     const [across, push] = [axesOf(study).t, axesOf(study).force];
     const { time, length } = unitsOf(study);
     const labels = { displacement: axesOf(study).x, velocity: axesOf(study).v, acceleration: named("acceleration", length && time ? `${length}/${time}²` : ""), impact_times: named(NAMES.impact_times, time) };
     const ofFlights = (values) => values.slice(1).map((value, k) => value - values[k]);
     const isTimes = name === "impact_times";
     const curve = (t, y) => ({ x: isTimes ? t.slice(1) : t, y: isTimes ? ofFlights(y) : y });
-    const layers = [{ ...curve(arrays.t0, arrays.y0), kind: "points", colour: COLOURS.samples, size: 3 }];
-    if (arrays.curve0) layers.push({ ...curve(arrays.curve_t0, arrays.curve0), kind: "line", colour: COLOURS.fit });
+    const layers = [{ ...curve(t, y), kind: "points", colour: COLOURS.samples, size: 3 }];
+    if (curveY) layers.push({ ...curve(curveT, curveY), kind: "line", colour: COLOURS.fit });
     this.record.label(across, labels[name] ?? push);
     this.impacts.label(across, axesOf(study).speed);
-    this.residuals.label(across, this.residuals.options.y);
+    this.residuals.label(across, `residual of ${name.replaceAll("_", " ")} (standard deviations)`);
     for (const plot of this.plots) plot.take(null);
     this.record.show(layers);
+    this.root.dataset.quantity = name;
     const all = { x: this.record.home.x, y: [0, 1] };
-    if (!arrays.curve0) {
+    if (!curveY) {
       for (const plot of [this.impacts, this.residuals]) plot.wait("Fit shows them", all);
       return;
     }
-    const { impact_t: x, impact_v: y } = arrays;
-    if (x.length > 0) this.impacts.show([{ x, y, kind: "points", colour: COLOURS.impacts, size: 5 }], [], { x: all.x, y: [0, 1.1 * Math.max(...y)] });
+    const { impact_t: hits, impact_v: speeds } = arrays;
+    if (hits.length > 0) this.impacts.show([{ x: hits, y: speeds, kind: "points", colour: COLOURS.impacts, size: 5 }], [], { x: all.x, y: [0, 1.1 * Math.max(...speeds)] });
     else this.impacts.wait("none", all);
-    const size = 1.1 * arrays.residual0.reduce((most, value) => Math.max(most, Math.abs(value)), 1.5);
-    this.residuals.show([{ x: arrays.t0, y: arrays.residual0, kind: "points", colour: COLOURS.samples, size: 3 }], [{ y: -1, colour: COLOURS.fit }, { y: 1, colour: COLOURS.fit }], { x: all.x, y: [-size, size] });
+    const size = 1.1 * residual.reduce((most, value) => Math.max(most, Math.abs(value)), 1.5);
+    this.residuals.show([{ x: t, y: residual, kind: "points", colour: COLOURS.samples, size: 3 }], [{ y: -1, colour: COLOURS.fit }, { y: 1, colour: COLOURS.fit }], { x: all.x, y: [-size, size] });
     this.root.dataset.drawn = String(Number(this.root.dataset.drawn ?? 0) + 1);
   }
 
