@@ -62,7 +62,9 @@ def test_a_terminal_sees_one_line_with_rate_and_time_left(
 def test_followed_branches_are_reported_as_such(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    # All lines are written: while kernels are compiled the first one may come by the clock.
     monkeypatch.setattr(progress, "PATIENCE", -1.0)
+    monkeypatch.setattr(progress, "RENEWED_IN_A_LOG", -1.0)
 
     pc.bifurcation_diagram(OSC, FORCE, over={"forcing.omega": [2.4, 2.45, 2.5]}, points=2,
                            transient=2, progress=True)  # fmt: skip
