@@ -339,9 +339,3 @@ def test_a_cycle_on_a_wall_that_takes_all_velocity_is_found() -> None:
             orbit.period,
         )
     assert orbit.period == pytest.approx(float(period), rel=1e-13)
-
-
-def test_a_free_oscillation_that_touches_a_wall_is_no_cycle_with_impacts() -> None:
-    osc = pc.impact_oscillator(restitution=0, wall=1, side="above")
-    with pytest.raises(pc.ConvergenceError):
-        pc.find_orbit(osc, guess=(0.0, 0.0))
