@@ -70,7 +70,7 @@ MOST_LINES_ABOVE = 60
 MOST_TOLD = 10
 _IN_BRACKETS = re.compile(r"(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]\s*")
 # Marks of thousands, which may as well be decimals.
-_OF_THOUSANDS = re.compile(r"[-+]?(\d{1,3}(\.\d{3})+,\d*|\d{1,3}(,\d{3})+\.\d*)")
+_OF_THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2}((\.\d{3})+(,\d*)?|(,\d{3})+\.\d*)")
 _DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(e[-+]?\d+)?", re.IGNORECASE)
 
 NumberedRow: TypeAlias = "tuple[int, list[str]]"
@@ -649,8 +649,8 @@ def _numbers(
                 values[i, j] = float(cell.replace(",", ".") if with_commas else cell)
             except ValueError:
                 values[i, j] = math.inf
-            has_both = bool(_OF_THOUSANDS.fullmatch(cell)) or (with_commas and "." in cell)
-            if has_both:
+            is_marked = "," in cell or with_commas
+            if is_marked and _OF_THOUSANDS.fullmatch(cell):
                 values[i, j] = math.inf
                 reason = "has another decimal sign than other numbers; remove marks of thousands"
                 faults.append(f'line {line}: {column.title} = "{cell[:30]}" {reason}')

@@ -63,7 +63,7 @@ DOUBLINGS = 200
 HALVINGS = 40
 
 
-@formula
+@kernel
 def locate_root(
     flight: Flight,
     bound: Pair,
