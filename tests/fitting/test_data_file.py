@@ -175,3 +175,11 @@ def test_an_elevation_with_an_amplitude_is_converted_too() -> None:
 def test_marks_of_thousands_are_refused_not_taken_for_decimals(cells: str) -> None:
     with pytest.raises(ValueError, match=r"line 2: f .* remove marks of thousands"):
         forces_of_text(f"t;f\n{cells}\n")
+
+
+def test_an_instant_that_is_there_twice_is_told_once() -> None:
+    text = "t;f;x\n0;1;1\n1;2;2\n1;3;3\n"
+    with pytest.raises(ValueError, match=r"^line 4: t = 1.0 is there twice; instants must rise$"):
+        forces_of_text(text)
+    with pytest.raises(ValueError, match=r"^line 4: the instant 1 of line 3 is there again$"):
+        columns_of_text(text)

@@ -123,8 +123,8 @@ def sweep(
         default: at rest at 0.
     transient, periods
         Forcing periods that are left out, and that are measured after them; the run that a
-        function is given holds both. Without a forcing
-        time is counted in units of 2 pi / sqrt(k), the period of free vibration.
+        function is given holds both. Without a forcing time is counted in units of
+        2 pi / sqrt(k), the period of free vibration.
     between
         Two instants (first, last) [time] between which is measured, in place of these: under an
         irregular sea, or any other forcing without a period.

@@ -168,6 +168,9 @@ def columns_of_text(
         faults += [fault] if fault else []
     values, wrong = _numbers(head, rows, separator, len(titles))
     faults += wrong
+    times = [i for i, column in enumerate(head) if column.quantity == "t"]
+    if not faults and times:
+        faults = _twice(values[:, times[0]], [line for line, _ in rows])
     if not faults and not rows:
         faults = ["no line of values under a line of names"]
     if faults:
@@ -664,7 +667,6 @@ def _numbers(
         faults += [
             f"line {rows[i][0]}: a value without its instant" for i in np.flatnonzero(lost).tolist()
         ]
-        faults += _twice(t, [line for line, _ in rows])
     return values, faults
 
 

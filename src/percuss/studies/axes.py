@@ -20,7 +20,6 @@ from percuss.model.paths import get_parameter, long_form, replace_parameter
 from percuss.model.start import Start
 from percuss.model.structure import StructureStart
 from percuss.numerics import exp, log
-from percuss.studies.parameters import UNUSED
 from percuss.studies.study import StudyDraft, counted
 from percuss.studies.tables import (
     NO_PHASE,
@@ -517,9 +516,7 @@ def _is_direction(
 def _of_model(study: StudyDraft) -> list[str]:
     """Return the paths of the faults of the model."""
     owners = ("parameters", *study.model_tables)
-    # Of a parameter that is not used nothing hangs.
-    faults = [fault for fault in study.faults.faults if fault.reason != UNUSED]
-    return [fault.path for fault in faults if fault.path.split(".")[0] in owners]
+    return [fault.path for fault in study.faults.faults if fault.path.split(".")[0] in owners]
 
 
 def _fit(

@@ -75,8 +75,8 @@ NO_NAMES = "an expression; a parameter is a number, and others are expressions o
 NO_TABLE = "; a table [parameters] gives them their values"
 
 
-def with_expressions(document: RawTable, faults: StudyFaults) -> RawTable:
-    """Return a document in which the texts of expressions are expressions; add their faults.
+def with_expressions(document: RawTable, faults: StudyFaults) -> tuple[RawTable, list[str]]:
+    """Return a document with expressions for their texts, and the parameters without use.
 
     Parameters
     ----------
@@ -89,16 +89,16 @@ def with_expressions(document: RawTable, faults: StudyFaults) -> RawTable:
     -------
     Mapping
         The document itself where no number is an expression.
+    list of str
+        The parameters that no number uses, where the expressions have no faults.
     """
     numbers = _parameters(document, faults)
     reader = _ExpressionReader(numbers, faults)
     tables = {
         name: reader.converted(document[name], (name,)) for name in _TABLES if name in document
     }
-    if not faults.faults:
-        for name in numbers.keys() - reader.used:
-            faults.add(("parameters", name), UNUSED)
-    return {**document, **tables} if reader.used or reader.found else document
+    unused = [] if faults.faults else [name for name in numbers if name not in reader.used]
+    return ({**document, **tables} if reader.used or reader.found else document), unused
 
 
 def _parameters(document: RawTable, faults: StudyFaults) -> dict[str, Any]:

@@ -169,7 +169,7 @@ def build_study(
     folder
         The folder of the file, None without one.
     """
-    document = with_expressions(document, faults)
+    document, unused = with_expressions(document, faults)
     name = raw_table(document, "study").get("kind", "motion")
     of_structure = "structure" in document
     kind = kind_named(name) if name in kind_names() else None
@@ -194,12 +194,11 @@ def build_study(
         model, force = read_oscillator(document, faults, folder)
     _check_units(draw, model, faults)
     # With a faulty parameter nothing is known of the numbers that follow from it.
-    is_faulty = any(
-        fault.path.startswith("parameters") and fault.reason != UNUSED for fault in faults.faults
-    )
-    if question is None or is_faulty:
+    if question is None or faults.is_wrong("parameters"):
         return None
     question = question.checked(StudyDraft(document, model, force, draw, faults, folder))
+    for name in unused:
+        faults.add(("parameters", name), UNUSED)
     if faults.faults:
         return None
     return Study(model, force, question, head.title, save, draw, certify)

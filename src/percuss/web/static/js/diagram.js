@@ -97,12 +97,10 @@ export class Diagram extends JobView {
       return;
     }
     this.isBehind = false;
-    this.isCoarse = true;
     this.job.run(() => {
       if (this.isBehind && this.isFollowing) this.#follow();
       else this.resting = setTimeout(() => this.isFollowing && this.job.run(), RESTED);
     });
-    this.isCoarse = false;
   }
 
   get hasPicture() {
@@ -134,10 +132,10 @@ export class Diagram extends JobView {
     super.begin(state);
   }
 
-  requestOf(study) {
+  requestOf(study, isLive = false) {
     const { kind, path, low, high, values, points, max_impacts, max_periods, follow, section, at, direction, cycle } = this.settings;
     const where = { strobes: {}, impacts: {}, cycle: { cycle }, place: { at, direction } }[section];
-    const finest = this.isCoarse ? COARSE : { values, points };
+    const finest = isLive ? COARSE : { values, points };
     const sizes = kind === "diagram" ? { values: Math.min(values, finest.values), points: Math.min(points, finest.points), ...(follow !== "start" && { follow }), ...(section !== "strobes" && { section, ...where }) } : { max_impacts, max_periods };
     return { kind, study, path, low, high, ...sizes };
   }

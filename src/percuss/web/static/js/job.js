@@ -5,7 +5,7 @@ import { button, element } from "./dom.js";
 /** Start, cancel and progress of one kind of long request. */
 export class Job {
   /**
-   * `request()` returns the request, `show(header, arrays, isFirst)` is called with each frame, form:
+   * `request(isLive)` returns the request, `show(header, arrays, isFirst)` is called with each frame, form:
    * the fields of the view, of which none may have a fault.
    */
   constructor(app, request, show, form = null) {
@@ -45,7 +45,7 @@ export class Job {
       this.bar.value = share;
       this.status.textContent = `${Math.round(100 * share)} %, ${((performance.now() - began) / 1000).toFixed(1)} s`;
     };
-    this.app.requests.replace("job", this.request(), {
+    this.app.requests.replace("job", this.request(isLive), {
       answer: (header, arrays) => {
         this.show(header, arrays, isFirst);
         isFirst = false;

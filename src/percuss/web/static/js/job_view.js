@@ -9,7 +9,7 @@ import { isStudy, settingsOf } from "./state.js";
 /**
  * What diagrams and basins share. A view of its own says
  *
- * requestOf(study): what to compute with a study; hasPicture: whether an answer has come;
+ * requestOf(study, isLive): what to compute with a study, quickly while a slider moves; hasPicture: whether an answer has come;
  * isComputed(request): whether it is of what is set now; receive(header, arrays, isFirst): takes a
  * frame; read(x, y): text of a point; open(x, y): shows a point in Explore; refine(): computes the
  * part that is zoomed into; scope(request): options of `changedSince`.
@@ -24,7 +24,7 @@ export class JobView {
     this.current = null;
     this.pending = null;
     this.form = element("form", { class: "settings", onsubmit: (event) => event.preventDefault() });
-    this.job = new Job(app, () => this.#start(), (header, arrays, isFirst) => this.#show(header, arrays, isFirst), this.form);
+    this.job = new Job(app, (isLive) => this.#start(isLive), (header, arrays, isFirst) => this.#show(header, arrays, isFirst), this.form);
     this.zoomed = element("button", { type: "button", hidden: true, onclick: () => this.refine() }, "Compute what is shown");
     this.job.root.append(this.zoomed);
     this.plot = new Plot({
@@ -105,9 +105,9 @@ export class JobView {
     this.app.store.set({ [this.name]: { ...this.settings, ...computed } }, this.name);
   }
 
-  #start() {
+  #start(isLive) {
     this.due = null;
-    this.pending = this.requestOf(this.base ?? this.app.store.value.study);
+    this.pending = this.requestOf(this.base ?? this.app.store.value.study, isLive);
     return this.pending;
   }
 
