@@ -87,7 +87,7 @@ def fit(
     columns
         Names of the columns of a file by quantity, such as ``{"t": "Clock", "displacement":
         "Laser 2"}``, with their units or without; quantities that are not named keep their own
-        names.
+        names, and "" leaves one out.
     prior
         Mean and standard deviation of parameters, from what was known before.
     loss, loss_scale

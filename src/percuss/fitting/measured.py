@@ -28,6 +28,7 @@ __all__ = [
     "MeasuredRecord",
     "MeasuredSamples",
     "directions_of",
+    "measurable",
     "quantity_name",
     "quantity_number",
     "read_samples",
@@ -209,6 +210,12 @@ def read_samples(
 
 def _known() -> str:
     return ", ".join([*QUANTITIES, STOP_FORCE, IMPACT_TIMES])
+
+
+def measurable(osc: Oscillator) -> list[str]:
+    """Return what the columns of a table may hold: instants, quantities of an oscillator, their noise."""
+    forces = [f"{STOP_FORCE}_{i}" if i else STOP_FORCE for i in range(len(osc.stops))]
+    return ["t", *QUANTITIES, *forces, IMPACT_TIMES, "noise"]
 
 
 def quantity_number(name: str, osc: Oscillator | Structure) -> int:
