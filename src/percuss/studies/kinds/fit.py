@@ -219,9 +219,10 @@ class Fit(Question):
         return {"fit": "parameters", **names, **own}
 
     def pictures(self, study: Study) -> dict[str, Picture]:  # noqa: ARG002
-        """Return what draws the record with the fit, and the profiles."""
+        """Return what draws the record with the fit, all pairs of parameters, and the profiles."""
+        pairs = {"confidence": self.draw_confidence} if len(self.free) > 2 else {}
         own = {"profiles": self.draw_profiles} if self.profiles else {}
-        return {"fit": self.draw, **own}
+        return {"fit": self.draw, **pairs, **own}
 
     def draw(self, result: Any, study: Study, figure: Any) -> None:
         """Draw record, fit, residuals and what two parameters share."""
@@ -231,6 +232,18 @@ class Fit(Question):
         window = study.draw.window
         ends = None if window is None else (as_float(window[0]), as_float(window[1]))
         plot_fit(result, figure, window=ends, units=study.draw.units())
+        figure.suptitle(study.title, parse_math=False)
+
+    def draw_confidence(self, result: Any, study: Study, figure: Any) -> None:
+        """Draw what each pair of parameters shares."""
+        from percuss.plotting import plot_confidence
+
+        n = sum(0.0 < error < math.inf for error in result.errors.values()) - 1
+        if n > 0:
+            figure.set_size_inches(1.4 + 2.4 * n, 1.2 + 2.2 * n)
+            plot_confidence(result, figure, units=study.draw.units())
+        else:
+            figure.text(0.5, 0.5, "fewer than two parameters have errors", ha="center")
         figure.suptitle(study.title, parse_math=False)
 
     def draw_profiles(self, result: Any, study: Study, figure: Any) -> None:
