@@ -89,7 +89,7 @@ def test_the_multiplier_of_an_orbit() -> None:
 def test_an_orbit_that_is_given_is_followed_where_it_is_unstable() -> None:
     orbit = pc.find_orbit(WALL, pc.cosine(2))
     free = {"forcing.omega": (1.8, 2.6)}
-    best = pc.design("multiplier", WALL, pc.cosine(2), free=free, goal=1.2, on=orbit)
+    best = pc.design("multiplier", WALL, pc.cosine(2), free=free, goal=1.2, on=orbit, restarts=0)
     assert best.orbit is not None
     assert abs(best.orbit.multipliers).max() == pytest.approx(1.2, rel=1e-8)
     assert not best.orbit.is_stable
