@@ -555,6 +555,11 @@ def _faults_of_head(
         if len(twice) > 1:
             listed = " and ".join(f'"{title}"' for title in twice)
             faults.append(f"{listed} are both {quantity}; keep one of them, or name it in columns")
+    for title in dict.fromkeys(names.values()):
+        wanted = [quantity for quantity, name in names.items() if name == title]
+        if title and len(wanted) > 1:
+            faults.append(f'"{title}" is named for {" and ".join(wanted)}')
+            named += wanted
     for quantity, name in names.items():
         if name and quantity not in named:
             close = difflib.get_close_matches(name, titles, n=1)

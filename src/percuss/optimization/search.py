@@ -37,6 +37,8 @@ MOST_VAIN = 30
 AT_BOUND = 1e-6
 # Limits are met to this part of their scale, and active this near.
 MET = 1e-7
+# Places in the box this near to a side are on it.
+ROUNDING = 1e-14
 # Cost of a setting without a motion, in scaled outcomes: the line search shortens its step.
 WITHOUT_MOTION = 10.0
 # How SLSQP ends where its line search fails.
@@ -141,7 +143,9 @@ class DesignSearch:
 
     def values(self, place: Floats) -> dict[str, float]:
         """Return the parameters at a place in the box, each side from 0 to 1."""
-        inside = self.low + np.clip(place, 0.0, 1.0) * self.width
+        # What differs from an end by rounding is at the end.
+        near = np.where(np.abs(place - np.round(place)) < ROUNDING, np.round(place), place)
+        inside = self.low + np.clip(near, 0.0, 1.0) * self.width
         return dict(zip(self.paths, inside.tolist(), strict=True))
 
     def place(self, values: Mapping[str, float]) -> Floats:
@@ -163,6 +167,8 @@ class DesignSearch:
             return self.distance(one.trial) < self.distance(other.trial)
         sign = -1.0 if self.wanted.goal == "largest" else 1.0
         mine, its = (end.trial.outcome(self.wanted.outcome)[0] for end in (one, other))
+        if bool(one.reason) != bool(other.reason) and abs(mine - its) < MET * _scale(its):
+            return not one.reason
         return sign * mine < sign * its
 
     def miss(self, trial: Trial) -> float:

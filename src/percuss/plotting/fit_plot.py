@@ -14,6 +14,7 @@ from xarray import Dataset
 
 from percuss.ensembles.grid import units_of as dimensions_of
 from percuss.errors import ParameterError
+from percuss.fitting.measured import quantity_dimensions
 from percuss.fitting.result import Fit
 from percuss.fitting.summaries import impacts_of, motion_of
 from percuss.model.oscillator import Oscillator
@@ -43,12 +44,6 @@ MOST_TICKS = 3
 # The sums of squares within which one and two parameters lie with 68 and 95 per cent.
 PROFILE_LEVELS = ((1.0, "68 %"), (3.84, "95 %"))
 ELLIPSES = ((2.2957, 0.35), (5.9915, 0.15))
-DIMENSIONS = {
-    "displacement": "length",
-    "velocity": "length/time",
-    "acceleration": "length/time^2",
-    "impact_times": "time",
-}
 
 
 def plot_fit(
@@ -128,7 +123,9 @@ def plot_fit(
         stacked.append(below)
         t, noise = table.t.values, table.noise.values
         name = "interval of impacts" if shown == "impact_times" else shown.replace("_", " ")
-        above.set_ylabel(with_unit(f"{name}\n", _dimensions(shown), units).replace("\n ", "\n"))
+        above.set_ylabel(
+            with_unit(f"{name}\n", quantity_dimensions(shown), units).replace("\n ", "\n")
+        )
         below.axhspan(-1, 1, color=SKY_BLUE, alpha=0.3, linewidth=0)
         below.axhline(0, color=BLACK, linewidth=0.8)
         below.plot(t, table.residual.values / noise, ".", markersize=3, color=GREY)
@@ -276,12 +273,6 @@ def plot_profiles(
         axes[0].set_ylabel("growth of the misfit")
         draw_legend(figure, axes[:1])
     return figure
-
-
-def _dimensions(quantity: str) -> str:
-    # Of a structure the name goes on with a coordinate or a point.
-    kind = quantity if quantity in DIMENSIONS else quantity.partition("_")[0]
-    return DIMENSIONS.get(kind, "mass length/time^2")
 
 
 def _label(fit: Fit, path: str, units: Units) -> str:

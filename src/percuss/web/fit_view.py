@@ -175,8 +175,8 @@ def _facts(fit: Fit, paths: list[str]) -> dict[str, object]:
             "path": path,
             "value": value,
             "error": error,
-            "text": with_error(value, error) if math.isfinite(error) else f"{value:.5g}",
-            "at_bound": name in fit.at_bounds,
+            "text": with_error(value, error) if 0.0 < error < math.inf else f"{value:.5g}",
+            "end": fit.end_of(name),
         }
         for path, (name, value), error in zip(
             paths, fit.values.items(), fit.errors.values(), strict=True

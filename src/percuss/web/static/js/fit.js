@@ -61,7 +61,7 @@ export class Fit {
   #plots() {
     this.record = new Plot({ title: "Record", x: "time t", y: "", kind: "line", names: ["t", "sample"], about: "squares: samples; line: the fitted motion", onZoom: (zoom) => this.#follow(zoom) });
     this.impacts = new Plot({ title: "Impacts of the fit", x: "time t", y: "", kind: "points", names: ["t", "speed"], isFollower: true, about: "impacts and entries into soft stops of the fitted motion", onZoom: () => {} });
-    this.residuals = new Plot({ title: "Residuals", x: "time t", y: "residual (standard deviations)", kind: "points", names: ["t", "residual"], isFollower: true, about: "sample less fit; two thirds of them lie between -1 and 1", onZoom: () => {} });
+    this.residuals = new Plot({ title: "Residuals", x: "time t", y: "residual (σ)", kind: "points", names: ["t", "residual"], isFollower: true, about: "sample less fit, in standard deviations of the noise; two thirds of them lie between -1 and 1", onZoom: () => {} });
     this.record.root.classList.add("broad");
     this.plots = [this.record, this.impacts, this.residuals];
   }
@@ -165,6 +165,7 @@ export class Fit {
 
   async #read(file) {
     if (!file) return;
+    this.job.clear();
     this.#forget();
     this.isRecord = false;
     this.told.textContent = `reading ${file.name} …`;
@@ -231,7 +232,7 @@ export class Fit {
       : `Not converged: ${reason}. These are the best values found; mean square ${shown(chi2)}.`;
     this.verdict.className = converged ? "" : "fault";
     const labels = new Map(this.#paths().map((it) => [it.path, it.name]));
-    const note = ({ error, at_bound: atEnd }) => (atEnd ? "at the end of its range: the data ask for more" : error === null ? "not told by the data" : "");
+    const note = ({ error, end }) => (end ? `the ${end} of its range: the data ask for ${end === "least" ? "less" : "more"}` : error === null ? "not told by the data" : "");
     const columns = [["parameter", ({ path }) => labels.get(path) ?? path], ["value", ({ text }) => text], ["", note]];
     if (!values.some(note)) columns.pop();
     this.result.replaceChildren(
@@ -271,7 +272,7 @@ export class Fit {
     if (curveY) layers.push({ ...curve(curveT, curveY), kind: "line", colour: COLOURS.fit });
     this.record.label(across, labels[name] ?? push);
     this.impacts.label(across, axesOf(study).speed);
-    this.residuals.label(across, `residual of ${wordsOf(name)} (standard deviations)`);
+    this.residuals.label(across, `residual of ${wordsOf(name)} (σ)`);
     for (const plot of this.plots) plot.take(null);
     this.record.show(layers);
     this.root.dataset.quantity = name;
