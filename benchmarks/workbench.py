@@ -237,6 +237,9 @@ async def _load(
                     assert isinstance(data, bytes)
                     size = int.from_bytes(data[:4], "little")
                     header = json.loads(data[4 : 4 + size])
+                    if header["kind"] == "progress":
+                        # Told where an answer takes long, as beside other clients.
+                        continue
                     assert header["kind"] == "explore", header
                     delays.append(now - sent[header["id"]])
                     answered[0] = header["id"]

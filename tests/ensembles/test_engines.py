@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import contextlib
+import gc
 import os
 import re
 import signal
@@ -185,10 +186,17 @@ def test_a_function_that_cannot_be_sent_to_a_worker_is_refused() -> None:
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1", "foo://127.0.0.1:9", "tls://127.0.0.1:9"])
 def test_a_wrong_address_is_refused(address: str) -> None:
-    pytest.importorskip("distributed")
+    distributed = pytest.importorskip("distributed")
 
+    def open_clients() -> int:
+        clients = [it for it in gc.get_objects() if type(it) is distributed.Client]
+        return sum(client.status != "closed" for client in clients)
+
+    before = open_clients()
     with pytest.raises(EngineError, match=f"no Dask scheduler answers at {address}: "):
         chart(engine=address)
+    # The garbage collector would close it at any time, even while another begins: for ever.
+    assert open_clients() <= before
 
 
 @pytest.mark.parametrize("n", [0, -1, 1.5, True])

@@ -183,3 +183,8 @@ def test_an_instant_that_is_there_twice_is_told_once() -> None:
         forces_of_text(text)
     with pytest.raises(ValueError, match=r"^line 4: the instant 1 of line 3 is there again$"):
         columns_of_text(text)
+
+
+def test_one_column_is_not_named_for_two_quantities() -> None:
+    with pytest.raises(ValueError, match=r'^"x" is named for displacement and velocity$'):
+        columns_of_text("t,x\n0,1\n", columns={"displacement": "x", "velocity": "x"})

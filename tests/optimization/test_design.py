@@ -89,7 +89,7 @@ def test_the_multiplier_of_an_orbit() -> None:
 def test_an_orbit_that_is_given_is_followed_where_it_is_unstable() -> None:
     orbit = pc.find_orbit(WALL, pc.cosine(2))
     free = {"forcing.omega": (1.8, 2.6)}
-    best = pc.design("multiplier", WALL, pc.cosine(2), free=free, goal=1.2, on=orbit)
+    best = pc.design("multiplier", WALL, pc.cosine(2), free=free, goal=1.2, on=orbit, restarts=0)
     assert best.orbit is not None
     assert abs(best.orbit.multipliers).max() == pytest.approx(1.2, rel=1e-8)
     assert not best.orbit.is_stable
@@ -148,6 +148,22 @@ def test_a_front_falls() -> None:
     assert (np.diff(front.values[:, 1]) < 0).all()
     # At equal distances of the second outcome.
     np.testing.assert_allclose(np.diff(front.values[:, 1], 2), 0.0, atol=1e-6)
+
+
+def test_a_front_from_an_end_that_another_design_betters_is_whole() -> None:
+    """The first search ends in an optimum near by, at the weakest stop, far from the front."""
+    stop = pc.SoftStop(at=8e-4, side="above", stiffness=4e4, damping=30)
+    rig = pc.Oscillator.from_mass(1.3, 5200, 4, stops=(stop,))
+    front = pc.pareto_front(
+        ("peak_stop_force", "max_displacement"), rig, pc.cosine(24 * math.pi, 25), n=5, restarts=0,
+        free={"oscillator.stops.0.stiffness": (1e4, 2e5), PLACE: (2e-4, 3e-3)},
+    )  # fmt: skip
+    assert len(front) == 5
+    # An end of a range is that number.
+    assert {design.values[PLACE] for design in front.designs} == {2e-4}
+    assert front.n_left_out == 0
+    assert front.designs[0].values["oscillator.stops.0.stiffness"] > 2e4
+    np.testing.assert_allclose(np.diff(front.values[:, 1], 2), 0.0, atol=1e-8)
 
 
 def test_it_stops_when_it_is_asked_to() -> None:

@@ -111,3 +111,29 @@ def test_faults(fit: pc.Fit) -> None:
         plotting.plot_fit(fit, quantity="acceleration")
     with pytest.raises(pc.ParameterError, match="none of the fitted parameters"):
         plotting.plot_fit(fit, parameters=(GAP, "oscillator.damping"))
+
+
+def test_all_pairs_of_parameters_have_their_regions(fit: pc.Fit) -> None:
+    free = {**fit.values, "oscillator.damping": 0.05}
+    t, noise = fit.residuals.t.values[::2], {"displacement": 0.01}
+    data = {"t": t, "displacement": fit.residuals.value.values[::2]}
+    three = pc.fit(data, fit.oscillator, pc.cosine(2), free=free, noise=noise)
+
+    axes = plotting.plot_confidence(three).axes
+
+    assert [ax.get_ylabel().split()[:1] for ax in axes] == [["restitution"], ["damping"], []]
+    for ax, pair in zip(axes, ((0, 1), (0, 2), (1, 2)), strict=True):
+        shared = three.covariance[np.ix_(pair, pair)]
+        outer = np.asarray(ax.patches[0].get_path().vertices)
+        sizes = 2 * np.sqrt(5.9915 * np.diag(shared))
+        np.testing.assert_allclose(np.ptp(outer, axis=0), sizes, rtol=1e-3)
+        correlation = shared[0, 1] / np.sqrt(shared[0, 0] * shared[1, 1])
+        assert ax.get_title() == f"correlation {correlation:.2f}"
+    (only,) = plotting.plot_confidence(fit).axes
+    assert "correlation" in only.get_title()
+    for wrong, words in (
+        ([GAP], "1 with an error; a region of confidence needs two"),
+        ([GAP, "oscillator.damping"], "none of the fitted parameters"),
+    ):
+        with pytest.raises(pc.ParameterError, match=words):
+            plotting.plot_confidence(fit, parameters=wrong)

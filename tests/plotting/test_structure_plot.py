@@ -268,6 +268,7 @@ def test_multipliers_of_a_branch_are_joined_to_their_nearest() -> None:
         ("plot_enclosure", "not a certified run"),
         ("plot_profiles", "not a Fit$"),
         ("plot_fit", "not a Fit$"),
+        ("plot_confidence", "not a Fit$"),
         ("plot_design", "not a Design$"),
         ("plot_pareto", "not a ParetoFront$"),
         ("plot_fractions", "no table; give the whole Dataset that percuss.basin_fractions returns"),

@@ -7,12 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 from tests.studies.texts import faults_of
 
 import percuss as pc
 from percuss.errors import ParameterError, StudyError
 from percuss.execution import Execution
-from percuss.fitting.summaries import impacts_of
+from percuss.fitting.summaries import impacts_of, interval_of
 from percuss.io import load_netcdf, save_csv
 from percuss.studies import Fit, FitRecord, Study, load_study, parse_study, run_study
 from percuss.studies.kinds.fit import Fit as FitQuestion
@@ -415,3 +416,33 @@ def test_a_profile_without_an_end_is_open() -> None:
     low, high = interval_of(profile)
     assert low == 1.5
     assert high == math.inf
+
+
+def test_the_report_says_what_is_wrong_with_noise_ends_and_profiles(tmp_path: Path) -> None:
+    text = MODEL + OWN.replace("[0.05, 0.5]", "[0.25, 0.5]").replace("0.01\n", "10\n")
+    study = load_study(file_of(tmp_path, text + f'[fit]\nprofiles = "{GAP}"\n'))
+
+    result = run_study(study, tmp_path / "out")
+
+    assert "the least of its range: the data ask for less" in result.report[GAP]
+    assert "times theirs: is it in the model's units?" in result.report["residuals"]
+    assert result.report["noise"] == "displacement 10 m"
+    assert result.report[f"profile of {GAP}"] == "none, it has no error"
+    assert (tmp_path / "out" / "profiles.png").stat().st_size > 1000
+    nothing = interval_of(
+        xr.Dataset({"growth": ("value", np.full(3, math.nan))}, {"value": np.arange(3.0)})
+    )
+    assert np.isnan(nothing).all()
+
+
+def test_each_quantity_and_all_pairs_of_parameters_have_a_picture(tmp_path: Path) -> None:
+    t, x = record()
+    osc = pc.impact_oscillator("0.8", wall="0.2", side="above", damping="0.05")
+    _, v = pc.simulate(osc, pc.cosine(2), v0=0.5, t_end=12)(t)
+    rows = zip(t, x, v.tolist(), strict=True)
+    table = "t;x;v\n" + "".join(f"{a!r};{b!r};{c!r}\n" for a, b, c in rows)
+    text = MODEL + OWN.replace("noise = 0.01", "noise = {displacement = 0.01, velocity = 0.01}")
+    text = text.replace("[fit.free]\n", '[fit.free]\n"oscillator.damping" = 0.04\n')
+    result = run_study(load_study(file_of(tmp_path, text, table)), tmp_path / "out")
+    pictures = {file.name for file in result.files if file.suffix == ".png"}
+    assert pictures == {"fit.png", "fit_velocity.png", "confidence.png"}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
 from tests.web.frames import read_frame
-from tests.web.hands import box_of, view_of
+from tests.web.hands import box_of, link_of, view_of
 
 import percuss as pc
 from percuss.errors import StudyError
@@ -47,18 +48,40 @@ def test_a_table_is_read_with_its_faults_by_line() -> None:
     header, arrays = read_frame(answer_measured(request("measured")))
     assert header["quantities"] == ["displacement"]
     assert header["n"] == len(arrays["t0"]) == len(arrays["y0"]) == 200
+    assert header["titles"] == ["Time (s)", "x"]
+    with pytest.raises(BadRequest, match="load a record first"):
+        answer_measured(request("measured", csv=""))
     for text, words in (
-        ("", "load a record first"),
         ("t,x\n0,far\n1\n", 'line 2: x = "far" is no finite number; line 3: 1 cell'),
+        ("t,x\n0,nan\n1,\n", "no values of displacement: all are missing"),
         ("t,stop_force_3\n0,1\n", "stop_force_3: of stop 3, where the oscillator has 1"),
         (
             "t,x\n" + "".join(f"{i},1\n" for i in range(MOST_VALUES + 1)),
             "values; the page fits 20,000 at most",
         ),
     ):
-        with pytest.raises(BadRequest) as told:
-            answer_measured(request("measured", csv=text))
-        assert words in str(told.value)
+        header, _ = read_frame(answer_measured(request("measured", csv=text)))
+        assert words in header["fault"]
+        assert header["titles"]
+    with pytest.raises(BadRequest, match="write the names above them"):
+        answer_measured(request("measured", csv="0;1\n1;2\n"))
+
+
+def test_columns_of_other_names_are_chosen() -> None:
+    text = "Clock;v;Laser 2\nms;m/s;mm\n0;9;1,5\n500;9;2\n1000;9;3\n1500;9;3\n"
+    header, _ = read_frame(answer_measured(request("measured", csv=text)))
+    assert header["titles"] == ["Clock", "v", "Laser 2"]
+    assert {name: title for name, title in header["columns"].items() if title} == {"velocity": "v"}
+    assert "no column of instants" in header["fault"]
+    chosen = {"t": "Clock", "displacement": "Laser 2", "velocity": ""}
+    asked = request("measured", csv=text, columns=chosen)
+    asked.tables["oscillator"]["units"] = {"length": "m", "time": "s"}
+    header, arrays = read_frame(answer_measured(asked))
+    assert header["quantities"] == ["displacement"]
+    assert arrays["t0"].tolist() == [0.0, 0.5, 1.0, 1.5]
+    np.testing.assert_array_equal(arrays["y0"], np.array([0.0015, 0.002, 0.003, 0.003], np.float32))
+    (record,) = study_of_view(replace(asked, kind="fit")).question.records  # type: ignore[attr-defined]
+    assert set(record.data) == {"t", "displacement"}
 
 
 def test_a_fit_is_that_of_the_study_in_its_files(
@@ -155,6 +178,30 @@ def test_a_record_is_loaded_fitted_and_put_into_the_sliders(page: Page, tmp_path
     shown = float(box_of(page, GAP).input_value())
     assert math.isclose(shown, value, abs_tol=error)
     assert abs(float(box_of(page, "start.v0").input_value()) - 0.3) < 0.1
+
+
+def test_columns_are_chosen_and_kept_in_the_link(page: Page, tmp_path: Path) -> None:
+    text = table().replace("Time (s);x", "Clock;Laser 2")
+    (tmp_path / "rig.csv").write_text(text, encoding="utf-8")
+    view = view_of(page, "Fit")
+    view.locator("input[type=file]").set_input_files(tmp_path / "rig.csv")
+    expect(view.locator(".settings > .fault")).to_contain_text("no column")
+    for quantity, title in (("instants", "Clock"), ("displacement", "Laser 2")):
+        choice = view.locator(".columns label", has_text=quantity).locator("select")
+        choice.select_option(title)
+        expect(choice).to_have_value(title)
+    expect(view).to_contain_text("rig.csv: 200 values of displacement")
+    expect(view.locator(".settings > .fault")).to_be_empty()
+    view.locator(f"[data-free='{GAP}']").check()
+    view.get_by_role("button", name="range of Wall: at").click()
+    address = link_of(page)
+    page.goto("about:blank")
+    page.goto(address)
+    expect(view).to_contain_text("rig.csv: 200 values of displacement")
+    expect(view.locator(f"[data-free='{GAP}']")).to_be_checked()
+    expect(view.locator(".free .ends input")).to_have_count(2)
+    view.locator(".primary").click()
+    expect(view.locator("p[role=status]").last).to_contain_text("onverged")
 
 
 def test_each_quantity_of_a_record_is_drawn_when_it_is_chosen(page: Page, tmp_path: Path) -> None:

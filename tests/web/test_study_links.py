@@ -6,6 +6,7 @@ import base64
 import json
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -27,7 +28,9 @@ from percuss.model.units import Units
 from percuss.paper.run import run_paper
 from percuss.studies import (
     Basins,
+    Design,
     Diagram,
+    Fit,
     Limits,
     Lyapunov,
     Motion,
@@ -36,6 +39,8 @@ from percuss.studies import (
     Study,
     parse_study,
 )
+from percuss.studies.fit_records import FitRecord
+from percuss.studies.kinds.orbit import Sought
 from percuss.studies.link import link_of
 from percuss.web.app import create_app
 from percuss.web.request import PageRequest
@@ -96,6 +101,34 @@ STUDIES = {
         cosine("0.7854", 40, constant=10),
         Motion(Start(0, 0), Limits(periods=20)),
     ),
+    "fit": Study(
+        LOSSY,
+        FORCE,
+        Fit(
+            records=(
+                FitRecord(
+                    {"t": (0.0, 0.5, 1.0), "displacement": (0.5, None, 0.25)},
+                    noise=0.01,
+                    start=Start("0.5", 0),
+                ),
+            ),
+            free={"oscillator.stops.0.restitution": (0.5, 1.0), "start.v0": 0.25},
+        ),
+    ),
+    "design": Study(
+        LOSSY,
+        FORCE,
+        Design(
+            outcome=("max_displacement", "peak_impact_velocity"),
+            goal=("largest", "least"),
+            free={"forcing.omega": ("2.5", "2.9")},
+            subject_to={"contact_share": (None, 2)},
+            on="run",
+            n=4,
+            start=Start("0.5", 0),
+            limits=Limits(periods=30),
+        ),
+    ),
     "basins": Study(LOSSY, FORCE, Basins(x0=Span("0.25", "1.75", 16), v0=Span(-1, 1, 16))),
 }
 # The button at which the page writes its state into the address anew.
@@ -131,6 +164,10 @@ def test_a_link_is_what_the_page_writes_itself(tab: Page, address: str, name: st
         expect(shown).to_be_visible()
         # The picture is whole, and the page has kept it in its state.
         expect(shown).to_contain_text(DONE, timeout=WAIT)
+    elif name == "fit":
+        expect(tab.locator("section[aria-label=Fit]")).to_contain_text("2 values of displacement")
+    elif name == "design":
+        expect(tab.locator("section[aria-label=Design] .limits")).to_contain_text("limit of")
     else:
         tab.wait_for_selector(".explore[data-drawn]", timeout=WAIT)
 
@@ -170,6 +207,22 @@ def test_a_study_that_the_page_does_not_show_is_refused() -> None:
     edges = Basins(cycle=Span(0, "0.9", 4), v=Span(0, 1, 4))
     with pytest.raises(ParameterError, match="basins over x0, v0"):
         link_of(Study(LOSSY, FORCE, edges))
+    fit = STUDIES["fit"].question
+    assert isinstance(fit, Fit)
+    (record,) = fit.records
+    many = replace(
+        record, data={"t": tuple(map(float, range(9000))), "displacement": (0.5,) * 9000}
+    )
+    each = replace(record, noise={"displacement": 0.1, "velocity": 0.2})
+    for other, words in (
+        (replace(fit, records=(record, record)), "the page fits one"),
+        (replace(fit, records=(many,)), r"links of the page hold 56 kB, some \d+ of these rows"),
+        (replace(fit, records=(each,)), "one for each quantity"),
+        (replace(fit, loss="huber"), r"fit\.loss = 'given': not on the page"),
+        (Design(outcome=("period",), sought=Sought()), "the orbits that attract"),
+    ):
+        with pytest.raises(ParameterError, match=words):
+            link_of(Study(LOSSY, FORCE, other))
 
 
 @pytest.fixture(scope="module")

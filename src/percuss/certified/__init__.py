@@ -18,6 +18,7 @@ from percuss.certified.certified_branch import BranchStretch, CertifiedBranch, E
 from percuss.certified.certify import certify
 from percuss.certified.chaos import CertifiedChaos, prove_chaos
 from percuss.certified.march import Ending
+from percuss.certified.orbit_list import CompleteList, list_orbits
 from percuss.certified.orbit_result import CertifiedOrbit
 from percuss.certified.results import CertifiedRun
 from percuss.certified.special import CertifiedPoint
@@ -38,6 +39,7 @@ __all__ = [
     "CertifiedOrbit",
     "CertifiedPoint",
     "CertifiedRun",
+    "CompleteList",
     "ComplexBall",
     "EnclosedPoint",
     "Ending",
@@ -47,6 +49,7 @@ __all__ = [
     "critical_velocity",
     "keeps_eigenset",
     "keeps_subset",
+    "list_orbits",
     "prove_chaos",
     "repeats_after",
 ]

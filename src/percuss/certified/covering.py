@@ -18,8 +18,9 @@ from percuss.certified.ball_arithmetic import Undecided
 from percuss.certified.ball_law import law_of
 from percuss.certified.cloud import BallMatrix, BallPair, Cloud, applied, times
 from percuss.certified.numbers import between, precision
+from percuss.certified.set_flight import next_passage, search_set
 from percuss.certified.shooting import OrbitEvent
-from percuss.certified.step import Departure, first_bracket, landed
+from percuss.certified.step import Departure
 from percuss.certified.system import BallSystem
 
 __all__ = [
@@ -154,32 +155,19 @@ class ImpactSurface:
         start = Departure(self.event.after, cloud, self.event.bound)
         longest = LONGEST * float(self.period.upper())
         product: BallMatrix | None = None
+        point = cloud.middle
         for _ in range(MOST_EVENTS):
-            bracket, whole, coarse = first_bracket(self.system, start, longest)
-            arrival = landed(self.system, start, whole, bracket, coarse)
-            if not arrival.sign * arrival.box[1] < 0:
-                raise Undecided("graze", "an impact of the set may be without velocity")
-            event = self._event(start.region, arrival.bound, arrival.sign)
-            rebound = event.passed(self.system, arrival.box[1])
-            point = arrival.point[0], event.passed(self.system, arrival.point[1]).after
-            by_t, by_v = arrival.derivative
-            step: BallMatrix = (by_t, (-rebound.kept * by_v[0], -rebound.kept * by_v[1]))
-            product = step if product is None else times(step, product)
-            if event == self.event:
+            found = search_set(self.system, start, longest)
+            passage = next_passage(self.system, start, found)
+            if passage is None:
+                raise Undecided("no_event", f"a flight meets no stop within {longest:.6g}")
+            by = passage.derivative
+            product = by if product is None else times(by, product)
+            point = passage.image_of(point, start)
+            if passage.event == self.event:
                 return ImageOfSet(point, product)
-            start = Departure(event.after, start.cloud.image(point, step), event.bound)
+            start = passage.following
         raise Undecided("no_event", f"{MOST_EVENTS} events on other stops before the next impact")
-
-    def _event(self, region: int, bound: int, sign: int) -> OrbitEvent:
-        """Return the event at the end of a flight in a region; the bound lies below it with +1."""
-        wall = self.system.bounds[bound].wall
-        if wall is not None:
-            return OrbitEvent(bound, region, region, wall, wall=True)
-        after = region - sign
-        stops, side = self.system.oscillator.stops, "above" if after > region else "below"
-        edges = self.system.bounds[bound].edges
-        stop = next((i for i in edges if stops[i].side == side), None)
-        return OrbitEvent(bound, region, after, stop, wall=False)
 
 
 def image_of(surface: ImpactSurface, first: HSet) -> ImageOfSet:

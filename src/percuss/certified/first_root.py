@@ -11,7 +11,7 @@ from percuss.certified.ball_arithmetic import OpenGraze, Undecided
 from percuss.certified.flight import SmoothFunction
 from percuss.certified.numbers import Number, constant_of, upper
 
-__all__ = ["BallStretch", "Bracket", "FloatStretch", "Level", "Search"]
+__all__ = ["BallStretch", "Bracket", "FloatStretch", "Level", "Search", "Touch"]
 
 
 # A float, or a ball.
@@ -30,6 +30,8 @@ ORDER, START_ORDER = 5, 7
 FACTORIALS = [math.factorial(i) for i in range(START_ORDER + 2)]
 # Stretches of one flight.
 MOST_STRETCHES = 200_000
+# Those of a wide set, which can be divided.
+SET_STRETCHES = 300
 # How far stretches reach into the next, as a part of the time: more than the rounding of a sum;
 # in balls as a part of their length, which is this much longer than the rounding at least.
 OVERLAP = 2.0**-50
@@ -69,6 +71,14 @@ class FloatStretch(NamedTuple):
         radii = [k * radius for k, radius in enumerate(self.radii)][1:]
         error = self._error(slopes, radii, h) + UP * slope_rest * h ** (power - 1)
         return bool(min(_bernstein(slopes, h)) > error)
+
+    def fastest_fall(self, slope_rest: float, h: float, power: int) -> float:
+        """Return a bound of the rate at which it decreases on [0, h]."""
+        slopes = [k * value for k, value in enumerate(self.mids)][1:]
+        radii = [k * radius for k, radius in enumerate(self.radii)][1:]
+        error = self._error(slopes, radii, h) + UP * slope_rest * h ** (power - 1)
+        fall = float(error - min(_bernstein(slopes, h)))
+        return fall + 1e-15 * abs(fall)
 
     @staticmethod
     def _error(mids: list[float], radii: list[float], h: float) -> float:
@@ -124,6 +134,15 @@ class BallStretch(NamedTuple):
         slopes = [-(k * value) for k, value in enumerate(self.balls)][1:]
         most = UP * arb(slope_rest) * at ** (power - 1)
         return all(value > most for value in _bernstein(slopes, at))
+
+    def fastest_fall(self, slope_rest: float, h: float, power: int) -> float:
+        """Return a bound of the rate at which it decreases on [0, h]."""
+        at = arb(h)
+        slopes = [k * value for k, value in enumerate(self.balls)][1:]
+        most = UP * arb(slope_rest) * at ** (power - 1)
+        return max(
+            math.nextafter(float((most - s).upper()), math.inf) for s in _bernstein(slopes, at)
+        )
 
     def root(self, h: float) -> float:
         """Return about where a decreasing polynomial is zero on [0, h]."""
@@ -197,6 +216,15 @@ class Bracket(NamedTuple):
         return -1 if s < self.low else None
 
 
+class Touch(NamedTuple):
+    """Where some curves may have a root: at a level, between two times, no faster than a speed."""
+
+    level: Level
+    low: Time
+    high: Time
+    speed: float
+
+
 class Search:
     """The search along one curve for its first crossing of several levels.
 
@@ -216,6 +244,13 @@ class Search:
         Stretches shorter than this are undecided.
     sharp
         Whether to test in balls, beyond the rounding of floats.
+    slow
+        Stretches on which no curve comes nearer to a level as fast as this are passed over, whether
+        there is a root or not: what is found is the first root of those curves that have no slower
+        one before it. At 0 there are none.
+    glancing
+        Stretches on which no curve comes nearer as fast as this are passed over, too, where nothing
+        else is decided on them; the roots that may lie there are noted in ``touches``.
     """
 
     def __init__(
@@ -228,12 +263,15 @@ class Search:
         width: float,
         least: float,
         sharp: bool,
+        slow: float = 0.0,
+        glancing: float = 0.0,
     ) -> None:
         self.curve = curve
         self.levels = levels
         self.started, self.order = started, order
-        self.width, self.least = width, least
-        self.sharp = sharp
+        self.width, self.longest, self.least = width, width, least
+        self.sharp, self.slow, self.glancing = sharp, slow, glancing
+        self.touches: list[Touch] = []
         self.kind: type[FloatStretch | BallStretch] = BallStretch if sharp else FloatStretch
 
     def first(self, end: float) -> Bracket | None:
@@ -245,17 +283,20 @@ class Search:
                 return bracket
         if self.sharp:
             left = arb(left)
-        for _ in range(MOST_STRETCHES):
+        for _ in range(SET_STRETCHES if self.slow else MOST_STRETCHES):
             if not left < end:
                 return None
             raw, size = self.curve.derivatives(arb(left), ORDER)
+            if self.slow and any(level.sign * (raw[0] - level.at) < 0 for level in self.levels):
+                # All curves have had a root on a stretch that was passed over.
+                return None
             h = min(2.0 * self.width, self.curve.longest, float(end - left))
             h, bracket = self._stretch(left, raw, size, h)
             if bracket is not None:
                 return bracket
             self.width = h
             left = (left + h).mid() if self.sharp else left + h
-        reason = f"no event within {MOST_STRETCHES} stretches, up to {float(left):.6g} later"
+        reason = f"no event within so many stretches, up to {float(left):.6g} later"
         raise Undecided("no_event", reason, OpenGraze(left, left, self.levels[0].bound, math.inf))
 
     def _from_start(self, level: Level) -> tuple[Bracket | None, float]:
@@ -301,6 +342,8 @@ class Search:
                     rest, (ORDER + 1) * rest, over, ORDER + 1
                 )
                 if not through:
+                    if self.slow and self._fall(stretch, rest, over) < self.slow:
+                        continue
                     break
                 # However these are rounded, one is before left + over and the other is not.
                 end, guess = left + (h + 0.5 * extra), left + stretch.root(h)
@@ -313,7 +356,46 @@ class Search:
                 return h, pending
             h *= 0.5
             if h < self.least or left + h == left or self._is_rounding(h, left):
+                touched = self._touched(left, stretches, size)
+                if touched:
+                    return touched, None
                 raise _graze(level, left, 2.0 * over, taylor, rest)
+
+    def _fall(self, stretch: FloatStretch | BallStretch, rest: float, over: float) -> float:
+        return stretch.fastest_fall((ORDER + 1) * rest, over, ORDER + 1)
+
+    def _touched(
+        self, left: Time, stretches: list[tuple[Level, FloatStretch | BallStretch]], size: float
+    ) -> float:
+        """Note roots that may lie on a stretch, and return its length; 0 where they may be fast."""
+        h = min(self.longest, self.curve.longest)
+        while self.glancing and h >= self.least:
+            over = h + OVERLAP * (h if self.sharp else left + h)
+            rest = self.curve.bound(ORDER + 1, float(left), over, size) / FACTORIALS[ORDER + 1]
+            touches = []
+            for level, stretch in stretches:
+                if stretch.is_clear(rest, over, ORDER + 1):
+                    continue
+                fall = self._fall(stretch, rest, over)
+                if not fall < self.glancing:
+                    break
+                if not fall < self.slow:
+                    touches.append(Touch(level, left, left + 2.0 * over, fall))
+            else:
+                for touch in touches:
+                    self._note(touch)
+                return h
+            h *= 0.5
+        return 0.0
+
+    def _note(self, touch: Touch) -> None:
+        """Note a touch, or make the last one longer that goes on in it."""
+        for i, known in enumerate(self.touches):
+            if known.level is touch.level and known.high >= touch.low:
+                speed = max(known.speed, touch.speed)
+                self.touches[i] = known._replace(high=touch.high, speed=speed)
+                return
+        self.touches.append(touch)
 
     def _is_rounding(self, h: float, left: Time) -> bool:
         """Return whether a stretch is too short for the working precision."""

@@ -31,8 +31,10 @@ __all__ = [
     "flight_of",
     "landed",
     "levels_of",
+    "moved_by",
     "state_in_flight",
     "state_on",
+    "width_of",
 ]
 
 # The shortest stretch, far above the least float.
@@ -139,11 +141,16 @@ def search_along(
     started: int | None,
     order: int,
     width: float,
+    *,
+    finest: float = 0.0,
+    slow: float = 0.0,
+    glancing: float = 0.0,
 ) -> Search:
     """Return the search along a curve from a bound (None: from inside), at the working precision.
 
     ``order`` is that of the first derivative at the start that is not zero, ``width`` about the
-    length of a stretch.
+    length of a stretch, ``finest`` one below which no stretch of a wide set is worth a try;
+    ``slow`` and ``glancing`` are those of `Search`.
     """
     return Search(
         curve,
@@ -151,8 +158,10 @@ def search_along(
         next((level for level in levels if level.bound == started), None),
         order,
         width=width,
-        least=max(LEAST, 2.0 ** (-0.45 * ctx.prec) * width),
+        least=max(LEAST, finest, 2.0 ** (-0.45 * ctx.prec) * width),
         sharp=ctx.prec > coarse_bits(system),
+        slow=slow,
+        glancing=glancing,
     )
 
 
@@ -270,7 +279,7 @@ def landed(
     summed = start.order <= 2 or start.moment is not None
     first, all_ = solve(point, whole, fine, coarse, summed=summed, isolation=isolation)
     with precision(coarse):
-        moved = _moved(start, whole, all_.s)
+        moved = moved_by(start, whole, all_.s)
         derivative = event_derivative(moved, (all_.v, all_.a))
         dt, dv = applied(derivative, applied(start.cloud.axes, start.cloud.spread))
     at = began(start, whole=False) + first.s, first.v
@@ -278,7 +287,7 @@ def landed(
     return Arrival(level.bound, level.sign, at, derivative, box, all_.s, all_.isolating)
 
 
-def _moved(start: Departure, whole: EnclosedFlight, s: arb) -> BallMatrix:
+def moved_by(start: Departure, whole: EnclosedFlight, s: arb) -> BallMatrix:
     """Return the derivative of (x, v) at a fixed instant by the coordinates of a departure's cloud.
 
     A start from a bound later by dt is, at a fixed instant, one that is displaced by (-v, -a) dt.
@@ -308,7 +317,7 @@ def state_on(system: BallSystem, start: Departure, t: arb) -> tuple[BallPair, Ba
     """
     whole, point = flight_of(system, start, whole=True), flight_of(system, start, whole=False)
     (x, v), _ = point.derivatives(t - began(start, whole=False), 1)
-    return (x, v), _moved(start, whole, t - began(start, whole=True))
+    return (x, v), moved_by(start, whole, t - began(start, whole=True))
 
 
 def state_in_flight(system: BallSystem, start: Departure, t: arb) -> BallPair:

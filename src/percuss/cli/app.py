@@ -417,7 +417,9 @@ def _rows(store: Path, status: dict[str, Any]) -> dict[str, str]:
 def serve(
     study: Annotated[
         Path | None,
-        typer.Argument(help="A study to begin with: a motion, diagram, response or basins."),
+        typer.Argument(
+            help="A study to begin with: a motion, diagram, response, basins, fit or design."
+        ),
     ] = None,
     *,
     host: Annotated[

@@ -54,11 +54,17 @@ def reach(address: str) -> None:
 
 def _client(address: str) -> Any:
     distributed = _distributed()
+    client = distributed.Client.__new__(distributed.Client)
     try:
         # As the default client it would be used by the next call of Dask, after it is closed.
-        return distributed.Client(address, timeout=CONNECT, set_as_default=False)
+        client.__init__(address, timeout=CONNECT, set_as_default=False)
     except Exception as error:
+        # The garbage collector would close it at any time, even while the next client begins and
+        # holds the lock that this waits for.
+        with contextlib.suppress(Exception):
+            client.close()
         raise EngineError(f"no Dask scheduler answers at {address}: {error}") from error
+    return client
 
 
 def chunks_by_client(

@@ -24,6 +24,7 @@ __all__ = [
     "forces_of_text",
     "known_names",
     "name_and_unit",
+    "quantities_of_text",
     "quantity_named",
     "text_of_file",
     "titles_of_text",
@@ -139,7 +140,8 @@ def columns_of_text(
     units
         Those of the model, into which columns with a unit are converted.
     columns
-        The names of columns by quantity; default: `t` or `time`, and the names of quantities.
+        The names of columns by quantity, "" to leave one out; default: `t` or `time`, and the names
+        of quantities.
 
     Returns
     -------
@@ -256,6 +258,21 @@ def titles_of_text(text: str) -> list[str]:
     return _titles_above_numbers(_lines_of(text))
 
 
+def quantities_of_text(text: str) -> dict[str, str]:
+    r"""Return the names of the columns of a table by the quantities that their names say.
+
+    Where several say the same one it is left out.
+
+    Examples
+    --------
+    >>> quantities_of_text("Time (ms);x [mm];v;vel;Temp\n0;1,5;1;1;20\n")
+    {'t': 'Time (ms)', 'displacement': 'x [mm]'}
+    """
+    columns = _columns_in(titles_of_text(text), {})
+    named = [column.quantity for column in columns]
+    return {c.quantity: c.title for c in columns if named.count(c.quantity) == 1}
+
+
 def _lines_of(text: str) -> list[tuple[int, str]]:
     """Return the lines of a table with their numbers, without empty ones and notes."""
     return [
@@ -268,17 +285,25 @@ def _lines_of(text: str) -> list[tuple[int, str]]:
 def _titles_above_numbers(lines: Sequence[tuple[int, str]]) -> list[str]:
     """Return the cells of the line above the first one with numbers, of the separator that finds most."""
     best: list[str] = []
-    most = 0
+    most = 0, False
     for separator in SEPARATORS:
         rows = [_cells(line, separator) for _, line in lines[: MOST_LINES_ABOVE + 1]]
-        for above, row in pairwise(rows):
+        for i, (above, row) in enumerate(pairwise(rows)):
             count = sum(map(_is_number, row))
             if count and not any(map(_is_number, above)):
-                # A cell with a decimal comma is one number, not two.
-                if count > most and (separator is not None or not most):
-                    best, most = above, count
+                # A cell with a decimal comma is one number, not two: then the names are fewer.
+                score = count, len(above) == len(row) > 1
+                if score > most and (separator is not None or not most[0]):
+                    is_below = i > 0 and len(rows[i - 1]) == len(above) and _are_units(above)
+                    best, most = rows[i - 1] if is_below else above, score
                 break
     return best
+
+
+def _are_units(cells: Sequence[str]) -> bool:
+    """Return whether cells are units, or empty, such as stand below the names of columns."""
+    plain = [cell.strip("[]() ") for cell in cells]
+    return any(plain) and all(cell in NO_UNIT or _unit(cell, None) for cell in plain)
 
 
 def _line_of(fault: str) -> int:
@@ -437,7 +462,7 @@ def name_and_unit(cell: str, quantity: str | None = None) -> tuple[str, str]:
 def _columns_in(cells: Sequence[str], names: Mapping[str, str]) -> list[FileColumn]:
     """Return the columns that are read, of a line of names."""
     columns = []
-    own = {name: quantity for quantity, name in names.items()}
+    own = {name: quantity for quantity, name in names.items() if name}
     for place, cell in enumerate(cells):
         title, unit = name_and_unit(cell)
         quantity = quantity_named(title)
@@ -484,7 +509,7 @@ def _table_of_text(
 
 def _no_columns(lines: Sequence[tuple[int, str]], names: Mapping[str, str]) -> str:
     """Return why there is no column that can be read."""
-    wanted = ", ".join(f'"{name}"' for name in names.values())
+    wanted = ", ".join(f'"{name}"' for name in names.values() if name)
     wanted = wanted or f"t and one of {known_names()}"
     if not lines:
         return f"no column {wanted}; it is empty" if names else "the file is empty"
@@ -530,8 +555,13 @@ def _faults_of_head(
         if len(twice) > 1:
             listed = " and ".join(f'"{title}"' for title in twice)
             faults.append(f"{listed} are both {quantity}; keep one of them, or name it in columns")
+    for title in dict.fromkeys(names.values()):
+        wanted = [quantity for quantity, name in names.items() if name == title]
+        if title and len(wanted) > 1:
+            faults.append(f'"{title}" is named for {" and ".join(wanted)}')
+            named += wanted
     for quantity, name in names.items():
-        if quantity not in named:
+        if name and quantity not in named:
             close = difflib.get_close_matches(name, titles, n=1)
             hint = f'no column "{name}"; did you mean "{close[0]}"?' if close else ""
             faults.append(hint or _no_such_columns([f'"{name}"'], titles))

@@ -20,6 +20,7 @@ from percuss.fitting.measured import (
     read_samples,
 )
 from percuss.fitting.noise import check_noise
+from percuss.fitting.plausibility import check_plausible, too_coarse
 from percuss.fitting.result import Fit, result_of
 from percuss.fitting.search import FitSearch
 from percuss.fitting.solver import FitProblem
@@ -69,7 +70,8 @@ def fit(
         the second stop) at instants `t`: an xarray.Dataset or DataArray, a pandas.DataFrame, a
         mapping of arrays, or the path of a CSV file with these names, or `time`, `x`, `v`, `a`, and
         perhaps units, which are converted into those of the oscillator; instants need not be even,
-        and NaN are left out. Or `impact_times` alone, or beside them. Of a structure
+        nor in order, and NaN are left out. A `stop_force` is that on the mass: of a stop above it is
+        negative. Or `impact_times` alone, or beside them. Of a structure
         `acceleration_2` is that of a coordinate, `acceleration_tip` of a point. A list of these:
         several records.
     osc, force
@@ -83,11 +85,12 @@ def fit(
         or a list of starts.
     noise
         Standard deviation of the data: a number, an array, or a mapping of these by quantity;
-        without it that of `attrs["noise"]`, and else estimated from the residuals.
+        without it that of `attrs["noise"]`, and else estimated from the residuals. In the units of the
+        model, into which columns of a file are converted.
     columns
         Names of the columns of a file by quantity, such as ``{"t": "Clock", "displacement":
         "Laser 2"}``, with their units or without; quantities that are not named keep their own
-        names.
+        names, and "" leaves one out.
     prior
         Mean and standard deviation of parameters, from what was known before.
     loss, loss_scale
@@ -112,8 +115,9 @@ def fit(
     Raises
     ------
     ParameterError
-        If data, ranges or start are not as described, there are fewer values than unknowns, or samples lie
-        before the start; and for impact times alone of a structure.
+        If data, ranges or start are not as described, there are fewer values than unknowns, samples lie
+        before the start, or are all the same, forces of stops have the wrong sign, or there is less
+        than a sample in two periods of the force; and for impact times alone of a structure.
     OutputError
         If the store cannot be written, or holds something else.
 
@@ -141,6 +145,7 @@ chi2 0.966>
     _check_count(osc, records, names)
     _check_walls(osc, records, names)
     check_noise(osc, records)
+    check_plausible(osc, records)
     line = Progress(progress, MOST_RUNS, "runs", is_bound=True)
     kept = None if store is None else KeptSearch(file_of(store), osc, records, tuple(names))
     before = None if resume is None else _before(resume, records, names)
@@ -153,6 +158,11 @@ chi2 0.966>
     )  # fmt: skip
     try:
         best = search.best()
+        if best.reason and not line.is_stopped and (turned := search.turned()) is not None:
+            other = turned.best()
+            if not other.reason:
+                search, best = turned, other
+        best = replace(best, reason=best.reason or too_coarse(records))
         if kept is not None:
             kept.write(best.problem, best.descent.point)
         return result_of(search, best)

@@ -28,6 +28,8 @@ __all__ = [
     "MeasuredRecord",
     "MeasuredSamples",
     "directions_of",
+    "measurable",
+    "quantity_dimensions",
     "quantity_name",
     "quantity_number",
     "read_samples",
@@ -35,6 +37,12 @@ __all__ = [
 
 QUANTITIES = {"displacement": DISPLACEMENT, "velocity": VELOCITY, "acceleration": ACCELERATION}
 STOP_FORCE, IMPACT_TIMES = "stop_force", "impact_times"
+DIMENSIONS = {
+    "displacement": "length",
+    "velocity": "length/time",
+    "acceleration": "length/time^2",
+    IMPACT_TIMES: "time",
+}
 # In place of a quantity's number: the instant of an impact.
 OF_IMPACT = -1
 # Estimates of noise by differences are no smaller than this part of the values.
@@ -209,6 +217,25 @@ def read_samples(
 
 def _known() -> str:
     return ", ".join([*QUANTITIES, STOP_FORCE, IMPACT_TIMES])
+
+
+def measurable(osc: Oscillator) -> list[str]:
+    """Return what the columns of a table may hold: instants, quantities of an oscillator, their noise."""
+    forces = [f"{STOP_FORCE}_{i}" if i else STOP_FORCE for i in range(len(osc.stops))]
+    return ["t", *QUANTITIES, *forces, IMPACT_TIMES, "noise"]
+
+
+def quantity_dimensions(name: str) -> str:
+    """Return the dimensions of a quantity by its name.
+
+    Examples
+    --------
+    >>> quantity_dimensions("velocity_tip"), quantity_dimensions("stop_force_1")
+    ('length/time', 'mass length/time^2')
+    """
+    # Of a structure the name goes on with a coordinate or a point.
+    kind = name if name in DIMENSIONS else name.partition("_")[0]
+    return DIMENSIONS.get(kind, "mass length/time^2")
 
 
 def quantity_number(name: str, osc: Oscillator | Structure) -> int:

@@ -234,6 +234,14 @@ class Fit(HasPicture):
         )
         return quantity_values.reshape(*times.shape, len(quantities))
 
+    def end_of(self, path: str) -> str:
+        """Return at which end of its range a parameter is, "least" or "largest"; "" if at none."""
+        if path not in self.at_bounds:
+            return ""
+        which = self.problem.paths.index(path)
+        value, low = self.values[path], float(self.problem.low[which])
+        return "least" if value <= low else "largest"
+
     def profile(self, path: str, n: int = 9, width: float = 3.0) -> Dataset:
         """Return how the misfit grows with one parameter, all others fitted anew.
 
@@ -324,14 +332,16 @@ def with_error(value: float, error: float) -> str:
 
     Examples
     --------
-    >>> with_error(0.19981, 0.00056), with_error(2.0, math.inf), with_error(2.0, 0.0)
-    ('0.19981 ± 0.00056', '2 ± inf', '2 ± 0')
+    >>> with_error(0.19981, 0.00056), with_error(15858.2, 3840.0), with_error(2.0, math.inf)
+    ('0.19981 ± 0.00056', '15900 ± 3800', '2 ± inf')
     """
     if not 0.0 < error < math.inf:
         return f"{value:.6g} ± {error:g}"
     digits = 1 - int(f"{error:.1e}".partition("e")[2])
-    if not 0 <= digits < 12:
+    if not -6 < digits < 12:
         return f"{value:.6g} ± {error:.2g}"
+    if digits < 0:
+        return f"{round(value, digits):.0f} ± {round(error, digits):.0f}"
     return f"{value:.{digits}f} ± {error:.{digits}f}"
 
 

@@ -48,6 +48,9 @@ SHIFTS = np.array([(x, v) for x in _SIZES[:9] for v in _SIZES])
 MOST_RESIDUAL, MOST_OF_OUTLIERS = 100.0, 10.0
 # Guesses in ranges: for one range, and the most.
 GUESSES, MOST_GUESSES = 8, 64
+# The half of the range of a phase, a little more than half a turn: no end of it is a bound. Phases of
+# it that are tried, and the part of the largest misfit of flights below which the least one tells it.
+TURN, N_PHASES, TOLD = 1.1 * math.pi, 25, 0.8
 # A mean square of the residuals above this many of its standard errors is not explained.
 UNLIKELY = 6.0
 # Where the noise was estimated: residuals this many times as large as neighbours differ.
@@ -152,6 +155,46 @@ class FitSearch:
                 "free", dict(zip(self.paths, self.guess.tolist(), strict=True)), reason
             )
         return self._with_noise(self._closed(best))
+
+    def turned(self) -> FitSearch | None:
+        """Return the search from other phases, where the loggers may have begun; None without any.
+
+        They are those that flights without stops tell best. Where these tell none, as forces of
+        stops do not, guesses of phases become ranges of a whole turn.
+        """
+        phases = np.array([path.endswith(".phase") for path in self.paths])
+        guess, low, high = self.guess.copy(), self.low.copy(), self.high.copy()
+        is_told = isinstance(self.osc, Oscillator)
+        for row in np.flatnonzero(phases):
+            is_range = bool(self.ranged[row])
+            ends = (low[row], high[row]) if is_range else (guess[row] - TURN, guess[row] + TURN)
+            tried = np.tile(guess, (N_PHASES, 1))
+            tried[:, row] = np.linspace(*ends, N_PHASES)
+            misfits = [self._misfit_of_flights(values) for values in tried] if is_told else [0.0]
+            is_told = is_told and min(misfits) < TOLD * max(misfits)
+            guess = tried[int(np.argmin(misfits))] if is_told else guess
+            if not is_told and not is_range:
+                low[row], high[row] = ends
+        moved = phases & (is_told | ~self.ranged)
+        if not moved.any():
+            return None
+        other = FitSearch(
+            self.osc, self.records, dict(zip(self.paths, guess.tolist(), strict=True)), low, high,
+            self.ranged & ~phases if is_told else self.ranged | phases, self.priors, self.loss,
+            self.progress, None, self.keep, self.asked,
+        )  # fmt: skip
+        other.n_runs = self.n_runs
+        return other
+
+    def _misfit_of_flights(self, values: Floats) -> float:
+        """Return by how much most stretches of the records miss flights without stops."""
+        assert isinstance(self.osc, Oscillator)
+        named = dict(zip(self.paths, values.tolist(), strict=True))
+        return sum(
+            float(np.median(windows_of(self.osc, record, named).misfits))
+            for record in self.records
+            if len(record.samples)
+        )
 
     @property
     def _is_over(self) -> bool:
@@ -384,6 +427,7 @@ class FitSearch:
             return (
                 f"no admissible motion explains the samples between t = {begin:.6g} and {end:.6g}"
                 + (f", and {len(torn) - 1} other stretches" if len(torn) > 1 else "")
+                + "; check the units, the frequency of the force, and give what is uncertain as ranges"
             )
         if misfit := self._misfit(problem, descent, is_weighed=False):
             return misfit

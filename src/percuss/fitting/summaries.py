@@ -117,7 +117,7 @@ def interval_of(profile: Any, level: float = 1.0) -> tuple[float, float]:
     -------
     tuple of float
         Least and largest value, between its points as of a parabola; infinite where the profile does
-        not reach the level.
+        not reach the level, NaN where it has no points.
 
     Examples
     --------
@@ -129,6 +129,8 @@ def interval_of(profile: Any, level: float = 1.0) -> tuple[float, float]:
     (-2.0, 2.0)
     """
     value, growth = profile.value.values, profile.growth.values
+    if np.isnan(growth).all():
+        return math.nan, math.nan
     middle = int(np.nanargmin(growth))
     ends = []
     for sign in (-1, 1):

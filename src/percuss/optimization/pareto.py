@@ -25,6 +25,8 @@ __all__ = ["ParetoFront", "pareto_front"]
 
 # Two outcomes are the same to this part.
 SAME = 1e-6
+# How often the designs between the ends are sought anew, from an end that one of them has bettered.
+MOST_PASSES = 3
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
@@ -39,6 +41,8 @@ class ParetoFront(HasPicture):
         From the best of the first outcome to the best of the second.
     values
         (n, 2) array, the two outcomes of each.
+    n_left_out
+        How many more were found that one of these betters, or is.
     """
 
     picture: ClassVar = "plot_pareto"
@@ -47,6 +51,7 @@ class ParetoFront(HasPicture):
     goals: tuple[str, str]
     designs: tuple[Design, ...]
     values: Floats
+    n_left_out: int = 0
 
     def __len__(self) -> int:
         """Return the number of designs."""
@@ -134,7 +139,8 @@ def pareto_front(
     one, other = outcomes
     limits = dict(settings.pop("subject_to", None) or {})
     own = limits.pop(other, (None, None))
-    line = Progress(progress, MOST_MOTIONS * (restarts + 1) * n, "motions", is_bound=True)
+    most = MOST_MOTIONS * (restarts + 1) * (2 + MOST_PASSES * (n - 2))
+    line = Progress(progress, most, "motions", is_bound=True)
 
     def best(of: str, goal: Any, near: Design | None, ends: tuple[Any, Any] = own) -> Design:
         system: Any = (osc, force) if near is None else (near.oscillator, near.forcing)
@@ -146,20 +152,36 @@ def pareto_front(
             of, *system, goal=goal, progress=lambda count, _: line.reach(done + count), **given
         )
 
+    signs = np.where(np.array(goals) == "least", 1.0, -1.0)
+
+    def costs(designs: list[Design]) -> Floats:
+        values = np.array([[_of(each, one), _of(each, other)] for each in designs])
+        return np.asarray(signs * values)
+
     try:
         designs = [best(one, goals[0], None), best(other, goals[1], None)]
-        begin, end = (_of(each, other) for each in designs)
-        for share in np.linspace(0.0, 1.0, n)[1:-1].tolist():
-            if line.is_stopped:
+        for _ in range(MOST_PASSES):
+            ends = designs[0], designs[-1]
+            between = [ends[0]]
+            begin, end = (_of(each, other) for each in ends)
+            for share in np.linspace(0.0, 1.0, n)[1:-1].tolist():
+                if line.is_stopped:
+                    break
+                limit = (1.0 - share) * begin + share * end
+                limited = (own[0], limit) if goals[1] == "least" else (limit, own[1])
+                between.append(best(one, goals[0], between[-1], limited))
+            designs = [*between, ends[1]]
+            rows = costs(designs)
+            front = [designs[i] for i in sorted(_undominated(rows), key=lambda i: rows[i, 0])]
+            # A design between the ends may be better than one of them, which was an optimum near by
+            # alone: the front is shorter than was thought.
+            if len(front) == n or line.is_stopped or {front[0], front[-1]} <= set(ends):
                 break
-            limit = (1.0 - share) * begin + share * end
-            ends = (own[0], limit) if goals[1] == "least" else (limit, own[1])
-            designs.insert(-1, best(one, goals[0], designs[-2], ends))
+            designs = [front[0], front[-1]]
     finally:
         line.close()
-    values = np.array([[_of(each, one), _of(each, other)] for each in designs])
-    kept = _undominated(values * np.where(np.array(goals) == "least", 1.0, -1.0))
-    return ParetoFront(outcomes, goals, tuple(designs[i] for i in kept), values[kept])
+    values = signs * costs(front)
+    return ParetoFront(outcomes, goals, tuple(front), values, len(designs) - len(front))
 
 
 def _of(design: Design, name: str) -> float:

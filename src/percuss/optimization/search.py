@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from itertools import product
 from typing import Any, Literal, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
@@ -36,6 +37,8 @@ MOST_VAIN = 30
 AT_BOUND = 1e-6
 # Limits are met to this part of their scale, and active this near.
 MET = 1e-7
+# Places in the box this near to a side are on it.
+ROUNDING = 1e-14
 # Cost of a setting without a motion, in scaled outcomes: the line search shortens its step.
 WITHOUT_MOTION = 10.0
 # How SLSQP ends where its line search fails.
@@ -136,10 +139,13 @@ class DesignSearch:
         self.given_values = dict(given)
         self.given = np.clip(self.place(given), 0.0, 1.0)
         self.n_trials = 0
+        self.made: list[Trial] = []
 
     def values(self, place: Floats) -> dict[str, float]:
         """Return the parameters at a place in the box, each side from 0 to 1."""
-        inside = self.low + np.clip(place, 0.0, 1.0) * self.width
+        # What differs from an end by rounding is at the end.
+        near = np.where(np.abs(place - np.round(place)) < ROUNDING, np.round(place), place)
+        inside = self.low + np.clip(near, 0.0, 1.0) * self.width
         return dict(zip(self.paths, inside.tolist(), strict=True))
 
     def place(self, values: Mapping[str, float]) -> Floats:
@@ -161,6 +167,8 @@ class DesignSearch:
             return self.distance(one.trial) < self.distance(other.trial)
         sign = -1.0 if self.wanted.goal == "largest" else 1.0
         mine, its = (end.trial.outcome(self.wanted.outcome)[0] for end in (one, other))
+        if bool(one.reason) != bool(other.reason) and abs(mine - its) < MET * _scale(its):
+            return not one.reason
         return sign * mine < sign * its
 
     def miss(self, trial: Trial) -> float:
@@ -197,6 +205,9 @@ class DesignSearch:
 
     def _towards(self, end: SearchEnd, goal: float) -> SearchEnd:
         """Return the motion whose outcome is nearest to a value that a search has not reached."""
+        between = self._between(goal)
+        if between is not None and self.miss(between) == 0.0:
+            return SearchEnd(between, "")
         name, trial = self.wanted.outcome, end.trial
         below = trial.outcome(name)[0] < goal
         limits = dict(self.wanted.limits)
@@ -206,7 +217,8 @@ class DesignSearch:
         other = DesignSearch(self.trials, wanted, self.box, self.given_values, self.progress)
         nearest = other.run(trial)
         self.n_trials += other.n_trials
-        best = min(trial, nearest.trial, key=self.miss)
+        self.made += other.made
+        best = min(trial, nearest.trial, self._between(goal) or trial, key=self.miss)
         if self.miss(best) == 0.0:
             return SearchEnd(best, "")
         missed = self.wanted.missed(best)
@@ -216,6 +228,40 @@ class DesignSearch:
         value = best.outcome(name)[0]
         reason = f"{name} = {goal:.6g} is out of reach: the nearest that was found is {value:.6g}"
         return SearchEnd(best, f"{reason}; {nearest.reason}" if nearest.reason else reason)
+
+    def _between(self, goal: float) -> Trial | None:
+        """Return the motion with a value on the line between two that were made on its two sides.
+
+        None where there are no two such motions, or none between them.
+        """
+        from scipy.optimize import brentq
+
+        def excess(trial: Trial) -> float:
+            return trial.outcome(self.wanted.outcome)[0] - goal
+
+        sides = [[trial for trial in self.made if sign * excess(trial) > 0.0] for sign in (-1, 1)]
+        ends = {trial: self.place(trial.values) for side in sides for trial in side}
+        pairs = product(*sides)
+        pair = min(pairs, key=lambda it: np.ptp([ends[one] for one in it], 0).max(), default=None)
+        if pair is None:
+            return None
+        last, low, high = pair[0], ends[pair[0]], ends[pair[1]]
+
+        def excess_at(part: float) -> float:
+            nonlocal last
+            self.n_trials += 1
+            trial = self.trials.at(self.values(low + part * (high - low)), last)
+            if trial is None or not self.is_usable(trial) or not self.progress.advance():
+                raise _StopSearchError
+            last = trial
+            return excess(trial)
+
+        try:
+            brentq(excess_at, 0.0, 1.0, xtol=1e-15)
+        except (_StopSearchError, ValueError):
+            # Without a motion between, or another one at an end than the one that was made there.
+            return None
+        return last
 
     def _descended(self, path: _Path, minimize: Callable[..., Any]) -> tuple[Floats, int]:
         """Return where SLSQP ended, and how."""
@@ -286,6 +332,7 @@ class _Path:
         trial = self.search.trials.at(self.search.values(place), self.last)
         if trial is None or not self.search.is_usable(trial):
             return None
+        self.search.made.append(trial)
         self.n_vain += 1
         if self.search.is_better(SearchEnd(trial, ""), SearchEnd(self.best, "")):
             self.best, self.n_vain = trial, 0

@@ -45,6 +45,7 @@ if TYPE_CHECKING:
         CertifiedOrbit,
         CertifiedPoint,
         CertifiedRun,
+        CompleteList,
         ComplexBall,
     )
 
@@ -83,7 +84,8 @@ def plot_enclosure(
     | CertifiedPoint
     | Sequence[CertifiedPoint]
     | CertifiedBranch
-    | CertifiedChaos,
+    | CertifiedChaos
+    | CompleteList,
     ax: Axes | None = None,
     *,
     branch: Branch | None = None,
@@ -96,13 +98,16 @@ def plot_enclosure(
     portrait, with its multipliers in the complex plane: blue if they certainly lie inside the unit
     circle, red if outside, and black if their ball meets it. A branch is drawn as its strips, at
     their size, in the parameter and the velocity after the first event. The sets of a proof of chaos are drawn in
-    the impact surface, at their size and with their numbers; best on the axes of `plot_manifolds`.
+    the impact surface, at their size and with their numbers; best on the axes of `plot_manifolds`. A
+    complete list is drawn there, too: the impacts of its orbits, the boxes in which each is proven to be
+    alone, and those that are open.
 
     Parameters
     ----------
     proven
         What `percuss.certify` has returned for a run, an orbit, a branch, a special point, or a list
-        of those for the special points of one branch; or what `percuss.certified.prove_chaos` has.
+        of those for the special points of one branch; or what `percuss.certified.prove_chaos` or
+        `percuss.certified.list_orbits` has.
     ax
         Axes to draw on; default: those of a new figure. An orbit and special points leave a part
         of their area to further axes, to the right or below.
@@ -132,10 +137,13 @@ def plot_enclosure(
         CertifiedOrbit,
         CertifiedPoint,
         CertifiedRun,
+        CompleteList,
     )
 
     if isinstance(proven, CertifiedChaos):
         return _draw_chaos(proven, ax, units)
+    if isinstance(proven, CompleteList):
+        return _draw_list(proven, ax, units)
     if isinstance(proven, CertifiedOrbit):
         return draw_certified_orbit(proven, ax, units_of(units, proven.oscillator))
     if isinstance(proven, CertifiedBranch):
@@ -179,6 +187,43 @@ def _draw_chaos(proven: CertifiedChaos, ax: Axes | None, units: Units | None) ->
         label_impact_surface(ax, units)
         bound = math.floor(1e4 * proven.entropy.mid()) / 1e4
         ax.set_title(f"proven: topological entropy $\\geq$ {bound:g} an impact")
+        explain(ax, alone=is_alone)
+    return ax
+
+
+def _draw_list(proven: CompleteList, ax: Axes | None, units: Units | None) -> Axes:
+    """Draw a list of orbits in the impact surface, with what is open of it."""
+    units, is_alone = units_of(units, proven.oscillator), ax is None
+    with picture(ax) as ax:
+        for boxes, colour, alpha, name in (
+            (proven.open_boxes, ORANGE, 0.7, "open"),
+            (proven.boxes, SKY_BLUE, 0.5, "one solution, proven"),
+        ):
+            for low, high, bottom, top in boxes:
+                # A box over the end of a cycle is at both ends.
+                for turn in (-1.0, 0.0, 1.0):
+                    across = (low + turn, high + turn, high + turn, low + turn)
+                    if across[0] < 1.0 and across[1] > 0.0:
+                        label = label_once(ax, name)
+                        ax.fill(across, (bottom, bottom, top, top), color=colour, alpha=alpha,
+                                linewidth=0.0, label=label)  # fmt: skip
+        for orbit in (*proven.orbits, *proven.shorter):
+            on_stop = orbit.impacts.stop == proven.stop
+            cycles, v = (
+                balls.mid()[on_stop] for balls in (orbit.impacts.cycle, orbit.impacts.v_after)
+            )
+            colour, name = STRIPS[orbit.stability]
+            label = label_once(
+                ax, name if orbit.n_periods == proven.periods else f"shorter, {name}"
+            )
+            ax.plot(cycles, v, "o", color=colour, markersize=4.5, zorder=3.0, label=label,
+                    fillstyle="full" if orbit.n_periods == proven.periods else "none")  # fmt: skip
+        label_impact_surface(ax, units)
+        low, high = proven.speeds
+        sign = -1.0 if len(proven.boxes) and proven.boxes[0, 3] < 0.0 else 1.0
+        ax.set_ylim(*sorted((sign * low, sign * high)))
+        known = "complete" if proven.complete else f"{proven.open_part:.2g} of the region is open"
+        ax.set_title(f"orbits of {proven.impacts} impacts in {proven.periods} periods, {known}")
         explain(ax, alone=is_alone)
     return ax
 

@@ -14,6 +14,7 @@ from xarray import Dataset
 
 from percuss.ensembles.grid import units_of as dimensions_of
 from percuss.errors import ParameterError
+from percuss.fitting.measured import quantity_dimensions
 from percuss.fitting.result import Fit
 from percuss.fitting.summaries import impacts_of, motion_of
 from percuss.model.oscillator import Oscillator
@@ -34,7 +35,7 @@ from percuss.plotting.style import (
     units_of,
 )
 
-__all__ = ["plot_fit", "plot_profiles"]
+__all__ = ["plot_confidence", "plot_fit", "plot_profiles"]
 
 # Instants at which a motion is drawn, and of an ellipse.
 POINTS, ROUND = 2000, 181
@@ -43,12 +44,6 @@ MOST_TICKS = 3
 # The sums of squares within which one and two parameters lie with 68 and 95 per cent.
 PROFILE_LEVELS = ((1.0, "68 %"), (3.84, "95 %"))
 ELLIPSES = ((2.2957, 0.35), (5.9915, 0.15))
-DIMENSIONS = {
-    "displacement": "length",
-    "velocity": "length/time",
-    "acceleration": "length/time^2",
-    "impact_times": "time",
-}
 
 
 def plot_fit(
@@ -128,7 +123,9 @@ def plot_fit(
         stacked.append(below)
         t, noise = table.t.values, table.noise.values
         name = "interval of impacts" if shown == "impact_times" else shown.replace("_", " ")
-        above.set_ylabel(with_unit(f"{name}\n", _dimensions(shown), units).replace("\n ", "\n"))
+        above.set_ylabel(
+            with_unit(f"{name}\n", quantity_dimensions(shown), units).replace("\n ", "\n")
+        )
         below.axhspan(-1, 1, color=SKY_BLUE, alpha=0.3, linewidth=0)
         below.axhline(0, color=BLACK, linewidth=0.8)
         below.plot(t, table.residual.values / noise, ".", markersize=3, color=GREY)
@@ -140,8 +137,68 @@ def plot_fit(
             ax.label_outer()
         figure.align_ylabels(stacked)
         if pair:
-            _draw_ellipse(fit, figure.add_subplot(grid[:, 1]), pair, units)
+            beside = figure.add_subplot(grid[:, 1])
+            _draw_ellipse(fit, beside, pair, units)
+            beside.set_title("68 % and 95 %", fontsize=9.5)
         draw_legend(figure, stacked[:-1])
+    return figure
+
+
+def plot_confidence(
+    fit: Fit,
+    figure: Figure | None = None,
+    *,
+    parameters: Sequence[str] | None = None,
+    units: Units | None = None,
+) -> Figure:
+    """Draw the regions of confidence of all pairs of fitted parameters.
+
+    Parameters
+    ----------
+    fit
+        What `percuss.fit` has returned.
+    figure
+        An empty figure; default: a new one.
+    parameters
+        Their paths; default: all that have an error.
+    units
+        Units on the axes; default: those of the oscillator, or dimensionless.
+
+    Returns
+    -------
+    Figure
+        A triangle of ellipses, which hold both parameters of a pair with 68 and 95 per cent, with
+        the correlation of their errors above each.
+
+    Raises
+    ------
+    ParameterError
+        If it is no fit, has no such parameter, or fewer than two with an error.
+    """
+    check_kind("fit", fit, Fit)
+    units = units_of(units, fit.oscillator)
+    sure = _with_errors(fit)
+    names = sure if parameters is None else [_fitted(fit, path) for path in parameters]
+    if len(names) < 2:
+        reason = f"{len(names)} with an error; a region of confidence needs two"
+        raise ParameterError("parameters", parameters or list(fit.values), reason)
+    for name in names:
+        if name not in sure:
+            raise ParameterError("parameters", name, "has no error; the data do not tell it")
+    n = len(names) - 1
+    with style():
+        figure = new_figure(1.4 + 2.4 * n, 0.8 + 2.2 * n) if figure is None else figure
+        axes = figure.subplots(n, n, squeeze=False, sharex="col", sharey="row")
+        for i, row in enumerate(axes):
+            for j, ax in enumerate(row):
+                if j > i:
+                    ax.remove()
+                    continue
+                pair = names[j], names[i + 1]
+                _draw_ellipse(fit, ax, pair, units)
+                ax.set_title(f"correlation {_correlation(fit, pair):.2f}", fontsize=9.5)
+                ax.label_outer()
+        figure.align_labels()
     return figure
 
 
@@ -182,7 +239,7 @@ def plot_profiles(
     """
     check_kind("fit", fit, Fit)
     units = units_of(units, fit.oscillator)
-    sure = [path for path, error in fit.errors.items() if 0.0 < error < math.inf]
+    sure = _with_errors(fit)
     wanted = list(fit.profiles or sure) if parameters is None else list(parameters)
     if not wanted:
         raise ParameterError("fit", fit, "no parameter with an error; there are no profiles")
@@ -218,12 +275,6 @@ def plot_profiles(
     return figure
 
 
-def _dimensions(quantity: str) -> str:
-    # Of a structure the name goes on with a coordinate or a point.
-    kind = quantity if quantity in DIMENSIONS else quantity.partition("_")[0]
-    return DIMENSIONS.get(kind, "mass length/time^2")
-
-
 def _label(fit: Fit, path: str, units: Units) -> str:
     """Return the label of a parameter; one with a name of its own has no dimensions."""
     dimensions = dimensions_of(path, fit.oscillator, fit.forcing) if "." in path else ""
@@ -237,15 +288,28 @@ def _label(fit: Fit, path: str, units: Units) -> str:
 def _pair(fit: Fit, parameters: tuple[str, str] | None) -> tuple[str, str] | None:
     """Return the two parameters of the ellipse; None if there is none."""
     if parameters is not None:
-        first, second = (
-            long_form(path, fit.oscillator, fit.forcing, fit.start) for path in parameters
-        )
-        for name, path in ((first, parameters[0]), (second, parameters[1])):
-            if name not in fit.values:
-                raise ParameterError("parameters", path, "none of the fitted parameters")
-        return first, second
-    sure = [path for path, error in fit.errors.items() if 0.0 < error < math.inf]
+        return _fitted(fit, parameters[0]), _fitted(fit, parameters[1])
+    sure = _with_errors(fit)
     return (sure[0], sure[1]) if len(sure) > 1 else None
+
+
+def _with_errors(fit: Fit) -> list[str]:
+    """Return the parameters that the data tell."""
+    return [path for path, error in fit.errors.items() if 0.0 < error < math.inf]
+
+
+def _fitted(fit: Fit, path: str) -> str:
+    """Return the long form of the path of a fitted parameter."""
+    name = long_form(path, fit.oscillator, fit.forcing, fit.start)
+    if name not in fit.values:
+        raise ParameterError("parameters", path, "none of the fitted parameters")
+    return name
+
+
+def _correlation(fit: Fit, pair: tuple[str, str]) -> float:
+    """Return the correlation of the errors of two parameters."""
+    i, j = (list(fit.values).index(path) for path in pair)
+    return float(fit.covariance[i, j] / math.sqrt(fit.covariance[i, i] * fit.covariance[j, j]))
 
 
 def _draw_record(
@@ -311,7 +375,6 @@ def _draw_ellipse(fit: Fit, ax: Axes, pair: tuple[str, str], units: Units) -> No
     )  # fmt: skip
     ax.set_xlabel(_label(fit, pair[0], units))
     ax.set_ylabel(_label(fit, pair[1], units))
-    ax.set_title("68 % and 95 %", fontsize=9.5)
     ax.xaxis.set_major_locator(MaxNLocator(MOST_TICKS))
     ax.ticklabel_format(useOffset=False)
     fix_ticks(ax)

@@ -6,19 +6,26 @@ import base64
 import json
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
+from itertools import zip_longest
 from typing import Any
 
 from percuss.errors import ParameterError
+from percuss.fitting.measured import measurable
 from percuss.io.study_text import TomlTable, model_tables, number, start_table
 from percuss.model.exact import as_float
 from percuss.model.expression import parameters_in
+from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Wall
-from percuss.model.paths import long_form
+from percuss.model.paths import long_form, replace_parameters
 from percuss.model.start import Start
 from percuss.motion.sections import section_of
 from percuss.studies.axes import Span, axis_values
+from percuss.studies.fit_records import FitRecord
 from percuss.studies.kinds.basins import Basins
+from percuss.studies.kinds.design import Design
 from percuss.studies.kinds.diagram import Diagram
+from percuss.studies.kinds.fit import Fit
 from percuss.studies.kinds.motion import Motion
 from percuss.studies.kinds.response import Response
 from percuss.studies.study import Study
@@ -32,6 +39,8 @@ FOLLOWED = {"periods": 60}
 MOST_BYTES = 56_000
 # Floats below it that are whole numbers are written without a point in JavaScript.
 WHOLE = 2.0**53
+# What the page writes as null; None is what is not given.
+NULL = object()
 
 
 def link_of(study: Study) -> str:
@@ -43,7 +52,7 @@ def link_of(study: Study) -> str:
     Parameters
     ----------
     study
-        A motion, a diagram, a response or basins over x0 and v0.
+        A motion, a diagram, a response, basins over x0 and v0, a fit of one record, or a design.
 
     Returns
     -------
@@ -72,8 +81,11 @@ def link_of(study: Study) -> str:
         raise ParameterError("study", "a structure", reason)
     shown = _SHOWN.get(type(study.question))
     if shown is None:
-        known = "a motion, a diagram, a response or basins"
+        known = "a motion, a diagram, a response, basins, a fit or a design"
         raise ParameterError("study.kind", study.kind, f"not on the page, which shows {known}")
+    if isinstance(study.question, Fit):
+        # On the page the sliders are the guesses.
+        study = _with_guesses(study.question, study)
     view, tables, settings = shown(study.question, study)
     motion: dict[str, Any] = {
         "forcing": {},
@@ -82,7 +94,10 @@ def link_of(study: Study) -> str:
     }
     check_size(motion["forcing"].get("record"))
     state: dict[str, Any] = {"view": view, "study": motion, "ranges": {}, "zooms": {}}
-    if settings:
+    if view in ("fit", "design"):
+        # Its search is begun by a button.
+        state[view] = settings
+    elif settings:
         # The page computes the picture at once, and keeps the motion that it belongs to.
         state[view] = {**settings, "isComputed": True, "study": motion}
     text = json.dumps(_as_in_javascript(state), ensure_ascii=False, separators=(",", ":"))
@@ -105,6 +120,8 @@ def check_size(record: Mapping[str, Any] | None) -> None:
 
 def _as_in_javascript(value: object) -> object:
     """Return a value as JSON of the page holds it: without what is not given, 2.0 as 2."""
+    if value is NULL:
+        return None
     if isinstance(value, Mapping):
         return {key: _as_in_javascript(inner) for key, inner in value.items() if inner is not None}
     if isinstance(value, list | tuple):
@@ -200,6 +217,111 @@ def _basins(basins: Basins, _: Study) -> Shown:
     return "basins", _from(Start(first[0], first[1], basins.begin)), settings
 
 
+def _with_guesses(fit: Fit, study: Study) -> Study:
+    """Return a study of a fit with the guesses in its model, its forcing and its start."""
+    (record, *others) = fit.records
+    if others:
+        reason = f"{len(fit.records)} records; the page fits one, percuss run any number"
+        raise ParameterError("fit.records", len(fit.records), reason)
+    start = record.start or fit.start
+    guesses = {path: given for path, given in fit.free.items() if not isinstance(given, tuple)}
+    force = record.forcing(study.oscillator, study.forcing)
+    osc, force, start = replace_parameters(study.oscillator, force, start, guesses)
+    assert isinstance(force, Forcing | None)
+    own = replace(fit, start=start, records=(replace(record, start=start),))
+    return replace(study, model=osc, force=force, question=own)
+
+
+def _fit(fit: Fit, study: Study) -> Shown:
+    (record,) = fit.records
+    start = fit.start
+    if fit.prior or fit.loss != "linear":
+        what = "prior" if fit.prior else "loss"
+        raise ParameterError(f"fit.{what}", "given", "not on the page; percuss run has it")
+    assert start is None or isinstance(start, Start)
+    free = {
+        _path_of_page(path, study, start): [as_float(end) for end in given]
+        if isinstance(given, tuple)
+        else NULL
+        for path, given in fit.free.items()
+    }
+    text = _csv_of(record)
+    if len(text) > MOST_BYTES:
+        n = max(len(column) for column in record.data.values())
+        reason = (
+            f"{math.ceil(len(text) / 1000)} kB; links of the page hold {MOST_BYTES // 1000} kB, some "
+            f"{n * MOST_BYTES // len(text)} of these rows: load the file on the page itself"
+        )
+        raise ParameterError("fit.records", f"{n} rows", reason)
+    settings = {
+        "name": "record.csv",
+        "csv": text,
+        "columns": {
+            name: name if name in record.data else "" for name in measurable(study.oscillator)
+        },
+        "free": free,
+        "noise": _noise_of_page(record) or NULL,
+        "start": start is not None,
+    }
+    return "fit", _from(start or _at_rest(study)), settings
+
+
+def _csv_of(record: FitRecord) -> str:
+    """Return the values of a record as a table, empty where one is missing."""
+    names = list(record.data)
+    rows = zip_longest(*record.data.values())
+    lines = (",".join("" if value is None else repr(value) for value in row) for row in rows)
+    return "\n".join([",".join(names), *lines]) + "\n"
+
+
+def _noise_of_page(record: FitRecord) -> float | None:
+    """Return the one standard deviation of a record; None where it is in its table or estimated."""
+    noise: float | Mapping[str, float] | None = record.deviation
+    if isinstance(noise, Mapping):
+        if len(set(noise.values())) > 1:
+            reason = "one for each quantity; on the page a column of the table may hold it"
+            raise ParameterError("fit.records.noise", dict(noise), reason)
+        return next(iter(noise.values()))
+    return noise
+
+
+def _design(design: Design, study: Study) -> Shown:
+    if design.sought is not None:
+        reason = "not on the page, which follows the orbits that attract"
+        raise ParameterError("orbit", "given", reason)
+    is_run = design.on == "run"
+    start = design.start if is_run else None
+    assert start is None or isinstance(start, Start)
+    outcome, second = (*design.outcome, "")[:2]
+    wanted = [as_float(goal) for goal in design.goals if goal not in ("least", "largest")]
+    goal, other = ("wanted", "least") if wanted else (*design.goals, "least")[:2]
+    settings = {
+        "outcome": outcome,
+        "goal": goal,
+        "wanted": wanted[0] if wanted else 1,
+        "second": second,
+        "secondGoal": other,
+        "on": design.on,
+        "restarts": design.restarts,
+        "n": design.n,
+        "free": {
+            _path_of_page(path, study, start): [as_float(end) for end in ends]
+            for path, ends in design.free.items()
+        },
+        "limits": [
+            {
+                "outcome": name,
+                "low": NULL if low is None else as_float(low),
+                "high": NULL if high is None else as_float(high),
+            }
+            for name, (low, high) in design.subject_to.items()
+        ],
+    }
+    if start is not None:
+        return "design", Motion(start, design.limits).tables(), settings
+    return "design", _from(_at_rest(study)), settings
+
+
 def _ends(axis: Any) -> tuple[float, float, int]:
     """Return the least and the largest value of an axis, and how many there are."""
     values = axis_values(axis)
@@ -218,4 +340,6 @@ _SHOWN: dict[type, Callable[[Any, Study], Shown]] = {
     Diagram: _diagram,
     Response: _response,
     Basins: _basins,
+    Fit: _fit,
+    Design: _design,
 }

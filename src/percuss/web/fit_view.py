@@ -11,8 +11,8 @@ import numpy as np
 from percuss.arrays import Floats
 from percuss.errors import ParameterError
 from percuss.execution import Execution
-from percuss.fitting.data_file import columns_of_text
-from percuss.fitting.measured import quantity_number
+from percuss.fitting.data_file import columns_of_text, quantities_of_text, titles_of_text
+from percuss.fitting.measured import IMPACT_TIMES, measurable, quantity_number
 from percuss.fitting.result import Fit, with_error
 from percuss.fitting.summaries import impacts_of, motion_of
 from percuss.model.exact import as_float
@@ -37,41 +37,66 @@ def answer_measured(request: PageRequest, running: RunningRequest | None = None)
     Parameters
     ----------
     request
-        With the option ``csv``, the text of the table.
+        With the options ``csv``, the text of the table, and ``columns``, the names of its columns by
+        quantity, "" for none; None for those that the names say.
     running
         State of the answer.
 
     Returns
     -------
     bytes
-        A frame: `quantities`, `n` values, and arrays ``t{i}`` and ``y{i}`` of the i-th quantity.
+        A frame: `titles` of all columns, `columns`, the title by each quantity that may be measured,
+        "" for none; with `fault` why these are no record, or else `quantities`, `n` values, and
+        arrays ``t{i}`` and ``y{i}`` of the i-th quantity.
 
     Raises
     ------
     BadRequest
-        With all faults of the table.
+        If the table has no columns.
     """
-    study = study_of(request.tables)
-    columns = _columns(request, study)
-    names = [name for name in columns if name not in ("t", "noise")]
+    study, text = study_of(request.tables), _text(request)
+    titles = titles_of_text(text)
+    known = _titles(request) or quantities_of_text(text)
+    columns = {name: known.get(name, "") for name in measurable(study.oscillator)}
+    header = {"id": request.id, "kind": request.kind, "titles": titles, "columns": columns}
+    try:
+        read = _columns(request, study)
+    except BadRequest as error:
+        if len(titles) < 2:
+            raise
+        return frame(header | {"fault": str(error)})
+    names = [name for name in read if name not in ("t", "noise")]
     arrays: dict[str, Floats] = {}
     for i, name in enumerate(names):
-        is_given = np.isfinite(columns[name])
-        arrays[f"y{i}"] = columns[name][is_given]
-        arrays[f"t{i}"] = (columns["t"] if name != "impact_times" else columns[name])[is_given]
+        is_given = np.isfinite(read[name])
+        arrays[f"y{i}"] = read[name][is_given]
+        arrays[f"t{i}"] = (read["t"] if name != IMPACT_TIMES else read[name])[is_given]
     n = sum(len(arrays[f"y{i}"]) for i in range(len(names)))
-    header = {"id": request.id, "kind": request.kind, "quantities": names, "n": n}
-    return frame(header, arrays)
+    if n == 0:
+        return frame(header | {"fault": f"no values of {', '.join(names)}: all are missing"})
+    return frame(header | {"quantities": names, "n": n}, arrays)
+
+
+def _text(request: PageRequest) -> str:
+    text = request.options.get("csv")
+    if not isinstance(text, str) or not text:
+        raise BadRequest("load a record first: a table with a column t and one of displacement")
+    return text
+
+
+def _titles(request: PageRequest) -> dict[str, str]:
+    """Return the names of columns by quantity that were chosen, {} if none were."""
+    chosen = request.options.get("columns") or {}
+    if not isinstance(chosen, Mapping):
+        raise BadRequest("columns are no names of columns by quantity")
+    return {str(name): str(title) for name, title in chosen.items()}
 
 
 def _columns(request: PageRequest, study: Study) -> dict[str, Floats]:
     """Return the columns of the table in a request."""
-    text = request.options.get("csv")
-    if not isinstance(text, str) or not text:
-        raise BadRequest("load a record first: a table with a column t and one of displacement")
-    osc = study.oscillator
+    text, osc = _text(request), study.oscillator
     try:
-        columns = columns_of_text(text, osc.units)
+        columns = columns_of_text(text, osc.units, _titles(request))
         for name in columns:
             if name not in ("t", "noise"):
                 quantity_number(name, osc)
@@ -92,7 +117,7 @@ def fit_tables(request: PageRequest, motion: Study) -> Mapping[str, Any]:
     Parameters
     ----------
     request
-        With the options ``csv``; ``free``, ranges or guesses by path; ``noise``, None where it is
+        With the options ``csv`` and ``columns``, as `answer_measured` takes them; ``free``, ranges or guesses by path; ``noise``, None where it is
         estimated; ``start``, whether that of the motion is known.
     motion
         The motion that is set.
@@ -152,8 +177,8 @@ def _facts(fit: Fit, paths: list[str]) -> dict[str, object]:
             "path": path,
             "value": value,
             "error": error,
-            "text": with_error(value, error) if math.isfinite(error) else f"{value:.5g}",
-            "at_bound": name in fit.at_bounds,
+            "text": with_error(value, error) if 0.0 < error < math.inf else f"{value:.5g}",
+            "end": fit.end_of(name),
         }
         for path, (name, value), error in zip(
             paths, fit.values.items(), fit.errors.values(), strict=True

@@ -339,6 +339,8 @@ def _report_of_front(front: ParetoFront) -> dict[str, str]:
         rows[f"design {i}"] = f"{', '.join(values)} at {where}"
     if len(front) > MOST_ROWS:
         rows["and"] = f"{len(front) - MOST_ROWS} more in the files"
+    if front.n_left_out:
+        rows["left out"] = f"{front.n_left_out}, which one of these betters in both outcomes, or is"
     reasons = [best.reason for best in front.designs if best.reason]
     words = f"{len(reasons)} of {len(front)}: {reasons[0]}" if reasons else ""
     return rows | ({"no optimum": words} if words else {})

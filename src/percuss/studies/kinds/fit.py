@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 from pydantic import BeforeValidator, Field, PlainSerializer, PlainValidator, TypeAdapter
@@ -13,6 +14,7 @@ from percuss.ensembles.grid import units_of
 from percuss.execution import Execution
 from percuss.fitting import fit
 from percuss.fitting.losses import LossName
+from percuss.fitting.measured import quantity_dimensions
 from percuss.fitting.result import with_error
 from percuss.io.study_text import number, start_table
 from percuss.model.exact import Exact, Phase, as_float, number_problem
@@ -45,6 +47,8 @@ __all__ = ["Fit"]
 NO_PRIOR = "not [mean, standard deviation], the latter above 0"
 # The number of runs of one sign differs by so many standard deviations: residuals that hang together.
 NOT_WHITE = -4.0
+# Residuals far below the noise that was given.
+FAR_TOO_SMALL = 0.01
 
 
 def _rows(value: object) -> object:
@@ -219,18 +223,33 @@ class Fit(Question):
         return {"fit": "parameters", **names, **own}
 
     def pictures(self, study: Study) -> dict[str, Picture]:  # noqa: ARG002
-        """Return what draws the record with the fit, and the profiles."""
+        """Return what draws each quantity with the fit, pairs of parameters, and the profiles."""
+        measured = [name for name in self.records[0].data if name not in ("t", "noise")]
+        more = {f"fit_{name}": partial(self.draw, quantity=name) for name in measured[1:]}
+        pairs = {"confidence": self.draw_confidence} if len(self.free) > 2 else {}
         own = {"profiles": self.draw_profiles} if self.profiles else {}
-        return {"fit": self.draw, **own}
+        return {"fit": self.draw, **more, **pairs, **own}
 
-    def draw(self, result: Any, study: Study, figure: Any) -> None:
+    def draw(self, result: Any, study: Study, figure: Any, quantity: str | None = None) -> None:
         """Draw record, fit, residuals and what two parameters share."""
         from percuss.plotting import plot_fit
 
         figure.set_size_inches(10.0 if len(result.values) > 1 else 7.0, 5.8)
         window = study.draw.window
         ends = None if window is None else (as_float(window[0]), as_float(window[1]))
-        plot_fit(result, figure, window=ends, units=study.draw.units())
+        plot_fit(result, figure, quantity=quantity, window=ends, units=study.draw.units())
+        figure.suptitle(study.title, parse_math=False)
+
+    def draw_confidence(self, result: Any, study: Study, figure: Any) -> None:
+        """Draw what each pair of parameters shares."""
+        from percuss.plotting import plot_confidence
+
+        n = sum(0.0 < error < math.inf for error in result.errors.values()) - 1
+        if n > 0:
+            figure.set_size_inches(1.4 + 2.4 * n, 1.2 + 2.2 * n)
+            plot_confidence(result, figure, units=study.draw.units())
+        else:
+            figure.text(0.5, 0.5, "fewer than two parameters have errors", ha="center")
         figure.suptitle(study.title, parse_math=False)
 
     def draw_profiles(self, result: Any, study: Study, figure: Any) -> None:
@@ -238,7 +257,10 @@ class Fit(Question):
         from percuss.plotting import plot_profiles
 
         figure.set_size_inches(0.6 + 3.4 * max(1, len(result.profiles)), 3.9)
-        plot_profiles(result, figure, units=study.draw.units())
+        if result.profiles:
+            plot_profiles(result, figure, units=study.draw.units())
+        else:
+            figure.text(0.5, 0.5, "none of the parameters asked for has an error", ha="center")
         figure.suptitle(study.title, parse_math=False)
 
     def report(self, result: Any) -> dict[str, str]:
@@ -253,14 +275,23 @@ class Fit(Question):
             along = ", ".join(f"{share:+.2g} {own[path]}" for path, share in direction.items())
             rows["not told by the data" + (f" ({i})" if i else "")] = along
         count = len(result.residuals.sample)
-        rows["residuals"] = (
-            f"mean square {result.chi2:.4g} of {count:,} values, {_whiteness(result.whiteness)}"
+        judged = _whiteness(result.whiteness)
+        if result.chi2 < FAR_TOO_SMALL:
+            times = 1.0 / math.sqrt(max(result.chi2, 1e-300))
+            judged = (
+                f"the noise that was given is {times:.3g} times theirs: is it in the model's units?"
+            )
+        rows["residuals"] = f"mean square {result.chi2:.4g} of {count:,} values, {judged}"
+        rows["noise"] = ", ".join(
+            f"{name} {_noise_in_words(result, name, size)}" for name, size in result.noise.items()
         )
-        rows["noise"] = ", ".join(f"{name} {size:.4g}" for name, size in result.noise.items())
         if result.oscillator.stops:
             rows["impacts"] = _impacts_in_words(result.impacts)
-        for path, profile in result.profiles.items():
-            rows[f"profile of {own[path]}"] = _profile_in_words(profile)
+        for path in result.values:
+            if path in result.profiles:
+                rows[f"profile of {own[path]}"] = _profile_in_words(result.profiles[path])
+            elif own[path] in self.profiles:
+                rows[f"profile of {own[path]}"] = "none, it has no error"
         return rows
 
 
@@ -319,11 +350,18 @@ def _value_in_words(result: FitResult, path: str, value: float) -> str:
     dimensions = units_of(path, result.oscillator, result.forcing) if "." in path else ""
     unit = in_units(result.oscillator.units, dimensions)
     unit = f" {unit}" if is_unit(unit) else ""
-    if path in result.at_bounds:
-        return f"{value:.6g}{unit}, at the end of its range: the data ask for more"
+    if end := result.end_of(path):
+        change = {"least": "less", "largest": "more"}[end]
+        return f"{value:.6g}{unit}, the {end} of its range: the data ask for {change}"
     if math.isinf(error):
         return f"{value:.6g}{unit}, not told by the data"
     return with_error(value, error) + unit
+
+
+def _noise_in_words(result: FitResult, name: str, size: float) -> str:
+    """Return the noise of a quantity with its unit."""
+    unit = in_units(result.oscillator.units, quantity_dimensions(name))
+    return f"{size:.4g} {unit}" if is_unit(unit) else f"{size:.4g}"
 
 
 def _whiteness(score: float) -> str:
@@ -341,6 +379,8 @@ def _profile_in_words(profile: Any) -> str:
     """Return the values between which a profile stays below 1 and 3.84."""
     from percuss.fitting.summaries import interval_of
 
+    if math.isnan(interval_of(profile)[0]):
+        return "no motion was found with it"
     words = []
     for level, share in ((1.0, 68), (3.84, 95)):
         low, high = interval_of(profile, level)

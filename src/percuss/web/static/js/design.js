@@ -1,27 +1,27 @@
 // The setting of free parameters at which an outcome is best, and the front between two outcomes.
 
-import { button, element, say, shown } from "./dom.js";
+import { button, element, say, shown, wordsOf } from "./dom.js";
 import { count } from "./facts.js";
 import { choiceField, numberField } from "./fields.js";
 import { FreeParameters } from "./free.js";
 import { Job } from "./job.js";
 import { axesOf, pathsOf, startAt } from "./models.js";
 import { Plot } from "./plots.js";
-import { put } from "./state.js";
+import { isTable, put, settingsOf } from "./state.js";
 
 const HINT = "Tick what may change and give its range; choose what shall be best, and keep other outcomes within limits. SciPy's SLSQP searches with exact derivatives, from the setting of Explore and from others in the ranges. Two outcomes give a front: designs of which neither can be better without the other being worse.";
 const GOALS = [["least", "least"], ["largest", "largest"], ["wanted", "a value"]];
+const DEFAULTS = { outcome: "peak_impact_velocity", goal: "least", wanted: 1, second: "", secondGoal: "least", on: "orbit", restarts: 2, n: 8 };
 const MOTIONS = [["orbit", "orbits that attract"], ["run", "the motion of Explore"]];
 
 export class Design {
   constructor(app) {
     this.app = app;
     this.outcomes = app.options.facts.outcomes ?? { orbit: [], run: [] };
-    this.settings = { outcome: "peak_impact_velocity", goal: "least", wanted: 1, second: "", secondGoal: "least", on: "orbit", restarts: 2, n: 8 };
-    // Those of other outcomes: {outcome, low, high}, null for none.
-    this.limits = [];
     this.current = null;
-    this.free = new FreeParameters(app.store, () => this.#paths(), { hasGuesses: false });
+    // The form as the link has it.
+    this.kept = null;
+    this.free = new FreeParameters(app.store, () => this.#paths(), { hasGuesses: false, changed: () => this.#keep() });
     this.form = element("form", { class: "settings", onsubmit: (event) => event.preventDefault() });
     this.job = new Job(app, () => this.#start(), (header, arrays) => this.#receive(header, arrays), this.form);
     this.job.start.textContent = "Search";
@@ -33,7 +33,7 @@ export class Design {
       this.form, this.job.root, this.verdict, this.result,
       element("div", { class: "plots" }, ...this.plots.map((plot) => plot.root)), element("p", { class: "hint" }, HINT),
     );
-    this.#fields();
+    this.restore(app.store.value);
     app.store.watch((_, why) => {
       if (why === "study" || why === "all") this.shown();
     });
@@ -46,7 +46,6 @@ export class Design {
     this.front.root.classList.add("broad");
     this.front.root.hidden = true;
     this.plots = [this.front, this.motion, this.portrait];
-    for (const plot of this.plots) plot.wait("Search shows it", { x: [0, 1], y: [0, 1] });
   }
 
   recolour() {
@@ -58,12 +57,34 @@ export class Design {
   }
 
   /** Another motion: what was found belongs to the one before. */
-  begin() {
+  begin(state) {
     this.job.clear();
-    this.free.clear();
+    this.kept = null;
+    this.restore(state);
+  }
+
+  /** Take the form of a link. */
+  restore({ design }) {
+    if (JSON.stringify(design) === this.kept) return;
+    this.kept = JSON.stringify(design);
+    this.settings = settingsOf(DEFAULTS, design);
+    // Those of other outcomes: {outcome, low, high}, null for none.
+    this.limits = (isTable(design) && Array.isArray(design.limits) ? design.limits : []).filter(isTable);
+    this.free.restore(design?.free);
     this.current = null;
     this.result.hidden = true;
     this.verdict.textContent = "";
+    this.front.root.hidden = true;
+    for (const plot of this.plots) plot.wait("Search shows it", { x: [0, 1], y: [0, 1] });
+    this.#check();
+    this.#fields();
+  }
+
+  /** Keep in the link what is set. */
+  #keep() {
+    const design = { ...this.settings, free: this.free.free, limits: this.limits };
+    this.kept = JSON.stringify(design);
+    this.app.store.set({ design }, "design");
   }
 
   shown() {
@@ -99,13 +120,26 @@ export class Design {
 
   #set(parts) {
     Object.assign(this.settings, parts);
+    this.#check();
+    this.#fields();
+    this.#keep();
+  }
+
+  /** Set what no other field depends on. */
+  #put(parts) {
+    Object.assign(this.settings, parts);
+    this.#keep();
+  }
+
+  /** Leave out what does not belong together. */
+  #check() {
+    if (!(this.settings.on in this.outcomes)) this.settings.on = "orbit";
     const names = this.outcomes[this.settings.on];
     if (!names.includes(this.settings.outcome)) this.settings.outcome = "peak_impact_velocity";
     if (!names.includes(this.settings.second) || this.settings.second === this.settings.outcome) this.settings.second = "";
     // A front is between what is least or largest.
     if (this.settings.second !== "" && this.settings.goal === "wanted") this.settings.goal = "least";
     this.limits = this.limits.filter((it) => names.includes(it.outcome));
-    this.#fields();
   }
 
   #fields() {
@@ -117,13 +151,13 @@ export class Design {
     this.form.replaceChildren(
       choiceField("outcome", names, outcome, (name) => this.#set({ outcome: name })),
       choiceField("goal", ends, goal, (name) => this.#set({ goal: name })),
-      ...(goal === "wanted" ? [numberField("value", wanted, (value) => (this.settings.wanted = value))] : []),
+      ...(goal === "wanted" ? [numberField("value", wanted, (value) => this.#put({ wanted: value }))] : []),
       choiceField("against", [["", "no other outcome"], ...names.filter(([name]) => name !== outcome)], second, (name) => this.#set({ second: name })),
       ...(isFront
-        ? [choiceField("its goal", ends, secondGoal, (name) => this.#set({ secondGoal: name })), numberField("designs", n, (value) => (this.settings.n = value), { min: 2, max: 24, step: 1 })]
+        ? [choiceField("its goal", ends, secondGoal, (name) => this.#set({ secondGoal: name })), numberField("designs", n, (value) => this.#put({ n: value }), { min: 2, max: 24, step: 1 })]
         : []),
       choiceField("of", MOTIONS, on, (name) => this.#set({ on: name })),
-      numberField("restarts", restarts, (value) => (this.settings.restarts = value), { min: 0, max: 16, step: 1 }),
+      numberField("restarts", restarts, (value) => this.#put({ restarts: value }), { min: 0, max: 16, step: 1 }),
       element("div", { class: "free limits" }, ...this.limits.map((it) => this.#limit(it, names))),
       element("div", { class: "tools" }, button("add a limit", () => this.#addLimit(), { title: "the least and the largest value of another outcome" })),
       this.free.root,
@@ -135,7 +169,7 @@ export class Design {
     const outcome = this.outcomes[this.settings.on].find((name) => !taken.has(name) && name !== this.settings.outcome);
     if (outcome === undefined || this.limits.length === 8) return;
     this.limits = [...this.limits, { outcome, low: null, high: null }];
-    this.#fields();
+    this.#set({});
   }
 
   /** The limits of one outcome. */
@@ -143,12 +177,15 @@ export class Design {
     const others = new Set(this.limits.filter((other) => other !== it).map((other) => other.outcome));
     const choice = choiceField("limit of", names.filter(([name]) => !others.has(name)), it.outcome, (name) => {
       it.outcome = name;
-      this.#fields();
+      this.#set({});
     });
-    const end = (name, label) => numberField(label, it[name] ?? "", (value) => (it[name] = value), { mayBeEmpty: true });
+    const end = (name, label) => numberField(label, it[name] ?? "", (value) => {
+      it[name] = value;
+      this.#keep();
+    }, { mayBeEmpty: true });
     const remove = button("remove", () => {
       this.limits = this.limits.filter((other) => other !== it);
-      this.#fields();
+      this.#set({});
     }, { "aria-label": `remove the limit of ${wordsOf(it.outcome)}` });
     return element("div", {}, element("span", { class: "ends" }, choice, end("low", "at least"), end("high", "at most"), remove));
   }
@@ -203,5 +240,3 @@ export class Design {
     say(this.app.root, "the design is in Explore");
   }
 }
-
-const wordsOf = (name) => name.replaceAll("_", " ");

@@ -73,3 +73,6 @@ export async function textOf(file) {
     return new TextDecoder("windows-1252").decode(bytes);
   }
 }
+
+/** Return the name of a quantity in words. */
+export const wordsOf = (name) => name.replaceAll("_", " ");

@@ -1,22 +1,30 @@
 // A record and the parameters fitted to it.
 
-import { button, element, isStudyFile, say, shown, textOf, watchDrops } from "./dom.js";
+import { button, element, isStudyFile, say, shown, textOf, watchDrops, wordsOf } from "./dom.js";
 import { checkField, choiceField, numberField } from "./fields.js";
 import { FreeParameters } from "./free.js";
 import { Job } from "./job.js";
 import { axesOf, named, pathsOf, startAt, unitsOf } from "./models.js";
 import { Plot } from "./plots.js";
-import { put } from "./state.js";
+import { isTable, put } from "./state.js";
 
 const HINT = "A table with a column t (or time) and one of displacement (x), velocity (v), acceleration (a), stop_force or impact_times, as loggers write it: commas, semicolons or tabs; units such as Time (ms) are converted into those of the model. Tick what is not known: its slider is the guess, or give a range in which it is looked for.";
 const COLOURS = { samples: "--faint", fit: "--curve", impacts: "--orbit" };
 const NAMES = { impact_times: "flight before each impact" };
+const COLUMNS = { t: "instants", noise: "noise of each value" };
+// Of a table, in a link: longer ones are loaded anew.
+const MOST_LINKED = 56_000;
 
 export class Fit {
   constructor(app) {
     this.app = app;
-    this.csv = "";
-    this.free = new FreeParameters(app.store, () => this.#paths());
+    // The table that is loaded, and whether its columns are a record.
+    this.table = { name: "", csv: "" };
+    this.columns = null;
+    this.isRecord = false;
+    // The form as the link has it.
+    this.kept = null;
+    this.free = new FreeParameters(app.store, () => this.#paths(), { changed: () => this.#keep() });
     this.noise = null;
     this.isStarted = false;
     this.current = null;
@@ -24,6 +32,7 @@ export class Fit {
     this.choice = element("div", { class: "tools", hidden: true });
     this.file = element("input", { type: "file", accept: ".csv,.txt,.tsv,text/csv,text/plain", "aria-label": "table of measurements", hidden: true, onchange: () => this.#read(this.file.files[0]) });
     this.told = element("p", { class: "hint", role: "status" });
+    this.chooser = element("details", { class: "columns", hidden: true });
     this.fault = element("p", { class: "fault", role: "alert" });
     this.form = element("form", { class: "settings", onsubmit: (event) => event.preventDefault() });
     this.job = new Job(app, () => this.#start(), (header, arrays) => this.#receive(header, arrays), this.form);
@@ -38,7 +47,7 @@ export class Fit {
       this.form, this.job.root, this.verdict, this.result,
       this.choice, element("div", { class: "plots" }, ...this.plots.map((plot) => plot.root)), element("p", { class: "hint" }, HINT),
     );
-    this.#fields();
+    this.restore(app.store.value);
     watchDrops(this.root, (file) => {
       if (isStudyFile(file)) return false;
       this.#read(file);
@@ -52,9 +61,12 @@ export class Fit {
   #plots() {
     this.record = new Plot({ title: "Record", x: "time t", y: "", kind: "line", names: ["t", "sample"], about: "squares: samples; line: the fitted motion", onZoom: (zoom) => this.#follow(zoom) });
     this.impacts = new Plot({ title: "Impacts of the fit", x: "time t", y: "", kind: "points", names: ["t", "speed"], isFollower: true, about: "impacts and entries into soft stops of the fitted motion", onZoom: () => {} });
-    this.residuals = new Plot({ title: "Residuals", x: "time t", y: "residual (standard deviations)", kind: "points", names: ["t", "residual"], isFollower: true, about: "sample less fit; two thirds of them lie between -1 and 1", onZoom: () => {} });
+    this.residuals = new Plot({ title: "Residuals", x: "time t", y: "residual (σ)", kind: "points", names: ["t", "residual"], isFollower: true, about: "sample less fit, in standard deviations of the noise; two thirds of them lie between -1 and 1", onZoom: () => {} });
     this.record.root.classList.add("broad");
     this.plots = [this.record, this.impacts, this.residuals];
+  }
+
+  #wait() {
     for (const plot of this.plots) plot.wait(plot === this.record ? "load a record, or drop a file here" : "", { x: [0, 1], y: [0, 1] });
   }
 
@@ -69,22 +81,53 @@ export class Fit {
   /** Another motion: what is fitted belongs to the one before; the record stays. */
   begin() {
     this.job.clear();
+    this.kept = null;
     this.free.clear();
     this.#forget();
   }
 
+  /** Take the form of a link; its record is read when the view is shown. */
+  restore({ fit }) {
+    if (JSON.stringify(fit) === this.kept) return;
+    this.kept = JSON.stringify(fit);
+    const { csv, name, columns, noise, start, free } = isTable(fit) ? fit : {};
+    this.table = { name: String(name ?? ""), csv: typeof csv === "string" ? csv : "" };
+    this.columns = isTable(columns) ? columns : null;
+    this.isRecord = false;
+    this.isDue = this.table.csv !== "";
+    this.noise = Number.isFinite(noise) ? noise : null;
+    this.isStarted = start === true;
+    this.free.restore(free);
+    this.told.textContent = this.fault.textContent = "";
+    this.chooser.hidden = true;
+    this.#forget();
+    this.#wait();
+    this.#fields();
+  }
+
+  /** Keep in the link what is set, and the record if it is not too long. */
+  #keep() {
+    const { name, csv } = this.table;
+    const record = csv.length <= MOST_LINKED && csv !== "" ? { name, csv, columns: this.columns } : {};
+    const fit = { ...record, free: this.free.free, noise: this.noise, start: this.isStarted };
+    this.kept = JSON.stringify(fit);
+    this.app.store.set({ fit }, "fit");
+  }
+
   shown() {
     this.#changed();
+    if (this.isDue && this.app.isOpen) this.#measure();
   }
 
   /** The request whose files are offered: of the fit that is shown, or of what is set. */
   request() {
-    return this.csv === "" ? null : (this.current ?? this.#request());
+    return this.isRecord ? (this.current ?? this.#request()) : null;
   }
 
   #request() {
     const { study } = this.app.store.value;
-    return { kind: "fit", study, csv: this.csv, free: this.free.value, noise: this.noise, start: this.isStarted };
+    const csv = this.isRecord ? this.table.csv : "";
+    return { kind: "fit", study, csv, columns: this.columns, free: this.free.value, noise: this.noise, start: this.isStarted };
   }
 
   #start() {
@@ -106,34 +149,69 @@ export class Fit {
       this.file.value = "";
       this.file.click();
     }, { title: "a table of measurements, as a file; or drop it here" });
-    const noise = numberField("noise (empty: estimated)", this.noise ?? "", (value) => (this.noise = value), { min: 1e-300, mayBeEmpty: true });
+    const noise = numberField("noise (empty: estimated)", this.noise ?? "", (value) => {
+      this.noise = value;
+      this.#keep();
+    }, { min: 1e-300, mayBeEmpty: true });
     const start = checkField("start as in Explore", this.isStarted, (isOn) => {
       this.isStarted = isOn;
       this.#changed();
+      this.#keep();
     });
     start.title = "the start of the record is known; else it is unknown, too";
     this.free.build();
-    this.form.replaceChildren(element("div", { class: "tools" }, load, this.file, this.told, noise, start), this.free.root, this.fault);
+    this.form.replaceChildren(element("div", { class: "tools" }, load, this.file, this.told, noise, start), this.chooser, this.fault, this.free.root);
   }
 
   async #read(file) {
     if (!file) return;
+    this.job.clear();
     this.#forget();
-    this.csv = "";
+    this.isRecord = false;
     this.told.textContent = `reading ${file.name} …`;
-    const csv = await textOf(file);
-    this.app.requests.put("measured", { kind: "measured", study: this.app.store.value.study, csv }, {
+    this.table = { name: file.name, csv: await textOf(file) };
+    this.columns = null;
+    this.#measure();
+  }
+
+  /** Ask the server what is in the columns of the table. */
+  #measure() {
+    this.isDue = false;
+    const { name, csv } = this.table;
+    const complain = (reason) => {
+      this.isRecord = false;
+      this.told.textContent = "";
+      this.fault.textContent = `${name}: ${reason}`;
+    };
+    this.app.requests.put("measured", { kind: "measured", study: this.app.store.value.study, csv, columns: this.columns }, {
       answer: (header, arrays) => {
-        this.csv = csv;
-        this.told.textContent = `${file.name}: ${header.n} values of ${header.quantities.map((name) => name.replaceAll("_", " ")).join(", ")}`;
+        this.#choose(header);
+        if (header.fault) return complain(header.fault);
+        this.isRecord = true;
+        this.columns = header.columns;
+        this.told.textContent = `${name}: ${header.n} values of ${header.quantities.map(wordsOf).join(", ")}`;
         this.fault.textContent = "";
+        this.#keep();
         this.#draw(header, arrays);
       },
       fault: (faults) => {
-        this.told.textContent = "";
-        this.fault.textContent = `${file.name}: ${faults.map(({ reason }) => reason).join("; ")}`;
+        this.chooser.hidden = true;
+        complain(faults.map(({ reason }) => reason).join("; "));
       },
     });
+  }
+
+  /** Offer the columns of the table for each quantity that they may hold. */
+  #choose({ titles, columns, fault }) {
+    const choices = [["", "none"], ...titles.map((title) => [title, title])];
+    const choice = (quantity) => choiceField(COLUMNS[quantity] ?? wordsOf(quantity), choices, columns[quantity], (title) => {
+      this.#forget();
+      this.columns = { ...columns, [quantity]: title };
+      this.#measure();
+    });
+    this.chooser.hidden = false;
+    if (fault) this.chooser.open = true;
+    this.chooser.replaceChildren(element("summary", {}, "Columns of the table"), element("div", { class: "tools" }, ...Object.keys(columns).map(choice)));
   }
 
   /** Nothing is fitted. */
@@ -154,7 +232,7 @@ export class Fit {
       : `Not converged: ${reason}. These are the best values found; mean square ${shown(chi2)}.`;
     this.verdict.className = converged ? "" : "fault";
     const labels = new Map(this.#paths().map((it) => [it.path, it.name]));
-    const note = ({ error, at_bound: atEnd }) => (atEnd ? "at the end of its range: the data ask for more" : error === null ? "not told by the data" : "");
+    const note = ({ error, end }) => (end ? `the ${end} of its range: the data ask for ${end === "least" ? "less" : "more"}` : error === null ? "not told by the data" : "");
     const columns = [["parameter", ({ path }) => labels.get(path) ?? path], ["value", ({ text }) => text], ["", note]];
     if (!values.some(note)) columns.pop();
     this.result.replaceChildren(
@@ -169,7 +247,7 @@ export class Fit {
   #draw(header, arrays) {
     const { quantities } = header;
     if (!quantities.includes(this.quantity)) this.quantity = quantities[0];
-    const choices = quantities.map((name) => [name, name.replaceAll("_", " ")]);
+    const choices = quantities.map((name) => [name, wordsOf(name)]);
     this.choice.hidden = quantities.length < 2;
     this.choice.replaceChildren(
       choiceField("drawn", choices, this.quantity, (name) => {
@@ -194,7 +272,7 @@ export class Fit {
     if (curveY) layers.push({ ...curve(curveT, curveY), kind: "line", colour: COLOURS.fit });
     this.record.label(across, labels[name] ?? push);
     this.impacts.label(across, axesOf(study).speed);
-    this.residuals.label(across, `residual of ${name.replaceAll("_", " ")} (standard deviations)`);
+    this.residuals.label(across, `residual of ${wordsOf(name)} (σ)`);
     for (const plot of this.plots) plot.take(null);
     this.record.show(layers);
     this.root.dataset.quantity = name;

@@ -3,13 +3,15 @@
 import { button, element, shown } from "./dom.js";
 import { checkField, checkRange, numberField } from "./fields.js";
 import { numberOf, valueOf } from "./models.js";
+import { isRange, isTable } from "./state.js";
 
-/** Rows to tick; `paths()` returns the parameters there are. Without `hasGuesses` each has a range. */
+/** Rows to tick; `paths()` returns the parameters there are. Without `hasGuesses` each has a range; `changed()` is called. */
 export class FreeParameters {
-  constructor(store, paths, { hasGuesses = true } = {}) {
+  constructor(store, paths, { hasGuesses = true, changed = () => {} } = {}) {
     this.store = store;
     this.paths = paths;
     this.hasGuesses = hasGuesses;
+    this.changed = changed;
     this.shape = "";
     // What is ticked: {path: null for a guess, or [low, high]}.
     this.free = {};
@@ -19,6 +21,11 @@ export class FreeParameters {
   clear() {
     this.free = {};
     this.build();
+  }
+
+  /** Take what a link says is ticked; of what it cannot say, nothing. */
+  restore(free) {
+    this.free = isTable(free) ? Object.fromEntries(Object.entries(free).filter(([, it]) => isRange(it) || (it === null && this.hasGuesses))) : {};
   }
 
   /** The guess or the range of each parameter that is ticked and is there. */
@@ -53,7 +60,7 @@ export class FreeParameters {
       else {
         const set = (k) => (value) => {
           range[k] = value;
-          checkRange(high, ...range);
+          if (checkRange(high, ...range)) this.changed();
         };
         const low = numberField("from", range[0], set(0));
         const high = numberField("to", range[1], set(1));
@@ -64,6 +71,7 @@ export class FreeParameters {
       this.free = { ...this.free, [path]: range };
       fill();
       this.update();
+      this.changed();
     };
     const tick = checkField(name, path in this.free, (isOn) => {
       if (isOn) choose(this.hasGuesses ? null : this.#around(path));
@@ -71,6 +79,7 @@ export class FreeParameters {
         const { [path]: _, ...rest } = this.free;
         this.free = rest;
         fill();
+        this.changed();
       }
     });
     tick.querySelector("input").dataset.free = path;

@@ -53,7 +53,9 @@ class App {
 
   /** Begin with another motion in Explore, without the settings and pictures of the one before. */
   begin(study) {
-    const state = { study, view: "explore", ranges: {}, zooms: {}, diagram: undefined, basins: undefined, digits: undefined };
+    const { fit } = this.store.value;
+    // What is fitted belongs to the motion before; the record stays.
+    const state = { study, view: "explore", ranges: {}, zooms: {}, diagram: undefined, basins: undefined, fit: fit && { ...fit, free: {} }, design: undefined, digits: undefined };
     for (const view of Object.values(this.views)) view.begin?.(state);
     this.store.set(state, "all");
   }
@@ -172,7 +174,7 @@ class App {
 
   /** Show a state as a link holds it, in place of all that is set. */
   show(state) {
-    const whole = { ranges: {}, zooms: {}, diagram: undefined, basins: undefined, mechanism: undefined, digits: undefined, tour: undefined, ...state };
+    const whole = { ranges: {}, zooms: {}, diagram: undefined, basins: undefined, fit: undefined, design: undefined, mechanism: undefined, digits: undefined, tour: undefined, ...state };
     for (const view of Object.values(this.views)) view.begin?.(whole);
     for (const view of Object.values(this.views)) view.restore?.(whole);
     this.store.set(whole, "all");

@@ -92,15 +92,15 @@ export function decodeLink(text) {
   try {
     const raw = atob(text.replaceAll("-", "+").replaceAll("_", "/"));
     const bytes = Uint8Array.from(raw, (letter) => letter.charCodeAt(0));
-    const { view, study, diagram, basins, mechanism, ranges, zooms, digits, tour } = JSON.parse(new TextDecoder().decode(bytes));
+    const { view, study, diagram, basins, fit, design, mechanism, ranges, zooms, digits, tour } = JSON.parse(new TextDecoder().decode(bytes));
     if (!isStudy(study)) return null;
-    return { view: String(view), study, diagram, basins, mechanism: isTable(mechanism) ? mechanism : undefined, ranges: rangesOf(ranges), zooms: zoomsOf(zooms), digits: Number.isInteger(digits) ? digits : undefined, tour: Number.isInteger(tour) ? tour : undefined };
+    return { view: String(view), study, diagram, basins, fit, design, mechanism: isTable(mechanism) ? mechanism : undefined, ranges: rangesOf(ranges), zooms: zoomsOf(zooms), digits: Number.isInteger(digits) ? digits : undefined, tour: Number.isInteger(tour) ? tour : undefined };
   } catch {
     return null;
   }
 }
 
-const isTable = (it) => it !== null && typeof it === "object" && !Array.isArray(it);
+export const isTable = (it) => it !== null && typeof it === "object" && !Array.isArray(it);
 const isRows = (it) => Array.isArray(it) && it.every(isTable);
 
 /** Return whether the panel can show a study; the server checks the rest. */
@@ -110,7 +110,7 @@ export function isStudy(study) {
   return [parameters, oscillator, forcing, start, run].every(isTable) && isRows(oscillator.stops ?? []) && isRows(forcing.harmonics ?? []);
 }
 
-const isRange = (it) => Array.isArray(it) && it.length === 2 && it.every(Number.isFinite) && it[0] < it[1];
+export const isRange = (it) => Array.isArray(it) && it.length === 2 && it.every(Number.isFinite) && it[0] < it[1];
 const kept = (rows, test) => Object.fromEntries(Object.entries(isTable(rows) ? rows : {}).filter(([, it]) => test(it)));
 const rangesOf = (ranges) => kept(ranges, isRange);
 const zoomsOf = (zooms) => kept(zooms, (it) => isTable(it) && isRange(it.x) && isRange(it.y));
