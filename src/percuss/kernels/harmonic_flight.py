@@ -29,7 +29,7 @@ from percuss.kernels.arithmetic import (
     later,
     quintic_root,
 )
-from percuss.kernels.compile import formula, kernel
+from percuss.kernels.compile import cold, formula, kernel
 from percuss.kernels.contact import SLOW
 from percuss.kernels.event_location import is_settled, series_root
 from percuss.kernels.flight import SERIES_LIMIT
@@ -89,7 +89,7 @@ Begin: TypeAlias = tuple[float, float, float, float]
 # On the walk: y, v, the harmonic force and its derivative by the frequency.
 Place: TypeAlias = tuple[float, float, float, float]
 # A landing: s, v, what is to be added to s, and the force and its derivative there, turned along.
-Landing: TypeAlias = tuple[float, float, float, float, float]
+HarmonicLanding: TypeAlias = tuple[float, float, float, float, float]
 # What is needed of a law for the closed form and for bounds, in the order of `motion_of` and
 # `bounds_of`; for a step of the walk see `step.walk_of`.
 FreeMotion: TypeAlias = tuple[
@@ -296,7 +296,7 @@ def harmonic_state(
 def is_first(
     before: Place,
     s: float,
-    landed: Landing,
+    landed: HarmonicLanding,
     step: float,
     fourth: float,
     slack: float,
@@ -322,7 +322,7 @@ def is_first(
 @formula
 def harmonic_impact(
     instant: tuple[float, float],
-    landed: Landing,
+    landed: HarmonicLanding,
     restitution: float,
     fastest: float,
     t_end: float,
@@ -406,7 +406,7 @@ def harmonic_flights(
 
 
 @formula
-def harmonic_flight(law: Law, region: int, begin: Begin, carried: Pair) -> Landing:
+def harmonic_flight(law: Law, region: int, begin: Begin, carried: Pair) -> HarmonicLanding:
     """Return the return to the wall, NaN where this search leaves it open.
 
     The search goes by ``carried``, the force and its derivative as the flight before has left
@@ -422,7 +422,10 @@ def harmonic_flight(law: Law, region: int, begin: Begin, carried: Pair) -> Landi
     i, before, after = harmonic_walk(walk, step, force, (bow, slack), 0, at_wall)
     if i >= 0:
         guess = step * i + step * harmonic_guess(motion, step, force, before, after)
-        landed = harmonic_landing(motion, bounds, begin, guess, MOST_ITERATIONS)
+        settled, s, v, s_low, push, rate = harmonic_iteration(motion, bounds, begin, guess)
+        landed = (s, v, s_low, push, rate)
+        if not settled:
+            landed = harmonic_landing(motion, bounds, begin, s, MOST_ITERATIONS - 1)
         if is_first(before, step * i, landed, step, fourth, slack):
             return landed
     return math.nan, math.nan, math.nan, math.nan, math.nan
@@ -457,10 +460,10 @@ def is_clear_yet(step: float, before: Place, after: Place, bow: float, slack: fl
     return min(y, y1) > slack and cubic_minimum(y, step * v, y1, step * v1) > bow + slack
 
 
-@formula
+@cold
 def harmonic_landing(
     motion: FreeMotion, bounds: Bounds, begin: Begin, guess: float, iterations: int
-) -> Landing:
+) -> HarmonicLanding:
     """Return the landing next to ``guess``, NaN where it is not settled."""
     s = guess
     for _ in range(iterations):

@@ -19,7 +19,7 @@ from percuss.kernels.harmonic_flight import (
     Begin,
     Bounds,
     FreeMotion,
-    Landing,
+    HarmonicLanding,
     Place,
     bounds_of,
     carried_force,
@@ -216,7 +216,7 @@ def place_at(block: Floats, i: int) -> Place:
 
 
 @formula
-def landing_at(block: Floats, i: int) -> Landing:
+def landing_at(block: Floats, i: int) -> HarmonicLanding:
     """Return the landing of a slot."""
     return (
         block[S * SLOTS + i],

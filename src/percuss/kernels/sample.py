@@ -255,8 +255,12 @@ def undamped_motion(
     per_rate = law[region, TWICE_PER_RATE]
     per_stiffness = law[region, PER_STIFFNESS]
     resonant = is_resonant(law, region)
-    for i in range(rows[0], rows[1]):
-        s = (instants[i] - t) - t_low
+    # Views that begin at 0: with an index that may be negative the loop would be no vectors.
+    given = instants[rows[0] : rows[1]]
+    y = motion[0, rows[0] : rows[1]]
+    v = motion[1, rows[0] : rows[1]]
+    for i in range(given.shape[0]):
+        s = (given[i] - t) - t_low
         half_cos, half_sin = cos_sin(half_turn, half_turn_low, s, 0.0)
         square = 2.0 * half_sin * half_sin
         impulse = half_sin * half_cos * per_rate
@@ -267,11 +271,10 @@ def undamped_motion(
             cosine, sine = cos_sin(turn, turn_low, s, 0.0)
             to_push = (cosine - (1.0 - square)) * amplitude
             to_rate = (sine - omega * impulse) * amplitude
-        motion[0, i] = v0 * impulse + (
-            force * square * per_stiffness + push * to_push + rate * to_rate
-        )
+        moved = force * square * per_stiffness + push * to_push + rate * to_rate
+        y[i] = v0 * impulse + moved
         won = force * impulse + push * (impulse - omega * to_rate) + rate * omega * to_push
-        motion[1, i] = v0 * (1.0 - square) + won
+        v[i] = v0 * (1.0 - square) + won
 
 
 @kernel
