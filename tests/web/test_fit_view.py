@@ -53,6 +53,7 @@ def test_a_table_is_read_with_its_faults_by_line() -> None:
         answer_measured(request("measured", csv=""))
     for text, words in (
         ("t,x\n0,far\n1\n", 'line 2: x = "far" is no finite number; line 3: 1 cell'),
+        ("t,x\n0,nan\n1,\n", "no values of displacement: all are missing"),
         ("t,stop_force_3\n0,1\n", "stop_force_3: of stop 3, where the oscillator has 1"),
         (
             "t,x\n" + "".join(f"{i},1\n" for i in range(MOST_VALUES + 1)),

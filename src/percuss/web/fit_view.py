@@ -72,6 +72,8 @@ def answer_measured(request: PageRequest, running: RunningRequest | None = None)
         arrays[f"y{i}"] = read[name][is_given]
         arrays[f"t{i}"] = (read["t"] if name != IMPACT_TIMES else read[name])[is_given]
     n = sum(len(arrays[f"y{i}"]) for i in range(len(names)))
+    if n == 0:
+        return frame(header | {"fault": f"no values of {', '.join(names)}: all are missing"})
     return frame(header | {"quantities": names, "n": n}, arrays)
 
 

@@ -130,12 +130,22 @@ function oscillatorRows({ oscillator }, units) {
 /** Return a label with the unit of its number, where there is one. */
 export const named = (label, unit) => (unit ? `${label} (${unit})` : label);
 
+/** Return the ranges of displacements and velocities: with a mass those of the size of its gaps. */
+function rangesOf({ oscillator }) {
+  const size = Math.max(0, ...(oscillator.stops ?? []).map(({ at }) => Math.abs(numberOf(at)) || 0));
+  const rate = Math.sqrt(numberOf(oscillator.stiffness) / numberOf(oscillator.mass));
+  if (oscillator.mass === undefined || size === 0) return { lengths: [-3, 3], speeds: [-3, 3] };
+  const around = (number) => [-1, 1].map((sign) => Number((3 * sign * number).toPrecision(2)));
+  return { lengths: around(size), speeds: rate > 0 ? around(size * rate) : [-3, 3] };
+}
+
 /** Return the groups of parameters of a study, as the panel shows them. */
 export function parametersOf(study) {
   const oscillator = study.oscillator;
   const units = unitsOf(study);
   // With a mass the numbers are of any size.
   const range = (value, usual) => (oscillator.mass === undefined ? usual : rangeAround(value));
+  const { lengths: places, speeds } = rangesOf(study);
   const names = Object.keys(study.parameters ?? {});
   const own = names.map((name) => row(`parameters.${name}`, name, rangeAround(study.parameters[name]), null, "a parameter: what is an expression of it follows"));
   const groups = [
@@ -144,7 +154,7 @@ export function parametersOf(study) {
   ];
   (oscillator.stops ?? []).forEach((stop, i) => {
     const path = `oscillator.stops.${i}`;
-    const rows = [row(`${path}.at`, named("at", units.length), [-3, 3], null, "where the stop is")];
+    const rows = [row(`${path}.at`, named("at", units.length), places, null, "where the stop is")];
     const table = stop.type === "wall" && typeof stop.restitution === "object" ? stop.restitution : null;
     // Of a table of restitutions over the speed each value has a slider.
     if (table !== null) rows.push(...tableRows(`${path}.restitution`, table, units));
@@ -165,7 +175,7 @@ export function parametersOf(study) {
       harmonic: i,
       rows: [
         row(`${path}.amplitude`, named("amplitude", units.force), range(harmonic.amplitude, [0, 3])),
-        row(`${path}.omega`, named("omega", units.frequency), [0.05, 6], null, "angular frequency of the force"),
+        row(`${path}.omega`, named("omega", units.frequency), range(harmonic.omega, [0.05, 6]), null, "angular frequency of the force"),
         row(`${path}.phase`, "phase", [-Math.PI, Math.PI], null, "radians: cos(omega t + phase); -pi/2 makes a sine"),
       ],
     });
@@ -184,8 +194,8 @@ export function parametersOf(study) {
   groups.push({
     title: "Start and length",
     rows: [
-      row("start.x0", named("x0", units.length), [-3, 3], null, "displacement at the start"),
-      row("start.v0", named("v0", units.velocity), [-3, 3], null, "velocity at the start"),
+      row("start.x0", named("x0", units.length), places, null, "displacement at the start"),
+      row("start.v0", named("v0", units.velocity), speeds, null, "velocity at the start"),
       row("start.t0", named("t0", units.time), [0, 10], null, "time at the start: where in its period the force is then; orbits that are opened bring it along"),
       lengths[Object.keys(lengths).find((name) => name in study.run) ?? "t_end"],
     ],
