@@ -446,3 +446,19 @@ def test_each_quantity_and_all_pairs_of_parameters_have_a_picture(tmp_path: Path
     result = run_study(load_study(file_of(tmp_path, text, table)), tmp_path / "out")
     pictures = {file.name for file in result.files if file.suffix == ".png"}
     assert pictures == {"fit.png", "fit_velocity.png", "confidence.png"}
+
+
+def test_tables_have_the_names_that_were_asked_for(tmp_path: Path) -> None:
+    text = MODEL.replace("[oscillator]\n", "[oscillator]\nmass = 1\nstiffness = 1\n") + OWN
+    text = text.replace('time = "s"}', 'time = "s", mass = "kg"}')
+    text = text.replace('damping = "0.05"', 'damping_coefficient = "0.1"').replace(
+        "[fit.free]\n",
+        '[fit.free]\n"oscillator.damping_coefficient" = 0.08\n"forcing.phase" = 0.0\n',
+    )
+    result = run_study(load_study(file_of(tmp_path, text)), tmp_path / "out")
+    assert result.answer.converged
+    names = [*("oscillator.damping_coefficient", "forcing.phase"), GAP, RESTITUTION]
+    for table in ("fit", "covariance"):
+        lines = (tmp_path / "out" / f"{table}.csv").read_text(encoding="utf-8").splitlines()
+        rows = [line.partition(",")[0] for line in lines if line.startswith(("osc", "forc"))]
+        assert rows == names

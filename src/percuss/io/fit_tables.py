@@ -36,7 +36,7 @@ def fitted_columns(fit: Fit) -> FitColumns:
     ]
     names = [in_units(units, dimension) for dimension in dimensions]
     return {
-        "parameter": np.array(paths, dtype=object),
+        "parameter": _asked(fit),
         "value": np.array(list(fit.values.values())),
         "error": np.array(list(fit.errors.values())),
         "unit": np.array([name if is_unit(name) else "" for name in names], dtype=object),
@@ -48,8 +48,13 @@ def fitted_columns(fit: Fit) -> FitColumns:
 
 def covariance_columns(fit: Fit) -> FitColumns:
     """Return the covariance as a table, a row and a column for each parameter."""
-    paths = np.array(list(fit.values), dtype=object)
-    return {"parameter": paths, **dict(zip(fit.values, fit.covariance.T, strict=True))}
+    names = _asked(fit)
+    return {"parameter": names, **dict(zip(names.tolist(), fit.covariance.T, strict=True))}
+
+
+def _asked(fit: Fit) -> Any:
+    """Return the parameters by the names that they were asked for by."""
+    return np.array([fit.values.asked.get(path, path) for path in fit.values], dtype=object)
 
 
 def residual_columns(fit: Fit) -> FitColumns:
@@ -67,13 +72,15 @@ def fit_impact_columns(fit: Fit) -> FitColumns:
 
 def profile_columns(fit: Fit) -> FitColumns:
     """Return the profiles one below the other: all parameters, and how the misfit grows."""
-    parts: dict[str, list[Any]] = {"profile": [], **{path: [] for path in fit.values}, "growth": []}
+    asked = dict(zip(fit.values, _asked(fit).tolist(), strict=True))
+    parts: dict[str, list[Any]] = {"profile": [], **{name: [] for name in asked.values()}}
+    parts["growth"] = []
     for path, profile in fit.profiles.items():
-        parts["profile"] += [path] * profile.sizes["value"]
+        parts["profile"] += [asked[path]] * profile.sizes["value"]
         parts["growth"] += profile.growth.values.tolist()
-        for other in fit.values:
+        for other, name in asked.items():
             own = profile.value if other == path else profile[other]
-            parts[other] += own.values.tolist()
+            parts[name] += own.values.tolist()
     return {
         name: np.array(column, dtype=object if name == "profile" else np.float64)
         for name, column in parts.items()
@@ -111,7 +118,7 @@ def fit_datasets(fit: Fit, samples: int) -> dict[str, Dataset]:
         "converged": int(fit.converged),
         "reason": fit.reason,
         "n_runs": fit.n_runs,
-        "at_bounds": ", ".join(fit.at_bounds),
+        "at_bounds": ", ".join(fit.values.asked.get(path, path) for path in fit.at_bounds),
     }
     t = np.linspace(fit.nodes[0, 0], float(fit.problem.layouts[0].spans[-1, 1]), samples)
     x, v = fit(t)

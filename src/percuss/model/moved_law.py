@@ -151,9 +151,10 @@ def moved_rows(system: System, fields: Mapping[str, float]) -> Floats:
     rows[0, at.MASS] = fields.get("oscillator.mass", 0.0)
     rows[0, at.FORCING_CONSTANT] = fields.get("forcing.constant", 0.0)
     _fill_harmonics(rows, system, fields)
-    for region, number in zip(region_rows(law), range(len(law)), strict=False):
-        _fill_region(rows[region], law[region], system, number, fields)
-    _fill_tables(rows, system, fields)
+    if any(path.startswith("oscillator.") or path == "forcing.constant" for path in fields):
+        for region, number in zip(region_rows(law), range(len(law)), strict=False):
+            _fill_region(rows[region], law[region], system, number, fields)
+        _fill_tables(rows, system, fields)
     return rows
 
 

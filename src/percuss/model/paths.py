@@ -284,7 +284,8 @@ def long_forms(
 ) -> list[str]:
     """Return the long form of each path, as `long_form` does, which looks the fields up each time."""
     fields = fields_by_path(osc, force, start)
-    return [_long_form(path, fields, force, osc) for path in paths]
+    known = free_parameters(fields)
+    return [path if path in known else _long_form(path, fields, force, osc) for path in paths]
 
 
 def _long_form(
