@@ -467,9 +467,9 @@ def harmonic_landing(
     """Return the landing next to ``guess``, NaN where it is not settled."""
     s = guess
     for _ in range(iterations):
+        if not s > 0.0:
+            break
         settled, s, v, s_low, push, rate = harmonic_iteration(motion, bounds, begin, s)
         if settled:
             return s, v, s_low, push, rate
-        if not s > 0.0:
-            break
     return math.nan, math.nan, math.nan, math.nan, math.nan
