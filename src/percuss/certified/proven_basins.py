@@ -35,7 +35,7 @@ from percuss.certified.step import (
 from percuss.certified.system import BallSystem, system_of
 from percuss.certified.trapping import Trap, traps_about
 from percuss.errors import ParameterError
-from percuss.model.exact import Exact, Phase, as_fraction, whole
+from percuss.model.exact import Exact, Phase, as_fraction, real, whole
 from percuss.model.force_record import refuse_record
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
@@ -360,6 +360,7 @@ def prove_basins(
         reason = "not orbits of one oscillator under one forcing"
         raise ParameterError("attractors", attractors, reason)
     refuse_record(force, "a proof of basins")
+    real("t0", t0)
     counts = (cells, cells) if isinstance(cells, int) else tuple(cells)
     nx, nv = (whole("cells", n, 1) for n in counts)
     depth, most_impacts = whole("depth", depth, 0), whole("most_impacts", most_impacts, 1)

@@ -16,6 +16,7 @@ from matplotlib.ticker import MaxNLocator
 
 from percuss.arrays import Floats
 from percuss.errors import ParameterError
+from percuss.model.oscillator import Wall
 from percuss.model.units import Units
 from percuss.numerics import hypot
 from percuss.orbits.bifurcations.branch import Branch
@@ -230,7 +231,9 @@ def _draw_list(proven: CompleteList, ax: Axes | None, units: Units | None) -> Ax
                     fillstyle="full" if orbit.n_periods == proven.periods else "none")  # fmt: skip
         label_impact_surface(ax, units)
         low, high = proven.speeds
-        sign = -1.0 if len(proven.boxes) and proven.boxes[0, 3] < 0.0 else 1.0
+        stop = proven.oscillator.stops[proven.stop]
+        # Away from a wall, into a soft stop.
+        sign = -1.0 if (stop.side == "above") is isinstance(stop, Wall) else 1.0
         ax.set_ylim(*sorted((sign * low, sign * high)))
         known = "complete" if proven.complete else f"{proven.open_part:.2g} of the region is open"
         ax.set_title(f"orbits of {proven.impacts} impacts in {proven.periods} periods, {known}")
