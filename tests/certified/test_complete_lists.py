@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
@@ -186,8 +187,17 @@ def test_a_picture_shows_orbits_their_boxes_and_what_is_open() -> None:
     axes = plot_enclosure(list_orbits(osc, force, speeds=("0.1", 2)))
     assert "complete" in axes.get_title()
     assert axes.get_legend_handles_labels()[1] == ["one solution, proven", "unstable"]
-    axes = plot_enclosure(list_orbits(osc, force, speeds=("0.1", 2), most_boxes=5))
+    axes = plot_enclosure(list_orbits(*SYSTEMS["gap"], speeds=("0.1", 2), most_boxes=5))
     assert "of the region is open" in axes.get_title()
+    assert axes.get_ylim() == (-2.0, -0.1)
+
+
+def test_a_list_is_saved_as_a_table(tmp_path: Path) -> None:
+    found = list_orbits(*SYSTEMS["gap"], speeds=("0.1", 5))
+    pc.save_csv(found.to_xarray(), tmp_path / "orbits.csv")
+    text = (tmp_path / "orbits.csv").read_text(encoding="utf-8").splitlines()
+    assert text[0].startswith("orbit,cycle,cycle_radius,v_after")
+    assert len(text) == 3
 
 
 @pytest.mark.parametrize(

@@ -131,7 +131,56 @@ def check_subsets(seed: int, count: int) -> None:
             assert verdict.holds is not False or m > 4, (m, offset, verdict)
 
 
-CHECKS = (check_eigensets, check_ends, check_rest, check_subsets)
+def turning_point(
+    omega: Fraction, a: Fraction, x0: Fraction, v0: Fraction
+) -> tuple[mpmath.mpf, mpmath.mpf] | None:
+    """Return time and height of the first maximum of the motion under a cos(omega t), K = 1."""
+    p = mp(a) / (1 - mp(omega) ** 2)
+
+    def v(t: mpmath.mpf) -> mpmath.mpf:
+        free = -(mp(x0) - p) * mpmath.sin(t) + mp(v0) * mpmath.cos(t)
+        return free - p * mp(omega) * mpmath.sin(mp(omega) * t)
+
+    with mpmath.workdps(15):
+        grid = [mpmath.mpf(i) / 40 for i in range(400)]
+        speeds = [v(t) for t in grid]
+    # It rises clearly until then.
+    first = next((i for i, speed in enumerate(speeds) if speed <= 0), None)
+    if first is None or first < 4 or min(speeds[: first - 1]) < 0.02:
+        return None
+    t = mpmath.findroot(v, (grid[first - 1], grid[first]), solver="anderson", tol=1e-300)
+    x = p * mpmath.cos(mp(omega) * t) + (mp(x0) - p) * mpmath.cos(t) + mp(v0) * mpmath.sin(t)
+    return t, x
+
+
+def check_touches(seed: int, count: int) -> None:
+    """A wall or a soft stop is 1e-6 to 1e-80 above or below the first maximum, beside another wall."""
+    rng = random.Random(seed)
+    done = 0
+    while done < count:
+        omega, a = Fraction(rng.randint(2, 30), 7), Fraction(rng.randint(-9, 9), 7)
+        x0, v0 = Fraction(rng.randint(-5, 5), 10), Fraction(rng.randint(1, 12), 8)
+        offset = hair(rng)
+        with mpmath.workdps(200):
+            turn = None if omega == 1 else turning_point(omega, a, x0, v0)
+            if turn is None or offset == 0:
+                continue
+            t, top = turn
+            at = Fraction(int(mpmath.floor(top * 10**120)), 10**120) + offset
+            end = Fraction(int(t * 10**6), 10**6) + Fraction(1, 50)
+        stop = rng.choice((pc.Wall(at, "above", "0.7"), pc.SoftStop(at, "above", 9, "0.1")))
+        # The second wall is met by none of these motions: they begin above it and rise.
+        below = pc.Wall(x0 - rng.choice((1, Fraction(1, 10**20))), "below", "1/2")
+        stops = (stop, below) if rng.random() < 0.6 else (stop,)
+        run = pc.simulate(pc.Oscillator(1, 0, stops), pc.cosine(omega, a), x0=x0, v0=v0, t_end=end)
+        proven = pc.certify(run, start=(x0, v0), t_end=end, digits=rng.choice((5, 12)))
+        met = sum(table.stop.tolist().count(0) for table in (proven.impacts, proven.crossings))
+        assert proven.complete, proven
+        assert (met > 0) is (offset < 0), (omega, a, x0, v0, offset, stops, proven)
+        done += 1
+
+
+CHECKS = (check_eigensets, check_ends, check_rest, check_subsets, check_touches)
 
 
 @pytest.mark.parametrize("check", CHECKS)
@@ -144,3 +193,9 @@ def test_nothing_is_claimed_that_150_digits_contradict(check) -> None:  # type: 
 @pytest.mark.parametrize("check", CHECKS)
 def test_nothing_is_claimed_that_150_digits_contradict_often(check, seed: int) -> None:  # type: ignore[no-untyped-def]
     check(seed=seed, count=20)
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("seed", range(20, 30))
+def test_of_2000_touches_none_is_told_wrongly(seed: int) -> None:
+    check_touches(seed, 200)

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from fractions import Fraction
+from typing import Any
 
 import mpmath
+import numba
 import numpy as np
 import pytest
 
 from percuss.arrays import Floats
 from percuss.kernels import arithmetic
-from percuss.kernels.compile import uncompiled
+from percuss.kernels.compile import has_fused_products, is_portable, kernel, uncompiled
 
 SIDES = [5e-324, 2.2250738585072014e-308, 1e-300, 1e-17, 0.5, 1.0, 2.0, 1e17, 1e300]
 ENDS = [709.782712893384, 709.7827128933841, -708.4, -745.1332191019411, -745.1332191019412]
@@ -127,3 +130,39 @@ def test_plain_python_gives_the_bits_of_the_compiled_functions() -> None:
         plain = uncompiled(getattr(arithmetic, name))
         expected = [plain(*pair) for pair in zip(x.tolist(), y.tolist(), strict=True)]
         np.testing.assert_array_equal(evaluated(which, x, y), expected)
+
+
+@kernel
+def errors_of_products(a: Floats, b: Floats, out: Floats) -> None:
+    for i in range(a.shape[0]):
+        _, out[i] = arithmetic.two_product(a[i], b[i])
+
+
+def portable_errors_of_products(a: Floats, b: Floats, out: Floats) -> None:
+    for i in range(a.shape[0]):
+        product = a[i] * b[i]
+        out[i] = arithmetic.product_error(a[i], b[i], product)
+
+
+def test_the_error_of_a_product_is_exact_with_and_without_a_fused_product() -> None:
+    rng = np.random.default_rng(11)
+    a = rng.normal(size=2000) * 10.0 ** rng.uniform(-60, 60, 2000)
+    b = rng.normal(size=2000) * 10.0 ** rng.uniform(-60, 60, 2000)
+    exact = [
+        float(Fraction(x) * Fraction(y) - Fraction(x * y))
+        for x, y in zip(a.tolist(), b.tolist(), strict=True)
+    ]
+
+    here, portable = np.empty(2000), np.empty(2000)
+    errors_of_products(a, b, here)
+    token = is_portable.set(True)
+    try:
+        assert not has_fused_products()
+        njit: Any = numba.njit
+        njit(portable_errors_of_products)(a, b, portable)
+    finally:
+        is_portable.reset(token)
+    plain = np.empty(2000)
+    portable_errors_of_products(a, b, plain)
+
+    assert here.tolist() == portable.tolist() == plain.tolist() == exact

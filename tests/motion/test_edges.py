@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import mpmath
 import numpy as np
 import pytest
 
@@ -157,6 +158,24 @@ def test_exact_resonance_grows_by_its_secular_term() -> None:
 
     t = np.linspace(0.0, 1e5, 1001)
     np.testing.assert_allclose(run(t)[0], t * np.sin(2.0 * t) / 4.0, atol=1e5 * 4e-11)
+
+
+def test_a_sampled_resonance_is_right_to_rounding_from_its_start_on() -> None:
+    """From rest x = (sin t - t cos t) / 2 and v = t sin t / 2, against 40 digits."""
+    run = pc.simulate(pc.Oscillator(1.0), pc.sine(1), t_end=400.0)
+    instants = np.concatenate([np.geomspace(1e-4, 1.0, 60), np.linspace(1.0, 400.0, 300)])
+
+    x, v = run(instants)
+
+    with mpmath.workdps(40):
+        for t, at, speed in zip(map(mpmath.mpf, instants), x, v, strict=True):
+            exact = (mpmath.sin(t) - t * mpmath.cos(t)) / 2
+            exact_v = t * mpmath.sin(t) / 2
+            # Early on the terms cancel, by three digits at most; later they are of the size of t.
+            limit = 1e-15 * max(float(t), 1.0)
+            assert abs(at - exact) <= limit
+            assert abs(speed - exact_v) <= limit
+            assert t > 1.0 or abs(at / exact - 1) <= 1e-12
 
 
 def test_incommensurate_harmonics_have_no_period_and_keep_their_phases() -> None:

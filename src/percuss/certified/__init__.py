@@ -20,6 +20,7 @@ from percuss.certified.chaos import CertifiedChaos, prove_chaos
 from percuss.certified.march import Ending
 from percuss.certified.orbit_list import CompleteList, list_orbits
 from percuss.certified.orbit_result import CertifiedOrbit
+from percuss.certified.proven_basins import CertifiedBasins, prove_basins
 from percuss.certified.results import CertifiedRun
 from percuss.certified.special import CertifiedPoint
 from percuss.certified.statements import (
@@ -34,6 +35,7 @@ __all__ = [
     "Ball",
     "Balls",
     "BranchStretch",
+    "CertifiedBasins",
     "CertifiedBranch",
     "CertifiedChaos",
     "CertifiedOrbit",
@@ -50,6 +52,7 @@ __all__ = [
     "keeps_eigenset",
     "keeps_subset",
     "list_orbits",
+    "prove_basins",
     "prove_chaos",
     "repeats_after",
 ]

@@ -18,7 +18,7 @@ from percuss.certified.ball_arithmetic import Undecided
 from percuss.certified.ball_law import law_of
 from percuss.certified.cloud import BallMatrix, BallPair, Cloud, applied, times
 from percuss.certified.numbers import between, precision
-from percuss.certified.set_flight import next_passage, search_set
+from percuss.certified.set_flight import SlowEvents, next_passage, search_set
 from percuss.certified.shooting import OrbitEvent
 from percuss.certified.step import Departure
 from percuss.certified.system import BallSystem
@@ -30,6 +30,7 @@ __all__ = [
     "ImpactSurface",
     "are_disjoint",
     "covering",
+    "halves_of",
     "image_of",
     "seen_from",
 ]
@@ -144,8 +145,10 @@ class ImpactSurface:
         """Period of the forcing at the working precision."""
         return law_of(self.system).period(1)
 
-    def image(self, cloud: Cloud) -> ImageOfSet:
+    def image(self, cloud: Cloud, finest: float = 0.0) -> ImageOfSet:
         """Return the image of the middle of a set of states, and the derivative on all of it.
+
+        Stretches of flights below ``finest`` are not tried.
 
         Raises
         ------
@@ -157,7 +160,7 @@ class ImpactSurface:
         product: BallMatrix | None = None
         point = cloud.middle
         for _ in range(MOST_EVENTS):
-            found = search_set(self.system, start, longest)
+            found = search_set(self.system, start, longest, SlowEvents(finest))
             passage = next_passage(self.system, start, found)
             if passage is None:
                 raise Undecided("no_event", f"a flight meets no stop within {longest:.6g}")
@@ -200,12 +203,12 @@ def _derivatives(surface: ImpactSurface, cloud: Cloud) -> Iterator[BallMatrix]:
         except Undecided:
             if done + len(parts) > MOST_PARTS:
                 raise
-            parts += _halves(part)
+            parts += halves_of(part)
             continue
         if _is_narrow(derivative) or done + len(parts) > MOST_PARTS:
             yield derivative
         else:
-            parts += _halves(part)
+            parts += halves_of(part)
 
 
 def _is_narrow(derivative: BallMatrix) -> bool:
@@ -214,7 +217,7 @@ def _is_narrow(derivative: BallMatrix) -> bool:
     return widest <= NARROW * max(float(entry.abs_upper()) for entry in entries)
 
 
-def _halves(cloud: Cloud) -> list[Cloud]:
+def halves_of(cloud: Cloud) -> list[Cloud]:
     """Return the two halves of a set, divided across its longer side."""
     columns = zip(*cloud.axes, strict=True)
     sides = [

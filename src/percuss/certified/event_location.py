@@ -25,7 +25,7 @@ SHORT = 0.05
 MOST_TERMS = 600
 # How long a trial may be, as a part of the same time: on longer ones the velocity hardly keeps its
 # sign. The bounds hold on any.
-NARROW = 0.1
+NARROW = 0.4
 
 
 def interval_newton(value: arb, slope: Callable[[arb], arb], trial: arb) -> tuple[arb, arb]:

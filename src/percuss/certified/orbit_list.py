@@ -34,6 +34,7 @@ from percuss.progress import Progress, Report
 
 if TYPE_CHECKING:
     from pandas import DataFrame
+    from xarray import Dataset
 
 __all__ = ["CompleteList", "list_orbits"]
 
@@ -322,6 +323,13 @@ class CompleteList:
         import pandas as pd
 
         return pd.DataFrame(self._columns())
+
+    def to_xarray(self) -> Dataset:
+        """Return the columns of `to_pandas` over ``orbit``, which `percuss.save_csv` writes."""
+        import xarray
+
+        columns = {name: ("orbit", np.array(column)) for name, column in self._columns().items()}
+        return xarray.Dataset(columns)
 
     def _columns(self) -> dict[str, Sequence[object]]:
         rows = [self._first(orbit) for orbit in self.orbits]

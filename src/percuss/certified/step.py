@@ -32,6 +32,7 @@ __all__ = [
     "landed",
     "levels_of",
     "moved_by",
+    "never_reaches",
     "state_in_flight",
     "state_on",
     "width_of",
@@ -211,7 +212,7 @@ def _arrival(
     with precision(coarse):
         whole = flight_of(system, start, whole=True)
         levels = levels_of(system, start.region)
-        if not levels or _never_reaches(whole, levels, start):
+        if not levels or never_reaches(whole, levels, start):
             return None
         search = search_along(system, whole, levels, start.bound, start.order, width)
         bracket = search.first(longest)
@@ -339,7 +340,7 @@ def at_moment(
     return Departure(start.region, cloud, None, 1, moment, piece), derivative
 
 
-def _never_reaches(flight: EnclosedFlight, levels: list[Level], start: Departure) -> bool:
+def never_reaches(flight: EnclosedFlight, levels: list[Level], start: Departure) -> bool:
     """Return whether the motion is proven to stay away from all levels for ever."""
     if start.bound is not None:
         return False

@@ -3,7 +3,7 @@
 The C library's elementary functions differ between its versions and, where it has variants with
 fused multiplication, between processors; NumPy's and a compiler's vector forms differ from both.
 What IEEE 754 rounds correctly, + - * / and the square root, is the same everywhere, and kernels
-are compiled without contraction. Methods and coefficients are those of fdlibm (Sun Microsystems
+are compiled without contraction; a fused product stands only where its answer is exact. Methods and coefficients are those of fdlibm (Sun Microsystems
 1993); all answers are right to one unit in the last place.
 
 Sums and products that keep their rounding errors are those of Dekker 1971 and Knuth 1969. An
@@ -20,7 +20,7 @@ from typing import TypeAlias
 import numpy as np
 
 from percuss.arrays import Floats
-from percuss.kernels.compile import formula, kernel
+from percuss.kernels.compile import error_of_product, formula, kernel
 
 Pair: TypeAlias = tuple[float, float]
 
@@ -46,18 +46,23 @@ def two_sum(a: float, b: float) -> tuple[float, float]:
     return total, (a - (total - of_b)) + (b - of_b)
 
 
-@kernel
-def two_product(a: float, b: float) -> tuple[float, float]:
-    """Return a * b rounded, and the rounding error."""
-    product = a * b
+@error_of_product
+def product_error(a: float, b: float, product: float) -> float:
+    """Return a * b - product, where ``product`` is a * b rounded."""
     split = SPLITTER * a
     a_high = split - (split - a)
     a_low = a - a_high
     split = SPLITTER * b
     b_high = split - (split - b)
     b_low = b - b_high
-    error = ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low
-    return product, error
+    return ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low
+
+
+@kernel
+def two_product(a: float, b: float) -> tuple[float, float]:
+    """Return a * b rounded, and the rounding error."""
+    product = a * b
+    return product, product_error(a, b, product)
 
 
 @kernel

@@ -19,14 +19,18 @@ import contextlib
 import functools
 import gc
 import hashlib
+import platform
 import sys
 import types
 from collections.abc import Callable, Mapping
+from contextvars import ContextVar
 from importlib import resources
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar, cast
 
+import llvmlite.binding
 import numba
+import numba.extending
 from numba.core.caching import CompileResultCacheImpl, FunctionCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
@@ -45,6 +49,10 @@ OPTIONS: dict[str, Any] = {
     # Said for each: a function that is compiled for a `formula` would take this over from it.
     "forceinline": False,
 }
+
+
+# Whether code is made for other processors than this one.
+is_portable: ContextVar[bool] = ContextVar("is_portable", default=False)
 
 
 def as_part(compiled: Any, options: Mapping[str, Any], is_cold: bool = False) -> None:
@@ -251,6 +259,51 @@ def cold(function: Callable[P, R]) -> Callable[P, R]:
     0.0
     """
     return _compiled(function, OPTIONS, is_cold=True)
+
+
+def has_fused_products() -> bool:
+    """Return whether the processor that is compiled for multiplies and adds with one rounding."""
+    settings: Any = numba.config
+    if is_portable.get():
+        return False
+    if settings.CPU_NAME is not None:
+        # Chosen by the user; what its name implies is not known here.
+        return "+fma" in (settings.CPU_FEATURES or "")
+    if platform.machine().lower() in ("arm64", "aarch64"):
+        return True
+    return bool(llvmlite.binding.get_host_cpu_features().get("fma", False))
+
+
+def error_of_product(function: Callable[P, R]) -> Callable[P, R]:
+    """Let kernels take one instruction, where there is one, for the rounding error of a product.
+
+    That error is a double, so that the instruction and the function give the same bits, for all
+    products that neither overflow nor come near the least doubles.
+
+    Parameters
+    ----------
+    function
+        Takes (a, b, c), where c is a * b rounded, and returns a * b - c by sums and products.
+
+    Returns
+    -------
+    Callable
+        The function itself.
+    """
+    extending: Any = numba.extending
+    real = numba.types.float64
+
+    def typed(_context: object) -> Any:
+        return lambda _a, _b, _c: real
+
+    def lowered(context: Any, builder: Any, signature: Any, given: Any) -> Any:
+        if has_fused_products():
+            return builder.fma(given[0], given[1], builder.fneg(given[2]))
+        return context.compile_internal(builder, function, signature, given)
+
+    extending.type_callable(function)(typed)
+    extending.lower_builtin(function, real, real, real)(lowered)
+    return function
 
 
 @functools.cache

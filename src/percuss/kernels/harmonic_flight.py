@@ -5,6 +5,11 @@ wall. This is `next_event`, `event_location` and `march` for the commonest case,
 whose numbers stay in registers: 2.5 times as fast. Everything else is left to them with the state
 untouched: a flight near a graze, a short or a long one, a slow impact.
 
+A search need not wait for the cosine and sine of the instant at which its flight begins: it goes by
+the force that the landing before has turned along, right to 12 roundings. Those of the instant enter
+the result alone. Both depend on the motion alone, however it is left and taken up again, because the
+state carries that force (docs/decisions/004-harmonic-flights.md).
+
 The arithmetic is in functions of numbers alone, free of branches; `lockstep` applies the same
 functions to many motions at once, as vectors: the same operations in the same order, hence the
 same bits. A flight is mirrored so that the motion is at y > 0.
@@ -16,8 +21,15 @@ import math
 from typing import TypeAlias
 
 from percuss.arrays import Floats
-from percuss.kernels.arithmetic import cos_sin, cubic_minimum, decay, later, quintic_root
-from percuss.kernels.compile import formula, kernel
+from percuss.kernels.arithmetic import (
+    Pair,
+    cos_sin,
+    cubic_minimum,
+    decay,
+    later,
+    quintic_root,
+)
+from percuss.kernels.compile import cold, formula, kernel
 from percuss.kernels.contact import SLOW
 from percuss.kernels.event_location import is_settled, series_root
 from percuss.kernels.flight import SERIES_LIMIT
@@ -51,7 +63,21 @@ from percuss.kernels.law_columns import (
     Law,
 )
 from percuss.kernels.next_event import STEPS_A_WALK, THIRD, WALK_SLACK
-from percuss.kernels.record import EVENT_T, EVENT_T_LOW, HUGE, V_AFTER, V_BEFORE
+from percuss.kernels.record import (
+    CARRIED_PUSH,
+    CARRIED_RATE,
+    CARRIED_T,
+    CARRIED_T_LOW,
+    EVENT_T,
+    EVENT_T_LOW,
+    FASTEST,
+    HUGE,
+    T_LOW,
+    V_AFTER,
+    V_BEFORE,
+    T,
+    V,
+)
 from percuss.kernels.step import Walk, walk_of
 
 # Least speed of a harmonic landing times a step, as a part of the slack of the walk: 2e-6 of the
@@ -62,6 +88,8 @@ SLOWEST = 2e5
 Begin: TypeAlias = tuple[float, float, float, float]
 # On the walk: y, v, the harmonic force and its derivative by the frequency.
 Place: TypeAlias = tuple[float, float, float, float]
+# A landing: s, v, what is to be added to s, and the force and its derivative there, turned along.
+HarmonicLanding: TypeAlias = tuple[float, float, float, float, float]
 # What is needed of a law for the closed form and for bounds, in the order of `motion_of` and
 # `bounds_of`; for a step of the walk see `step.walk_of`.
 FreeMotion: TypeAlias = tuple[
@@ -94,12 +122,13 @@ def motion_of(law: Law, region: int) -> FreeMotion:
 def bounds_of(law: Law, region: int) -> Bounds:
     """Return the step and what bounds are made of."""
     quickest = law[region, QUICKEST]
+    fastest = max(quickest, law[FIRST_HARMONIC, OMEGA])
     # What a constant force does cancels as well where there is damping.
     damped = law[region, DAMPING] > 0.0
     return (
         law[region, STEP],
-        quickest,
-        quickest if damped else max(quickest, law[FIRST_HARMONIC, OMEGA]),
+        fastest,
+        quickest if damped else fastest,
         law[FIRST_HARMONIC, AMPLITUDE],
         law[0, FORCE_BOUND],
         law[0, FORCE_BOUND + 4],
@@ -123,7 +152,7 @@ def margins(motion: FreeMotion, bounds: Bounds, begin: Begin) -> tuple[float, fl
     """
     force, push, rate, v0 = begin
     stiffness, damping, omega, gain_re, gain_im, twice_per_rate, per_stiffness, _, _, _, _ = motion
-    step, quickest, _, amplitude, force_bound, _, _, _ = bounds
+    step, fastest, _, amplitude, force_bound, _, _, _ = bounds
     z = -force * per_stiffness - (push * gain_re + rate * gain_im)
     w = v0 + omega * (push * gain_im - rate * gain_re)
     turned = (w + damping * z) * 0.5 * twice_per_rate
@@ -131,7 +160,7 @@ def margins(motion: FreeMotion, bounds: Bounds, begin: Begin) -> tuple[float, fl
     swing = amplitude * (abs(gain_re) + abs(gain_im))
     square = omega * omega
     fourth = stiffness * stiffness * free + square * square * swing
-    size = (free + swing) * (2.0 + 2.0 * step * max(omega, quickest))
+    size = (free + swing) * (2.0 + 2.0 * step * fastest)
     size += 2.0 * abs(force) * per_stiffness
     slack = WALK_SLACK * (size + step * step * (abs(force) + force_bound))
     return fourth, fourth * step**4 * (1.0 / 384.0), slack
@@ -191,13 +220,13 @@ def harmonic_guess(
 @formula
 def harmonic_iteration(
     motion: FreeMotion, bounds: Bounds, begin: Begin, s: float
-) -> tuple[bool, float, float, float]:
-    """Return whether an iteration at s settles the landing, and (s, v, s_low), or the next s.
+) -> tuple[bool, float, float, float, float, float]:
+    """Return whether an iteration at s settles the landing, and the landing, or the next s.
 
     The next s is NaN, which never settles, where s is short.
     """
     stiffness, damping, omega, _, _, _, _, _, _, _, _ = motion
-    _, quickest, pace, _, _, force_bound, bound_of_x, bound_of_v = bounds
+    _, fastest, pace, _, _, force_bound, bound_of_x, bound_of_v = bounds
     y, kept, won, push, rate = harmonic_state(motion, begin, s)
     drag = 2.0 * damping
     v = kept + won
@@ -208,13 +237,21 @@ def harmonic_iteration(
     step = series_root(y, v, second, third, fourth)
     sixth = force_bound + bound_of_x * abs(fourth)
     sixth += bound_of_v * abs(fifth)
-    settled = is_settled(quickest, step, s, v, (second, third, fourth, fifth, sixth))
-    bend = 0.5 * third + step * (fourth * (1.0 / 6.0) + step * fifth * (1.0 / 24.0))
+    settled = is_settled(fastest, step, s, v, (second, third, fourth, fifth, sixth))
+    square = step * step
+    gained = step * (second + step * (0.5 * third))
+    gained += square * step * (fourth * (1.0 / 6.0) + step * fifth * (1.0 / 24.0))
     # Added last: a rounding of the large part would stay in the velocity.
     end = s + step
     far = pace * s > SERIES_LIMIT
-    speed = kept + (won + step * (second + step * bend))
-    return settled and far, end if far else math.nan, speed, step - (end - s)
+    speed = kept + (won + gained)
+    # By a phase of SMALL_PHASE at most: its fourth power is a rounding.
+    turn = omega * step
+    less = 0.5 * turn * turn
+    turn -= turn * less * THIRD
+    push1 = push + turn * rate - less * push
+    rate1 = rate - turn * push - less * rate
+    return settled and far, end if far else math.nan, speed, step - (end - s), push1, rate1
 
 
 @formula
@@ -241,11 +278,12 @@ def harmonic_state(
     rise = (shrink * square - lost - damping * impulse) * per_stiffness
     over_re = cosine - even - damping * impulse
     over_im = sine - omega * impulse
-    to_push = over_re * gain_re - over_im * gain_im
-    to_rate = over_im * gain_re + over_re * gain_im
-    y = v0 * impulse + force * rise + push0 * to_push + rate0 * to_rate
-    won = force * impulse + push0 * (impulse - omega * to_rate) + rate0 * omega * to_push
-    won -= v0 * damping * impulse
+    # The steady motion at the start, and its derivative by the phase.
+    steady = push0 * gain_re + rate0 * gain_im
+    slope = rate0 * gain_re - push0 * gain_im
+    y = v0 * impulse + (force * rise + (over_re * steady + over_im * slope))
+    won = (force + push0 - v0 * damping) * impulse
+    won += over_re * (omega * slope) - over_im * (omega * steady)
     kept = v0 * even
     if half_cos * half_cos < 0.25:
         # Near half a period: -v0, unrounded, and the little that is missing to it.
@@ -258,7 +296,7 @@ def harmonic_state(
 def is_first(
     before: Place,
     s: float,
-    landed: tuple[float, float, float],
+    landed: HarmonicLanding,
     step: float,
     fourth: float,
     slack: float,
@@ -268,7 +306,7 @@ def is_first(
     The criterion is that of `event_of_step`; a speed that may be rounding leaves it open
     (`rest_at_landing`).
     """
-    end, speed, _ = landed
+    end, speed, _, _, _ = landed
     width = end - s
     third = THIRD * width
     least = fourth * width**4 * (1.0 / 287.0) + (slack if s > 0.0 else 0.0)
@@ -284,7 +322,7 @@ def is_first(
 @formula
 def harmonic_impact(
     instant: tuple[float, float],
-    landed: tuple[float, float, float],
+    landed: HarmonicLanding,
     restitution: float,
     fastest: float,
     t_end: float,
@@ -297,67 +335,105 @@ def harmonic_impact(
     return t, t_low, speed, t < t_end and speed > SLOW * fastest and speed < HUGE
 
 
+@formula
+def carried_force(motion: FreeMotion, pull: Pair, state: Floats) -> Pair:
+    """Return the harmonic force and its derivative at a state, as the last flight has left them.
+
+    Where none has they are computed afresh.
+    """
+    if state[CARRIED_T] == state[T] and state[CARRIED_T_LOW] == state[T_LOW]:
+        return state[CARRIED_PUSH], state[CARRIED_RATE]
+    return pushes(pull, cos_sin(motion[9], motion[10], state[T], state[T_LOW]))
+
+
+@formula
+def carry_force(turned: Pair, state: Floats) -> None:
+    """Keep the harmonic force and its derivative of the last landing in a state."""
+    state[CARRIED_T] = state[T]
+    state[CARRIED_T_LOW] = state[T_LOW]
+    state[CARRIED_PUSH] = turned[0]
+    state[CARRIED_RATE] = turned[1]
+
+
 @kernel
 def harmonic_flights(
     law: Law,
     region: int,
-    begin: tuple[float, float, float, float],
+    state: Floats,
     t_end: float,
     phases: Floats,
     events: Floats,
     first: int,
     last: int,
-) -> tuple[int, float]:
-    """Fly from impact to impact while flights are harmonic; return (number, fastest speed).
+) -> int:
+    """Fly from impact to impact while flights are harmonic; return their number.
 
-    ``begin`` is (t, t_low, v, fastest impact speed so far). Rows ``first`` to ``last`` of the
+    The state's instant, velocity and fastest speed follow. Rows ``first`` to ``last`` of the
     events' table receive the impacts.
     """
-    t, t_low, v0, fastest = begin
+    t, t_low, v0, fastest = state[T], state[T_LOW], state[V], state[FASTEST]
     sign = 1.0 if law[region, LOWER_KIND] == WALL else -1.0
     restitution = law[region, LOWER_RESTITUTION if sign > 0.0 else UPPER_RESTITUTION]
     force = sign * law[region, LOWER_FORCE if sign > 0.0 else UPPER_FORCE]
     pull = (sign * law[FIRST_HARMONIC, COSINE], sign * law[FIRST_HARMONIC, SINE])
     push, rate = pushes(pull, (phases[0, 0], phases[0, 1]))
     v0 *= sign
+    carried = carried_force(motion_of(law, region), pull, state)
+    made = 0
     for row in range(first, last):
-        landed = harmonic_flight(law, region, (force, push, rate, v0))
-        t1, t1_low, v0, fine = harmonic_impact((t, t_low), landed, restitution, fastest, t_end)
+        landed = harmonic_flight(law, region, (force, push, rate, v0), carried)
+        t1, t1_low, speed, fine = harmonic_impact((t, t_low), landed, restitution, fastest, t_end)
         if not fine:
-            return row - first, fastest
+            break
+        made += 1
         t = t1
         t_low = t1_low
+        v0 = speed
         fastest = max(fastest, abs(landed[1]))
+        carried = (landed[3], landed[4])
         phase = cos_sin(law[FIRST_HARMONIC, TURNS], law[FIRST_HARMONIC, TURNS_LOW], t, t_low)
         push, rate = pushes(pull, phase)
         events[row, EVENT_T] = t
         events[row, EVENT_T_LOW] = t_low
         events[row, V_BEFORE] = sign * landed[1]
         events[row, V_AFTER] = sign * v0
-    return max(0, last - first), fastest
+    state[T] = t
+    state[T_LOW] = t_low
+    state[V] = sign * v0
+    state[FASTEST] = fastest
+    carry_force(carried, state)
+    return made
 
 
-@kernel
-def harmonic_flight(law: Law, region: int, begin: Begin) -> tuple[float, float, float]:
-    """Return (s, v, s_low) of the return to the wall, NaN where this search leaves it open."""
+@formula
+def harmonic_flight(law: Law, region: int, begin: Begin, carried: Pair) -> HarmonicLanding:
+    """Return the return to the wall, NaN where this search leaves it open.
+
+    The search goes by ``carried``, the force and its derivative as the flight before has left
+    them: it need not wait for those of ``begin``, which are computed afresh.
+    """
     motion = motion_of(law, region)
     bounds = bounds_of(law, region)
     step = bounds[0]
-    fourth, bow, slack = margins(motion, bounds, begin)
-    at_wall = (0.0, begin[3], begin[1], begin[2])
+    force, v0 = begin[0], begin[3]
+    fourth, bow, slack = margins(motion, bounds, (force, carried[0], carried[1], v0))
+    at_wall = (0.0, v0, carried[0], carried[1])
     walk = walk_of(law, region)
-    i, before, after = harmonic_walk(walk, step, begin[0], (bow, slack), 0, at_wall)
+    i, before, after = harmonic_walk(walk, step, force, (bow, slack), 0, at_wall)
     if i >= 0:
-        guess = step * i + step * harmonic_guess(motion, step, begin[0], before, after)
-        landed = harmonic_landing(motion, bounds, begin, guess, MOST_ITERATIONS)
+        guess = step * i + step * harmonic_guess(motion, step, force, before, after)
+        settled, s, v, s_low, push, rate = harmonic_iteration(motion, bounds, begin, guess)
+        landed = (s, v, s_low, push, rate)
+        if not settled:
+            landed = harmonic_landing(motion, bounds, begin, s, MOST_ITERATIONS - 1)
         if is_first(before, step * i, landed, step, fourth, slack):
             return landed
-    return math.nan, math.nan, math.nan
+    return math.nan, math.nan, math.nan, math.nan, math.nan
 
 
-@kernel
+@formula
 def harmonic_walk(
-    walk: Walk, step: float, force: float, margin: tuple[float, float], i: int, before: Place
+    walk: Walk, step: float, force: float, margin: Pair, i: int, before: Place
 ) -> tuple[int, Place, Place]:
     """Walk on from step i to the one that ends in the wall; return which, and both its ends.
 
@@ -384,16 +460,16 @@ def is_clear_yet(step: float, before: Place, after: Place, bow: float, slack: fl
     return min(y, y1) > slack and cubic_minimum(y, step * v, y1, step * v1) > bow + slack
 
 
-@kernel
+@cold
 def harmonic_landing(
     motion: FreeMotion, bounds: Bounds, begin: Begin, guess: float, iterations: int
-) -> tuple[float, float, float]:
-    """Return (s, v, s_low) at the wall next to ``guess``, NaN where it is not settled."""
+) -> HarmonicLanding:
+    """Return the landing next to ``guess``, NaN where it is not settled."""
     s = guess
     for _ in range(iterations):
-        settled, s, v, s_low = harmonic_iteration(motion, bounds, begin, s)
-        if settled:
-            return s, v, s_low
         if not s > 0.0:
             break
-    return math.nan, math.nan, math.nan
+        settled, s, v, s_low, push, rate = harmonic_iteration(motion, bounds, begin, s)
+        if settled:
+            return s, v, s_low, push, rate
+    return math.nan, math.nan, math.nan, math.nan, math.nan

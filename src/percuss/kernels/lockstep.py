@@ -19,8 +19,11 @@ from percuss.kernels.harmonic_flight import (
     Begin,
     Bounds,
     FreeMotion,
+    HarmonicLanding,
     Place,
     bounds_of,
+    carried_force,
+    carry_force,
     clearance,
     harmonic_guess,
     harmonic_impact,
@@ -62,11 +65,12 @@ FOURTH, BOW, SLACK = range(43, 46)
 MODE, COUNT, Y, W, WALK_PUSH, WALK_RATE = range(46, 52)
 # the same once more, for each other step,
 OTHER = 6
-# the landing, and the impact.
-S, BEFORE, S_LOW, NEXT_AT, NEXT_AT_LOW, NEXT_SPEED = range(58, 64)
+# the landing with the force turned along, and the impact.
+S, BEFORE, S_LOW, TURNED_PUSH, TURNED_RATE = range(58, 63)
+NEXT_AT, NEXT_AT_LOW, NEXT_SPEED, NEXT_PUSH, NEXT_RATE = range(63, 68)
 # From when on impacts are kept, how many more may come, and 1 where nothing is left to do.
-COUNTED_FROM, LEFT, DONE = range(64, 67)
-ROWS = 67
+COUNTED_FROM, LEFT, DONE = range(68, 71)
+ROWS = 71
 # The mode of a slot: empty; between flights; on the walk; on a step that ends in the wall; at a
 # step that is not clear; landed; at something that is no harmonic flight.
 ABSENT, READY, WALKING, ENDING, DOUBTFUL, LANDED, NOT_HARMONIC = (float(mode) for mode in range(7))
@@ -112,6 +116,10 @@ def load_state(block: Floats, slot: int, state: Floats, left: int) -> None:
     block[FASTEST_YET * SLOTS + slot] = state[FASTEST]
     block[BEFORE * SLOTS + slot] = 0.0
     block[MODE * SLOTS + slot] = READY
+    pull = (block[PULL_COS * SLOTS + slot], block[PULL_SIN * SLOTS + slot])
+    carried = carried_force(motion_at(block, slot), pull, state)
+    block[NEXT_PUSH * SLOTS + slot] = carried[0]
+    block[NEXT_RATE * SLOTS + slot] = carried[1]
 
 
 @kernel
@@ -122,6 +130,7 @@ def store_state(block: Floats, slot: int, state: Floats) -> None:
     state[V] = block[SIGN * SLOTS + slot] * block[NEXT_SPEED * SLOTS + slot]
     before = abs(block[BEFORE * SLOTS + slot])
     state[FASTEST] = max(block[FASTEST_YET * SLOTS + slot], before)
+    carry_force((block[NEXT_PUSH * SLOTS + slot], block[NEXT_RATE * SLOTS + slot]), state)
 
 
 @kernel
@@ -206,6 +215,18 @@ def place_at(block: Floats, i: int) -> Place:
     )
 
 
+@formula
+def landing_at(block: Floats, i: int) -> HarmonicLanding:
+    """Return the landing of a slot."""
+    return (
+        block[S * SLOTS + i],
+        block[BEFORE * SLOTS + i],
+        block[S_LOW * SLOTS + i],
+        block[TURNED_PUSH * SLOTS + i],
+        block[TURNED_RATE * SLOTS + i],
+    )
+
+
 @kernel
 def fly_round(block: Floats) -> int:
     """Take each motion of a block to its next impact; return how many are not DONE.
@@ -230,7 +251,9 @@ def take_off(block: Floats) -> None:
         bounds = bounds_at(block, i)
         pull = (block[PULL_COS * SLOTS + i], block[PULL_SIN * SLOTS + i])
         push, rate = pushes(pull, cos_sin(motion[9], motion[10], t, t_low))
-        fourth, bow, slack = margins(motion, bounds, (block[PULL * SLOTS + i], push, rate, speed))
+        carried = (block[NEXT_PUSH * SLOTS + i], block[NEXT_RATE * SLOTS + i])
+        force = block[PULL * SLOTS + i]
+        fourth, bow, slack = margins(motion, bounds, (force, carried[0], carried[1], speed))
         fastest = max(block[FASTEST_YET * SLOTS + i], abs(block[BEFORE * SLOTS + i]))
         block[FASTEST_YET * SLOTS + i] = fastest
         block[AT * SLOTS + i] = t
@@ -244,8 +267,8 @@ def take_off(block: Floats) -> None:
         block[COUNT * SLOTS + i] = 0.0
         block[Y * SLOTS + i] = 0.0
         block[W * SLOTS + i] = speed
-        block[WALK_PUSH * SLOTS + i] = push
-        block[WALK_RATE * SLOTS + i] = rate
+        block[WALK_PUSH * SLOTS + i] = carried[0]
+        block[WALK_RATE * SLOTS + i] = carried[1]
         mode = block[MODE * SLOTS + i]
         block[MODE * SLOTS + i] = ABSENT if mode == ABSENT else WALKING
 
@@ -320,8 +343,9 @@ def aim(block: Floats) -> None:
     for i in range(SLOTS):
         step = block[BOUNDS * SLOTS + i]
         before = place_at(block, i)
-        after = harmonic_step(walk_at(block, i), block[PULL * SLOTS + i], before)
-        part = harmonic_guess(motion_at(block, i), step, block[PULL * SLOTS + i], before, after)
+        pull = block[PULL * SLOTS + i]
+        after = harmonic_step(walk_at(block, i), pull, before)
+        part = harmonic_guess(motion_at(block, i), step, pull, before, after)
         block[S * SLOTS + i] = step * block[COUNT * SLOTS + i] + step * part
 
 
@@ -338,12 +362,14 @@ def land_all(block: Floats) -> None:
     for i in range(SLOTS):
         s = block[S * SLOTS + i]
         if block[MODE * SLOTS + i] == ENDING and s > 0.0:
-            end, v, s_low = harmonic_landing(
+            end, v, s_low, push, rate = harmonic_landing(
                 motion_at(block, i), bounds_at(block, i), begin_at(block, i), s, iterations
             )
             block[S * SLOTS + i] = end
             block[BEFORE * SLOTS + i] = v
             block[S_LOW * SLOTS + i] = s_low
+            block[TURNED_PUSH * SLOTS + i] = push
+            block[TURNED_RATE * SLOTS + i] = rate
             block[MODE * SLOTS + i] = LANDED if end > 0.0 else NOT_HARMONIC
 
 
@@ -358,14 +384,18 @@ def iterate_all(block: Floats) -> int:
         # All reads come before all writes, without which the compiler makes no vectors of the loop.
         before = block[BEFORE * SLOTS + i]
         s_low_before = block[S_LOW * SLOTS + i]
+        push_before = block[TURNED_PUSH * SLOTS + i]
+        rate_before = block[TURNED_RATE * SLOTS + i]
         motion = motion_at(block, i)
         bounds = bounds_at(block, i)
-        settled, end, v, s_low = harmonic_iteration(
+        settled, end, v, s_low, push, rate = harmonic_iteration(
             motion, bounds, begin_at(block, i), s if active else 1.0
         )
         block[S * SLOTS + i] = end if active else s
         block[BEFORE * SLOTS + i] = v if active else before
         block[S_LOW * SLOTS + i] = s_low if active else s_low_before
+        block[TURNED_PUSH * SLOTS + i] = push if active else push_before
+        block[TURNED_RATE * SLOTS + i] = rate if active else rate_before
         block[MODE * SLOTS + i] = LANDED if active & settled else mode
         left += int(active & (not settled) & (end > 0.0))
     return left
@@ -379,7 +409,8 @@ def strike_all(block: Floats) -> int:
         mode = block[MODE * SLOTS + i]
         step = block[BOUNDS * SLOTS + i]
         slack = block[SLACK * SLOTS + i]
-        landed = (block[S * SLOTS + i], block[BEFORE * SLOTS + i], block[S_LOW * SLOTS + i])
+        landed = landing_at(block, i)
+        carried = (block[NEXT_PUSH * SLOTS + i], block[NEXT_RATE * SLOTS + i])
         before = place_at(block, i)
         s = step * block[COUNT * SLOTS + i]
         first = is_first(before, s, landed, step, block[FOURTH * SLOTS + i], slack)
@@ -400,5 +431,7 @@ def strike_all(block: Floats) -> int:
         block[NEXT_AT * SLOTS + i] = t if fine else instant[0]
         block[NEXT_AT_LOW * SLOTS + i] = t_low if fine else instant[1]
         block[NEXT_SPEED * SLOTS + i] = speed if fine else block[SPEED * SLOTS + i]
+        block[NEXT_PUSH * SLOTS + i] = landed[3] if fine else carried[0]
+        block[NEXT_RATE * SLOTS + i] = landed[4] if fine else carried[1]
         block[BEFORE * SLOTS + i] = landed[1] if fine else 0.0
     return not_done

@@ -35,6 +35,7 @@ from percuss.kernels.pieces import next_knot, time_to_knot
 from percuss.kernels.record import (
     AT_REST,
     BOUND,
+    CARRIED_T,
     CONTACT,
     CONTACT_UNTIL,
     CROSSING,
@@ -127,8 +128,7 @@ def skip_ahead(run: Run, t_end: float, max_impacts: int) -> None:
         return
     first = counters[N_EVENTS]
     last = min(len(events) - 2, first + min(max_impacts - counters[N_IMPACTS], PLAIN_AT_ONCE))
-    begin = (state[T], state[T_LOW], state[V], state[FASTEST])
-    made, state[FASTEST] = harmonic_flights(law, region, begin, t_end, phases, events, first, last)
+    made = harmonic_flights(law, region, state, t_end, phases, events, first, last)
     if made == 0:
         return
     bound = int(law[region, NUMBER]) + (0 if sign > 0.0 else 1)
@@ -138,9 +138,6 @@ def skip_ahead(run: Run, t_end: float, max_impacts: int) -> None:
         marks[i, NEXT_REGION] = region
     counters[N_EVENTS] += made
     counters[N_IMPACTS] += made
-    state[T] = events[first + made - 1, EVENT_T]
-    state[T_LOW] = events[first + made - 1, EVENT_T_LOW]
-    state[V] = events[first + made - 1, V_AFTER]
     state[FORCE] = law[region, LOWER_FORCE if sign > 0.0 else UPPER_FORCE]
     set_phases(law, state[T], state[T_LOW], phases)
 
@@ -170,6 +167,7 @@ def begin(run: Run) -> None:
     if x == law[region, UPPER] and law[region, UPPER_KIND] == EDGE and heading > 0.0:
         region += 1 + n
     state[FORCE] = constant_force(law, region, x)
+    state[CARRIED_T] = math.nan
     counters[REGION] = region
     below = x == law[region, LOWER] and law[region, LOWER_KIND] == WALL
     above = x == law[region, UPPER] and law[region, UPPER_KIND] == WALL

@@ -31,7 +31,9 @@ MOVING, REACHED_END, REACHED_LIMIT, AT_REST, OVERFLOW, NO_MORE, FULL, SPENT = ra
 # how far the flight, or contact, from it has been searched; the greatest impact speed so far; for
 # how long a contact has lasted up to the last knot, at which its instant is then.
 T, T_LOW, X, V, FORCE, FREE_BELOW, FREE_ABOVE, CONTACT_UNTIL, FASTEST, HELD = range(10)
-STATE_ENTRIES = 10
+# What the last harmonic flight has left for the search of the next, and the instant of its end.
+CARRIED_T, CARRIED_T_LOW, CARRIED_PUSH, CARRIED_RATE = range(10, 14)
+STATE_ENTRIES = 14
 # Entries of the counters: the region's row; the wall touched, as the sign of its normal (0 in
 # flight); and how many events, impacts or entries into soft stops, and grazes there were.
 REGION, TOUCHED, N_EVENTS, N_IMPACTS, N_GRAZES = range(5)

@@ -6,7 +6,7 @@ import math
 
 from percuss.arrays import Floats, Integers
 from percuss.kernels.arithmetic import ULP, cos_sin, exponential, logarithm, turns
-from percuss.kernels.compile import kernel
+from percuss.kernels.compile import formula, kernel
 from percuss.kernels.flight import (
     Flight,
     force_and_slopes,
@@ -19,11 +19,17 @@ from percuss.kernels.law_columns import (
     DAMPING,
     FIRST_HARMONIC,
     GAIN_RE,
+    GAP_IM,
+    GAP_RE,
     HALF_TURNS,
     HALF_TURNS_LOW,
     LOWER,
+    N_HARMONICS,
+    NEAR,
     OMEGA,
+    OVERDAMPED,
     PER_STIFFNESS,
+    PERIOD,
     PERIOD_TURNS,
     PERIOD_TURNS_LOW,
     QUICKEST,
@@ -44,6 +50,7 @@ from percuss.kernels.record import (
     KIND,
     NEXT_REGION,
     V_AFTER,
+    V_BEFORE,
     MotionRecord,
     flight_after,
     place_of_event,
@@ -118,7 +125,7 @@ def fill(
     if is_tail(events, marks, event):
         fill_tail(record, x, event, instants, rows, motion)
         return
-    if moving and law[region, SIMPLE] == 1.0 and law[region, DAMPING] == 0.0:
+    if moving and is_plain(law, region):
         soonest = EARLY / min(law[region, QUICKEST], law[FIRST_HARMONIC, OMEGA])
         undamped_motion(flight, instants, rows, motion)
     for i in range(rows[0], rows[1]):
@@ -212,10 +219,25 @@ def hop_of_tail(restitution: float, whole: float, s: float) -> tuple[float, floa
 
 
 @kernel
+def is_plain(law: Law, region: int) -> bool:
+    """Return whether a region has one harmonic and no damping, off resonance or exactly in it."""
+    if law[0, N_HARMONICS] != 1.0 or law[region, DAMPING] != 0.0:
+        return False
+    return law[region, SIMPLE] == 1.0 or is_resonant(law, region)
+
+
+@kernel
+def is_resonant(law: Law, region: int) -> bool:
+    """Return whether the only harmonic has the frequency of an undamped motion."""
+    near = law[region, OVERDAMPED] == 0.0 and law[region + 1, NEAR] == 1.0
+    return near and law[region + 1, GAP_RE] == 0.0 and law[region + 1, GAP_IM] == 0.0
+
+
+@kernel
 def undamped_motion(
     flight: Flight, instants: Floats, rows: tuple[int, int], motion: Floats
 ) -> None:
-    """Write y and v at each of ``instants`` for one harmonic without damping, off resonance.
+    """Write y and v at each of ``instants`` for one harmonic without damping.
 
     Numbers in registers, no branches and no series: what lies within a small phase of the start
     has lost digits here.
@@ -232,30 +254,73 @@ def undamped_motion(
     half_turn_low = law[region, HALF_TURNS_LOW]
     per_rate = law[region, TWICE_PER_RATE]
     per_stiffness = law[region, PER_STIFFNESS]
-    for i in range(rows[0], rows[1]):
-        s = (instants[i] - t) - t_low
+    resonant = is_resonant(law, region)
+    # Views that begin at 0: with an index that may be negative the loop would be no vectors.
+    given = instants[rows[0] : rows[1]]
+    y = motion[0, rows[0] : rows[1]]
+    v = motion[1, rows[0] : rows[1]]
+    for i in range(given.shape[0]):
+        s = (given[i] - t) - t_low
         half_cos, half_sin = cos_sin(half_turn, half_turn_low, s, 0.0)
-        cosine, sine = cos_sin(turn, turn_low, s, 0.0)
         square = 2.0 * half_sin * half_sin
         impulse = half_sin * half_cos * per_rate
-        to_push = (cosine - (1.0 - square)) * amplitude
-        to_rate = (sine - omega * impulse) * amplitude
-        motion[0, i] = v0 * impulse + (
-            force * square * per_stiffness + push * to_push + rate * to_rate
-        )
+        if resonant:
+            to_push = 0.5 * s * impulse
+            to_rate = 0.25 * per_rate * (impulse - s * (1.0 - square))
+        else:
+            cosine, sine = cos_sin(turn, turn_low, s, 0.0)
+            to_push = (cosine - (1.0 - square)) * amplitude
+            to_rate = (sine - omega * impulse) * amplitude
+        moved = force * square * per_stiffness + push * to_push + rate * to_rate
+        y[i] = v0 * impulse + moved
         won = force * impulse + push * (impulse - omega * to_rate) + rate * omega * to_push
-        motion[1, i] = v0 * (1.0 - square) + won
+        v[i] = v0 * (1.0 - square) + won
 
 
 @kernel
 def cycles(law: Law, t: Floats, t_low: Floats, out: Floats) -> None:
     """Write the cycle of each instant, (t / period) mod 1, into ``out``."""
     for i in range(t.shape[0]):
-        part = turns(law[0, PERIOD_TURNS], law[0, PERIOD_TURNS_LOW], t[i], t_low[i])
-        if part < 0.0:
-            part += 1.0
-        # A rounding below a whole turn is that turn.
-        out[i] = part if part < 1.0 else 0.0
+        out[i] = cycle_of(law[0, PERIOD_TURNS], law[0, PERIOD_TURNS_LOW], t[i], t_low[i])
+
+
+@kernel
+def impact_columns(
+    law: Law, events: Floats, marks: Integers, out: Floats, bounds: Integers
+) -> None:
+    """Write what is asked of impacts, of which there are as many as columns of ``out`` (5, n).
+
+    Its rows are the instant, the velocities before and after, the cycle, which is NaN without a
+    period, and the time since the impact, or start, before. ``bounds`` receive those they meet.
+    """
+    rate = law[0, PERIOD_TURNS]
+    rate_low = law[0, PERIOD_TURNS_LOW]
+    has_period = law[0, PERIOD] > 0.0
+    before = 0
+    n = 0
+    for i in range(1, events.shape[0]):
+        if marks[i, KIND] != IMPACT:
+            continue
+        t = events[i, EVENT_T]
+        t_low = events[i, EVENT_T_LOW]
+        out[0, n] = t
+        out[1, n] = events[i, V_BEFORE]
+        out[2, n] = events[i, V_AFTER]
+        out[3, n] = cycle_of(rate, rate_low, t, t_low) if has_period else math.nan
+        since = t - events[before, EVENT_T]
+        out[4, n] = since + (t_low - events[before, EVENT_T_LOW])
+        bounds[n] = marks[i, BOUND]
+        before = i
+        n += 1
+
+
+@formula
+def cycle_of(rate: float, rate_low: float, t: float, t_low: float) -> float:
+    """Return the cycle of an instant, from the period's turns per time."""
+    part = turns(rate, rate_low, t, t_low)
+    part = part + 1.0 if part < 0.0 else part
+    # A rounding below a whole turn is that turn.
+    return part if part < 1.0 else 0.0
 
 
 @kernel

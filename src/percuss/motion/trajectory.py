@@ -17,7 +17,7 @@ from percuss.errors import ParameterError
 from percuss.kernels import record as columns
 from percuss.kernels.law_columns import N_HARMONICS, PERIOD
 from percuss.kernels.record import MotionRecord
-from percuss.kernels.sample import cycles, evaluate
+from percuss.kernels.sample import evaluate, impact_columns
 from percuss.model.exact import Phase, as_float, real, reals, whole
 from percuss.model.faults import raise_first
 from percuss.model.forcing import Forcing
@@ -158,7 +158,8 @@ class Trajectory(HasPicture):
         start = Start(x0, v0, t0) if start is None else start
         units = system.oscillator.units
         # Mostly all events but the start are impacts.
-        has_others = bool((marks[1:, columns.KIND] != columns.IMPACT).any())
+        n = int(np.count_nonzero(marks[1:, columns.KIND] == columns.IMPACT))
+        has_others = n + 1 < len(marks)
         return cls(
             oscillator=system.oscillator,
             forcing=system.forcing,
@@ -167,7 +168,7 @@ class Trajectory(HasPicture):
             t0=t0,
             t_end=as_float(t_end),
             outcome=outcome,
-            impacts=_impacts(system, events, marks, has_others=has_others),
+            impacts=_impacts(system, events, marks, n),
             crossings=_crossings(system, events, marks) if has_others else no_crossings(units),
             contacts=_contacts(system, start, events, marks) if has_others else no_contacts(units),
             grazes=_grazes(system, grazes),
@@ -595,25 +596,17 @@ def labelled(dataset: Dataset, units: Units | None) -> Dataset:
     return dataset
 
 
-def _impacts(system: System, events: Floats, marks: Integers, *, has_others: bool) -> Impacts:
-    if has_others:
-        # The start, from which the first interval lasts, and the impacts.
-        rows = np.concatenate(([0], np.flatnonzero(marks[:, columns.KIND] == columns.IMPACT)))
-        events, marks = events[rows], marks[rows]
-    before, events, marks = events[:-1], events[1:], marks[1:]
-    t, t_low = events[:, columns.EVENT_T].copy(), events[:, columns.EVENT_T_LOW].copy()
-    cycle = np.empty_like(t)
-    if system.law[0, PERIOD] > 0.0:
-        cycles(system.law, t, t_low, cycle)
-    else:
-        cycle.fill(np.nan)
+def _impacts(system: System, events: Floats, marks: Integers, n: int) -> Impacts:
+    out, bounds = np.empty((5, n)), np.empty(n, dtype=np.int64)
+    impact_columns(system.law, events, marks, out, bounds)
+    t, v_before, v_after, cycle, intervals = out
     return Impacts(
         t=t,
-        v_before=events[:, columns.V_BEFORE],
-        v_after=events[:, columns.V_AFTER],
-        stop=system.lines.walls[marks[:, columns.BOUND]],
+        v_before=v_before,
+        v_after=v_after,
+        stop=system.lines.walls[bounds],
         cycle=cycle,
-        intervals=t - before[:, columns.EVENT_T] + (t_low - before[:, columns.EVENT_T_LOW]),
+        intervals=intervals,
         mass=mass_of(system.oscillator),
         units=system.oscillator.units,
     )
@@ -628,18 +621,21 @@ def _crossings(system: System, events: Floats, marks: Integers) -> Crossings:
         return no_crossings(units)
     bounds = marks[which, columns.BOUND]
     edges = system.lines.edges
-    # Stops that share an edge are crossed together, one line each.
-    at_edge = np.array([len(edge) for edge in edges])
-    sharing = at_edge[bounds]
-    line = np.arange(sharing.sum()) - np.repeat(np.cumsum(sharing) - sharing, sharing)
     stops = np.array([k for edge in edges for k in edge], dtype=np.int64)
+    at_edge = np.array([len(edge) for edge in edges])
     first = np.cumsum(at_edge) - at_edge
-    stop = stops[np.repeat(first[bounds], sharing) + line]
+    stop = first[bounds]
+    if at_edge.max() > 1:
+        # Stops that share an edge are crossed together, one line each.
+        sharing = at_edge[bounds]
+        line = np.arange(sharing.sum()) - np.repeat(np.cumsum(sharing) - sharing, sharing)
+        stop = np.repeat(stop, sharing) + line
+        which = np.repeat(which, sharing)
+    stop = stops[stop]
     above = np.array([at.side == "above" for at in system.oscillator.stops], dtype=bool)[stop]
-    v = np.repeat(events[which, columns.V_AFTER], sharing)
+    v = events[which, columns.V_AFTER]
     direction = np.where((v > 0.0) == above, "in", "out")
-    t = np.repeat(events[which, columns.EVENT_T], sharing)
-    return Crossings(t, v, stop, direction, units)
+    return Crossings(events[which, columns.EVENT_T], v, stop, direction, units)
 
 
 def _contacts(system: System, start: Start, events: Floats, marks: Integers) -> Contacts:

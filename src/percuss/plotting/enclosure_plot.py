@@ -9,12 +9,14 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
 from matplotlib.patches import Circle, Polygon
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 
 from percuss.arrays import Floats
 from percuss.errors import ParameterError
+from percuss.model.oscillator import Wall
 from percuss.model.units import Units
 from percuss.numerics import hypot
 from percuss.orbits.bifurcations.branch import Branch
@@ -32,6 +34,7 @@ from percuss.plotting.style import (
     VERMILION,
     fix_ticks,
     label_once,
+    label_phase_plane,
     picture,
     units_of,
 )
@@ -40,6 +43,7 @@ if TYPE_CHECKING:
     # Needs python-flint, without which there is no certified result.
     from percuss.certified import (
         Balls,
+        CertifiedBasins,
         CertifiedBranch,
         CertifiedChaos,
         CertifiedOrbit,
@@ -71,6 +75,8 @@ STRIPS = {
     "unstable": (VERMILION, "unstable"),
     "undecided": (BLACK, "stability open"),
 }
+# Colours of proven basins.
+BASINS = (SKY_BLUE, ORANGE, GREEN, BLUE, VERMILION)
 FORMAL = {False: "formal: through a stop", None: "open whether through a stop"}
 # Sets nearer to the saddle than this part of the picture have no numbers.
 CROWDED = 0.04
@@ -85,7 +91,8 @@ def plot_enclosure(
     | Sequence[CertifiedPoint]
     | CertifiedBranch
     | CertifiedChaos
-    | CompleteList,
+    | CompleteList
+    | CertifiedBasins,
     ax: Axes | None = None,
     *,
     branch: Branch | None = None,
@@ -100,14 +107,15 @@ def plot_enclosure(
     their size, in the parameter and the velocity after the first event. The sets of a proof of chaos are drawn in
     the impact surface, at their size and with their numbers; best on the axes of `plot_manifolds`. A
     complete list is drawn there, too: the impacts of its orbits, the boxes in which each is proven to be
-    alone, and those that are open.
+    alone, and those that are open. Proven basins are coloured cells of the plane of starts, open ones
+    white.
 
     Parameters
     ----------
     proven
         What `percuss.certify` has returned for a run, an orbit, a branch, a special point, or a list
         of those for the special points of one branch; or what `percuss.certified.prove_chaos` or
-        `percuss.certified.list_orbits` has.
+        `percuss.certified.list_orbits` or `percuss.certified.prove_basins` has.
     ax
         Axes to draw on; default: those of a new figure. An orbit and special points leave a part
         of their area to further axes, to the right or below.
@@ -132,6 +140,7 @@ def plot_enclosure(
         If python-flint is not installed.
     """
     from percuss.certified import (
+        CertifiedBasins,
         CertifiedBranch,
         CertifiedChaos,
         CertifiedOrbit,
@@ -144,6 +153,8 @@ def plot_enclosure(
         return _draw_chaos(proven, ax, units)
     if isinstance(proven, CompleteList):
         return _draw_list(proven, ax, units)
+    if isinstance(proven, CertifiedBasins):
+        return _draw_basins(proven, ax, units)
     if isinstance(proven, CertifiedOrbit):
         return draw_certified_orbit(proven, ax, units_of(units, proven.oscillator))
     if isinstance(proven, CertifiedBranch):
@@ -220,10 +231,35 @@ def _draw_list(proven: CompleteList, ax: Axes | None, units: Units | None) -> Ax
                     fillstyle="full" if orbit.n_periods == proven.periods else "none")  # fmt: skip
         label_impact_surface(ax, units)
         low, high = proven.speeds
-        sign = -1.0 if len(proven.boxes) and proven.boxes[0, 3] < 0.0 else 1.0
+        stop = proven.oscillator.stops[proven.stop]
+        # Away from a wall, into a soft stop.
+        sign = -1.0 if (stop.side == "above") is isinstance(stop, Wall) else 1.0
         ax.set_ylim(*sorted((sign * low, sign * high)))
         known = "complete" if proven.complete else f"{proven.open_part:.2g} of the region is open"
         ax.set_title(f"orbits of {proven.impacts} impacts in {proven.periods} periods, {known}")
+        explain(ax, alone=is_alone)
+    return ax
+
+
+def _draw_basins(proven: CertifiedBasins, ax: Axes | None, units: Units | None) -> Axes:
+    """Draw the cells of proven basins, each in the colour of its attractor, and what is open."""
+    units, is_alone = units_of(units, proven.oscillator), ax is None
+    colours = [BASINS[k % len(BASINS)] for k in range(len(proven.attractors))]
+    total = (sum(proven.areas) + proven.open_area) or 1.0
+    with picture(ax) as ax:
+        # Label -2 is the first row: a wall.
+        table = np.array([to_rgb(name) for name in (BLACK, "white", *colours)])
+        ax.pcolormesh(proven.x0, proven.v0, table[proven.labels.T + 2], rasterized=True)
+        for k, (orbit, colour) in enumerate(zip(proven.attractors, colours, strict=True)):
+            name = f"({orbit.n_impacts:g}, {orbit.n_periods})"
+            share = f"proven: to {name}, {100.0 * proven.areas[k] / total:.1f} %"
+            ax.plot([], [], "s", color=colour, label=share)
+        ax.plot([], [], "s", markerfacecolor="white", markeredgecolor=GREY,
+                label=f"open, {100.0 * proven.open_area / total:.1f} %")  # fmt: skip
+        if (proven.labels == -2).any():
+            ax.plot([], [], "s", color=BLACK, label="beyond a wall")
+        label_phase_plane(ax, units, ("$x_0$", "$v_0$"))
+        ax.set_title(f"proven basins: {100.0 * proven.decided:.1f} % decided, the rest is open")
         explain(ax, alone=is_alone)
     return ax
 

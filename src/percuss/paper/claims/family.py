@@ -332,7 +332,11 @@ def _under_its_force(m: int) -> Trajectory:
     return simulate(WALL, subset_forcing(m), v0=v0, t_end=10.0)
 
 
-def _stability(late: float = 1e-3) -> Finding:
+# At 0.001 a flight passes so near a graze that roundings decide whether Y_2 is left.
+LATE = 1.01e-3
+
+
+def _stability(late: float = LATE) -> Finding:
     """Vary the initial velocity, and the time of the start."""
     moved = max(furthest(_run(m, part), _run(m, 0.2).impacts.t) for m in NUMBERS for part in PARTS)
     velocity = _simulated("moves of the impact times when V0 changes, m = 2 to 9", moved)

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from percuss.kernels import batch, fill_law, law_columns, observables, record
-from percuss.kernels.compile import OPTIONS
+from percuss.kernels.compile import OPTIONS, is_portable
 from percuss.web.wasm import attractors
 from percuss.web.wasm.entries import ENTRIES, SIGNATURES
 from percuss.web.wasm.sources import KERNELS_FILE, SECTION, sources_hash
@@ -70,6 +70,7 @@ def build(linker: str) -> bytes:
     """Return the file, linked by a linker."""
     import llvmlite.binding as llvm
 
+    is_portable.set(True)
     llvm.initialize_all_targets()
     llvm.initialize_all_asmprinters()
     whole = None
