@@ -119,7 +119,7 @@ def solve_linear(matrix: Floats, right: Floats) -> Floats:
     solution = np.empty(columns.shape)
     for i, column in enumerate(columns):
         solution[i] = column
-        if not kernels.eliminate(np.array(matrix, dtype=np.float64), solution[i], 0.0):
+        if not kernels.eliminate(np.array(matrix, np.float64, order="C"), solution[i], 0.0):
             what = f"the {len(matrix)} linear equations are singular"
             raise ConvergenceError(what, None, math.nan, "move a little away from this point")
     return np.ascontiguousarray(solution.T).reshape(right.shape)
@@ -193,7 +193,7 @@ def determinant(matrix: Floats) -> float:
     if len(matrix) == 2:
         (a, b), (c, d) = matrix.tolist()
         return float(a * d - b * c)
-    pivots = np.array(matrix, dtype=np.float64)
+    pivots = np.array(matrix, np.float64, order="C")
     sign = kernels.eliminate(pivots, np.zeros(len(pivots)), 0.0)
     return float(math.prod(np.diag(pivots).tolist(), start=sign))
 

@@ -99,14 +99,14 @@ class Wide:
 
     def __matmul__(self, other: Wide) -> Wide:
         out = np.empty((len(self), other.shape[1], 2))
-        kernels.multiply(np.ascontiguousarray(self.parts), np.ascontiguousarray(other.parts), out)
+        # Copies: for arrays of another order, or not to be written to, kernels would be compiled anew.
+        kernels.multiply(np.array(self.parts, order="C"), np.array(other.parts, order="C"), out)
         return Wide(out)
 
     def _plus(self, factor: tuple[float, float], other: Wide) -> Wide:
         out = np.array(self.parts, order="C")
-        kernels.add_multiple(
-            factor, np.ascontiguousarray(other.parts).reshape(-1, 2), out.reshape(-1, 2)
-        )
+        added = np.array(other.parts, order="C")
+        kernels.add_multiple(factor, added.reshape(-1, 2), out.reshape(-1, 2))
         return Wide(out)
 
     def columns_times(self, factors: Floats) -> Wide:
