@@ -18,7 +18,8 @@ def test_a_record_at_rest_is_refused() -> None:
     with pytest.raises(pc.ParameterError, match=r"data\.displacement = 0\.1: the same at all inst"):
         fitted(data)
     # One that moves beside it tells enough.
-    assert fitted([data, record()], start=[(0.1, 0), "free"], noise=None).n_runs > 0
+    both = fitted([data, record()], start=[(0.1, 0), "free"], noise=None)
+    assert set(both.residuals.record.values) == {0, 1}
 
 
 @pytest.mark.parametrize("side", ["above", "below"])
@@ -40,7 +41,8 @@ def test_forces_of_a_stop_with_the_wrong_sign_are_refused(side: Any) -> None:
         pc.fit({"t": t, "stop_force": -force}, osc, pc.cosine(2), free=free, noise=0.01)
     # Noise about zero, without a contact, has no sign.
     noise = 0.01 * np.random.default_rng(1).standard_normal(200)
-    pc.fit({"t": t, "stop_force": noise}, osc, pc.cosine(2, "0.01"), free=free, noise=0.01)
+    silent = pc.fit({"t": t, "stop_force": noise}, osc, pc.cosine(2, "0.01"), free=free, noise=0.01)
+    assert len(silent.impacts) == 0
 
 
 def test_times_in_another_unit_are_refused() -> None:

@@ -130,12 +130,7 @@ def pareto_front(
            [1.8717, 0.2964],
            [8.1074, 0.2811]])
     """
-    if len(set(outcomes)) != 2:
-        raise ParameterError("outcomes", outcomes, "not two different outcomes")
-    if not set(goals) <= {"least", "largest"}:
-        raise ParameterError("goals", goals, 'not two of "least" and "largest"')
-    if n < 2:
-        raise ParameterError("n", n, "less than two")
+    _check(outcomes, goals, n)
     one, other = outcomes
     limits = dict(settings.pop("subject_to", None) or {})
     own = limits.pop(other, (None, None))
@@ -152,27 +147,24 @@ def pareto_front(
             of, *system, goal=goal, progress=lambda count, _: line.reach(done + count), **given
         )
 
+    def values_of(designs: list[Design]) -> Floats:
+        return np.array([[_of(each, one), _of(each, other)] for each in designs])
+
     signs = np.where(np.array(goals) == "least", 1.0, -1.0)
-
-    def costs(designs: list[Design]) -> Floats:
-        values = np.array([[_of(each, one), _of(each, other)] for each in designs])
-        return np.asarray(signs * values)
-
     try:
         designs = [best(one, goals[0], None), best(other, goals[1], None)]
         for _ in range(MOST_PASSES):
             ends = designs[0], designs[-1]
             between = [ends[0]]
             begin, end = (_of(each, other) for each in ends)
-            for share in np.linspace(0.0, 1.0, n)[1:-1].tolist():
+            for limit in np.linspace(begin, end, n)[1:-1].tolist():
                 if line.is_stopped:
                     break
-                limit = (1.0 - share) * begin + share * end
                 limited = (own[0], limit) if goals[1] == "least" else (limit, own[1])
                 between.append(best(one, goals[0], between[-1], limited))
             designs = [*between, ends[1]]
-            rows = costs(designs)
-            front = [designs[i] for i in sorted(_undominated(rows), key=lambda i: rows[i, 0])]
+            costs = signs * values_of(designs)
+            front = [designs[i] for i in _undominated(costs)]
             # A design between the ends may be better than one of them, which was an optimum near by
             # alone: the front is shorter than was thought.
             if len(front) == n or line.is_stopped or {front[0], front[-1]} <= set(ends):
@@ -180,8 +172,18 @@ def pareto_front(
             designs = [front[0], front[-1]]
     finally:
         line.close()
-    values = signs * costs(front)
-    return ParetoFront(outcomes, goals, tuple(front), values, len(designs) - len(front))
+    n_left_out = len(designs) - len(front)
+    return ParetoFront(outcomes, goals, tuple(front), values_of(front), n_left_out)
+
+
+def _check(outcomes: tuple[str, str], goals: tuple[str, str], n: int) -> None:
+    """Refuse what no front is between."""
+    if len(set(outcomes)) != 2:
+        raise ParameterError("outcomes", outcomes, "not two different outcomes")
+    if not set(goals) <= {"least", "largest"}:
+        raise ParameterError("goals", goals, 'not two of "least" and "largest"')
+    if n < 2:
+        raise ParameterError("n", n, "less than two")
 
 
 def _of(design: Design, name: str) -> float:
@@ -190,7 +192,7 @@ def _of(design: Design, name: str) -> float:
 
 
 def _undominated(costs: Floats) -> list[int]:
-    """Return the rows that no other row betters in both columns, each pair of equal rows once."""
+    """Return the rows that no other row betters in both columns, equal ones once, by the first column."""
     scale = np.abs(costs).max(axis=0) * SAME
     kept: list[int] = []
     for i, row in enumerate(costs):
@@ -199,4 +201,4 @@ def _undominated(costs: Floats) -> list[int]:
         again = any((np.abs(costs[j] - row) <= scale).all() for j in kept)
         if not better.any() and not again:
             kept.append(i)
-    return kept
+    return sorted(kept, key=lambda i: costs[i, 0])
