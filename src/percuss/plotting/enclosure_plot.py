@@ -20,6 +20,7 @@ from percuss.model.oscillator import Wall
 from percuss.model.units import Units
 from percuss.numerics import hypot
 from percuss.orbits.bifurcations.branch import Branch
+from percuss.orbits.orbit.periodic_orbit import counted
 from percuss.plotting.branch_plot import MARKERS, plot_branch
 from percuss.plotting.labels import parameter_label
 from percuss.plotting.marks import CONTACT_STYLE, GRAZE_STYLE, draw_jumps, draw_stops, stop_places
@@ -236,7 +237,8 @@ def _draw_list(proven: CompleteList, ax: Axes | None, units: Units | None) -> Ax
         sign = -1.0 if (stop.side == "above") is isinstance(stop, Wall) else 1.0
         ax.set_ylim(*sorted((sign * low, sign * high)))
         known = "complete" if proven.complete else f"{proven.open_part:.2g} of the region is open"
-        ax.set_title(f"orbits of {proven.impacts} impacts in {proven.periods} periods, {known}")
+        sought = f"{counted(proven.impacts, 'impact')} in {counted(proven.periods, 'period')}"
+        ax.set_title(f"orbits of {sought}, {known}")
         explain(ax, alone=is_alone)
     return ax
 
