@@ -206,7 +206,8 @@ export class Fit {
     const choices = [["", "none"], ...titles.map((title) => [title, title])];
     const choice = (quantity) => choiceField(COLUMNS[quantity] ?? wordsOf(quantity), choices, columns[quantity], (title) => {
       this.#forget();
-      this.columns = { ...columns, [quantity]: title };
+      // What was chosen while an answer was under way counts, too.
+      this.columns = { ...columns, ...this.columns, [quantity]: title };
       this.#measure();
     });
     this.chooser.hidden = false;
