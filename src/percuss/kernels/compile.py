@@ -69,11 +69,37 @@ def as_part(compiled: Any, options: Mapping[str, Any], is_cold: bool = False) ->
     compiled.get_overload = lambda sig: part().get_overload(sig)
 
 
+class _PartLibrary(JITCodeLibrary):
+    """The code of a part, to be linked into that of its callers and optimised there."""
+
+    def _optimize_final_module(self) -> None:
+        pass
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+
+class _ColdPartLibrary(_PartLibrary):
+    """A part that stays a call, known to the optimiser as one of a cold path."""
+
+    def add_ir_module(self, ir_module: Any) -> None:
+        # Said here, and not of the finished module: llvmlite 0.44 puts an attribute of a finished
+        # function on its return value.
+        for function in ir_module.functions:
+            if not function.is_declaration:
+                function.attributes.add("noinline")
+                function.attributes.add("cold")
+        super().add_ir_module(ir_module)
+
+
 class _PartCompiler(Compiler):
     """Compiles to a part."""
 
+    library_class: type[_PartLibrary] = _PartLibrary
+
     def compile_extra(self, func: Callable[..., Any]) -> Any:
-        self.state.library = _PartLibrary(self.state.targetctx.codegen(), func.__qualname__)
+        self.state.library = self.library_class(self.state.targetctx.codegen(), func.__qualname__)
         self.state.flags.no_compile = True
         result = super().compile_extra(func)
         # numba identifies a function by a built-in one, which is never called.
@@ -84,29 +110,9 @@ class _PartCompiler(Compiler):
 
 
 class _ColdPartCompiler(_PartCompiler):
-    """Compiles to a part that stays a call, known to the optimiser as one of a cold path."""
+    """Compiles to a part that stays a call."""
 
-    def compile_extra(self, func: Callable[..., Any]) -> Any:
-        result = super().compile_extra(func)
-        result.library.keep_apart(result.fndesc.llvm_func_name)
-        return result
-
-
-class _PartLibrary(JITCodeLibrary):
-    """The code of a part, to be linked into that of its callers and optimised there."""
-
-    def keep_apart(self, name: str) -> None:
-        """Let a function of the part never be written out in its callers."""
-        function = self._final_module.get_function(name)
-        function.add_function_attribute("noinline")
-        function.add_function_attribute("cold")
-
-    def _optimize_final_module(self) -> None:
-        pass
-
-    def _finalize_final_module(self) -> None:
-        self._finalize_dynamic_globals()
-        self._finalized = True
+    library_class = _ColdPartLibrary
 
 
 @functools.cache
