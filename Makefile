@@ -98,12 +98,14 @@ numbers-of-grids:
 # Needs uv. The tests with the oldest versions that pyproject.toml takes, in an environment of its
 # own; FLOOR_PYTHON=3.12 takes another interpreter.
 FLOOR_PYTHON = $(PYTHON)
+# Old packages use what newer ones, on which they depend, call deprecated.
+OLD = -W ignore::DeprecationWarning -W ignore::PendingDeprecationWarning
 FLOORS = tests/model tests/motion tests/io tests/ensembles tests/orbits tests/plotting tests/studies
 floors:
 	uv venv --quiet --clear --python $(FLOOR_PYTHON) .venv-floors
 	uv pip install --quiet --python .venv-floors --resolution lowest-direct \
 		--group floors --editable ".[certified,design,netcdf,stores]"
-	.venv-floors/bin/python -m pytest -q -n logical --dist worksteal $(FLOORS)
+	.venv-floors/bin/python -m pytest -q -n logical --dist worksteal $(OLD) $(FLOORS)
 
 # The wheel and the source distribution, and what is in them.
 dist: .venv/dev.stamp

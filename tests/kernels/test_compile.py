@@ -11,7 +11,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numba
 import pytest
+from numba.core.caching import NullCache
+from numba.core.types.functions import BaseFunction
 from tests.kernels.uncompiled import python_of
 
 from percuss.kernels import compile as compile_module
@@ -331,6 +334,41 @@ def test_a_cold_kernel_stays_a_call_of_its_caller() -> None:
         calls = [line for line in text.splitlines() if " call " in line]
         assert any("of_a_cold_path" in line for line in calls)
         assert not any("of_a_warm_one" in line for line in calls)
+
+
+def test_an_operator_is_looked_up_once_for_its_types_and_numba_is_left_as_it_was(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked: list[Any] = []
+    functions: Any = BaseFunction
+    of_numba = functions.get_call_type
+
+    def noted(self: Any, context: Any, args: Any, kws: Any) -> Any:
+        asked.append((self, tuple(args)))
+        return of_numba(self, context, args, kws)
+
+    monkeypatch.setattr(BaseFunction, "get_call_type", noted)
+    settings: Any = numba.config
+    if settings.DISABLE_JIT:
+        pytest.skip("nothing is compiled")
+    monkeypatch.setattr(compile_module, "_MEANT", {})
+
+    @compile_module.kernel
+    def added(z: complex) -> complex:
+        return z + z + (z + z) + (z + (z + z))
+
+    @compile_module.kernel
+    def unknown(z: complex) -> bool:
+        return z < 1j  # type: ignore[operator, no-any-return]
+
+    compiled: Any = added
+    # A run of the tests before this one has kept it.
+    compiled._cache = NullCache()
+    assert added(1j) == 7j
+    assert len(asked) == len(set(asked)) > 0
+    with pytest.raises(numba.TypingError, match="complex128"):
+        unknown(1j)
+    assert functions.get_call_type is noted
 
 
 def test_the_python_function_behind_a_kernel_gives_the_same_value() -> None:

@@ -179,9 +179,11 @@ def test_a_constant_force_takes_no_period() -> None:
         ((1.0, (), (True,)), "sin.0 = True: not a number"),
         ((1.0, "12"), "cos = '12': not a tuple of coefficients for n = 1, 2, ..."),
         ((1.0, 1.0), "cos = 1.0: not a tuple of coefficients for n = 1, 2, ..."),
+        ((1.0, {1: 0.5}), "cos = {1: 0.5}: not a tuple of coefficients for n = 1, 2, ..."),
+        ((1.0, (), {0.5}), "sin = {0.5}: not a tuple of coefficients for n = 1, 2, ..."),
     ],
 )
-def test_bad_fourier_sums_are_refused(arguments: tuple[float, ...], message: str) -> None:
+def test_bad_fourier_sums_are_refused(arguments: tuple[object, ...], message: str) -> None:
     with pytest.raises(ParameterError) as caught:
         fourier(*arguments)  # type: ignore[arg-type]
 

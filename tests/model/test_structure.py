@@ -362,6 +362,10 @@ BAD: list[tuple[Callable[[], object], str]] = [
     (lambda: pc.cantilever(2, points={"tip": "1.5"}),
      "points.tip = '1.5': above 1; it is a part of the length, from 0 to 1"),
     (lambda: pc.cantilever(2, points={"root": 0}), "points.root = 0: at the clamp"),
+    (lambda: pc.Loads([pc.cosine(2)]),  # type: ignore[list-item]
+     "phase=0.0),), constant=0.0)]: not forces by what they act on, {0: pc.cosine(2)}"),
+    (lambda: pc.Loads(pc.cosine(2)),  # type: ignore[arg-type]
+     "phase=0.0),), constant=0.0): not forces by what they act on, {0: pc.cosine(2)}"),
     (lambda: loads_of(TWO, pc.cosine(2)),
      "one force for 2 coordinates; give Loads({0: force})"),
     (lambda: loads_of(TWO, {2: pc.cosine(2)}),

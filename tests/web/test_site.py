@@ -14,15 +14,19 @@ import numpy as np
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, expect
 from tests.web.frames import read_frame
-from tests.web.hands import WAIT, box_of, compute, fill, link_of, set_box, view_of
+from tests.web.hands import WAIT, box_of, compute, field, fill, link_of, set_box, view_of
 from typer.testing import CliRunner
 
 from percuss.cli.app import app
+from percuss.execution import Execution
 from percuss.web.explore import answer_explore, followed
 from percuss.web.presets import presets
 from percuss.web.request import PageRequest, study_of
 from percuss.web.site import SITE_FILES, write_site
+from percuss.web.view_study import study_of_view
 
+# The numbers of a basin by what they are called.
+WINDOW = {"x_low": "x from", "x_high": "x to", "v_low": "v from", "v_high": "v to"}
 # Hears each motion that is drawn, as the view is given it.
 LISTEN = """() => {
   const view = document.querySelector('.explore');
@@ -115,8 +119,38 @@ def test_diagrams_are_computed_without_a_server(site: Page) -> None:
     expect(view.locator(".legend")).to_contain_text("144 points")
 
 
-def test_the_rest_says_what_it_needs(site: Page) -> None:
+def test_basins_are_computed_without_a_server(site: Page) -> None:
+    site.locator("[data-view=gallery]").click()
+    site.locator("[data-name=two_attractors]").click()
     view = view_of(site, "Basins")
+    fill(view, "starts along a side", "96")
+    compute(view)
+    tables = next(row.tables for row in presets() if row.name == "two_attractors")
+    window = {name: float(field(view, label).input_value()) for name, label in WINDOW.items()}
+    asked = study_of_view(PageRequest(1, "basins", tables, window | {"starts": 96}))
+    data = asked.question.answer(asked, Execution())
+    for name, share in zip(data.name.values, data.fraction.values, strict=True):
+        row = view.locator(".legend li", has_text=f"periodic {name}")
+        expect(row).to_contain_text(f"{100 * share:.3g} %")
+    # Their saddles are Python's.
+    expect(view.locator(".legend")).to_contain_text("percuss serve")
+
+
+def test_a_basin_that_is_cancelled_makes_way(site: Page) -> None:
+    view = view_of(site, "Basins")
+    fill(view, "starts along a side", "1024")
+    view.get_by_role("button", name="Compute", exact=True).click()
+    expect(view.locator(".status").first).to_contain_text("%", timeout=WAIT)
+    view.get_by_role("button", name="Cancel").click()
+    expect(view.locator(".status").first).to_have_text("cancelled")
+    fill(view, "starts along a side", "32")
+    compute(view)
+    expect(view.locator(".legend")).to_contain_text("periodic")
+
+
+def test_the_rest_says_what_it_needs(site: Page) -> None:
+    view = view_of(site, "Diagram")
+    field(view, "kind").select_option("response")
     view.get_by_role("button", name="Compute", exact=True).click()
     expect(view.locator(".status").first).to_contain_text("percuss serve")
     assert site.locator("[data-view=paper]").count() == 0

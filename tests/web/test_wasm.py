@@ -166,3 +166,73 @@ def test_the_points_of_diagrams_have_the_bits_of_python() -> None:
         assert found["failed"] == 0
         for name, text in found["columns"].items():
             assert bits(text) == data[name].values[0].tobytes(), (name, request["path"])
+
+
+# Of every kind of long motion: orbits with and without impacts, one that sticks, chaos and chaotic
+# transients, an orbit for each start, rest, unbounded motions, and starts inside walls.
+HELD = study({"stops": [wall(0, "above", "0.3")]}, {"harmonics": [wave(2, "0.5")], "constant": -1},
+             {"periods": 9}, x0="1e-3")  # fmt: skip
+HELD["oscillator"]["stops"][0]["side"] = "below"
+GROWING = study({"stiffness": "-0.5", "stops": [wall(0, "below")]}, {"harmonics": [wave("1.1", "0.1")]},
+                {"periods": 9}, x0=1)  # fmt: skip
+STRONG = study({"damping": "1e-3", "stops": [soft("0.5", "above", 9)]}, {"harmonics": [wave("1.5", 1, "pi/5")]},
+               {"periods": 9}, t0="-0.7")  # fmt: skip
+WINDOW = {"kind": "basins", "x_low": -2, "x_high": 2.1, "v_low": -1.9, "v_high": 2}
+
+
+def basins_of_server(tables: dict[str, Any], size: int) -> Any:
+    asked = study_of_view(PageRequest(1, "basins", tables, WINDOW | {"starts": size}))
+    return asked.question.answer(asked, Execution())
+
+
+def assert_basins_are(found: dict[str, Any], data: Any) -> None:
+    """The same cells, and the same attractors in the same order."""
+    assert found["basin"] == data.basin.values.ravel().tolist()
+    names = [(str(k), str(n)) for k, n in zip(data.kind.values, data.name.values, strict=True)]
+    assert [(it["kind"], it["name"]) for it in found["attractors"]] == names
+    for name, column in (("fraction", data.fraction), ("error", data.fraction_error)):
+        assert [it[name] for it in found["attractors"]] == column.values.tolist()
+    for k in range(len(names)):
+        wanted = np.stack([data.attractor_x0.values[k], data.attractor_v0.values[k]])
+        wanted = wanted[:, np.isfinite(wanted).all(axis=0)]
+        points = np.stack([np.frombuffer(bits(found["points"][f"{name}{k}"])) for name in "xv"])
+        points = points[:, np.isfinite(points).all(axis=0)]
+        # Python refines orbits once they are found.
+        np.testing.assert_allclose(points, wanted, rtol=0, atol=1e-5 * abs(wanted).max(initial=1))
+
+
+@needs_node
+def test_basins_have_the_cells_and_the_attractors_of_python() -> None:
+    size = 18
+    simple = [it for it in all_studies() if len(it["forcing"].get("harmonics", [])) == 1]
+    studies = [*simple, HELD, GROWING, STRONG]
+    answers = in_node("basins", [WINDOW | {"study": it, "starts": size} for it in studies])
+    kinds: set[str] = set()
+    for tables, found in zip(studies, answers, strict=True):
+        (last,) = found
+        assert last["done"]
+        assert_basins_are(last, basins_of_server(tables, size))
+        kinds |= {it["kind"] for it in last["attractors"]}
+        kinds |= {it["name"] for it in last["attractors"] if "inf" in it["name"]}
+    assert {"periodic", "chaotic", "rest", "unbounded", "(inf, 1)"} <= kinds
+
+
+@needs_node
+def test_coarser_basins_are_some_of_the_cells() -> None:
+    size = 70
+    tables = next(
+        json.loads(json.dumps(row.tables)) for row in presets() if row.name == "two_attractors"
+    )
+    (levels,) = in_node("basins", [WINDOW | {"study": tables, "starts": size}])
+    coarse, fine = levels
+    whole = np.array(fine["basin"]).reshape(size, size)
+    places = np.minimum(4 * np.arange(18) + 2, size - 1)
+    assert (coarse["size"], fine["size"], coarse["done"], fine["done"]) == (18, size, False, True)
+    assert coarse["basin"] == whole[np.ix_(places, places)].ravel().tolist()
+    assert 0 < coarse["share"] < fine["share"] == 1
+
+
+@needs_node
+def test_basins_that_need_python_are_left_to_it() -> None:
+    asked = [WINDOW | {"study": it, "starts": 16} for it in (LEFT[0], LEFT[-1])]
+    assert in_node("basins", asked) == [None, None]

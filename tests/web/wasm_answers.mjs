@@ -7,6 +7,8 @@ const [folder, what] = process.argv.slice(2);
 const { loadKernels } = await import(`file://${folder}/js/kernels.js`);
 const { answerMotion, follow, lawOf } = await import(`file://${folder}/js/local_motion.js`);
 const { diagramPart } = await import(`file://${folder}/js/local_diagram.js`);
+const { LocalBasins } = await import(`file://${folder}/js/local_jobs.js`);
+const { answerTo } = await import(`file://${folder}/js/worker.js`);
 const { readStudy } = await import(`file://${folder}/js/local_study.js`);
 const kernels = await loadKernels(await readFile(`${folder}/kernels.wasm`));
 
@@ -38,5 +40,13 @@ function diagram(request) {
   return found && { ...found, columns: Object.fromEntries(Object.entries(found.columns).map(([name, values]) => [name, bits(values)])) };
 }
 
+/** All levels of basins as two workers compute them, null where Python is needed. */
+async function basins(request) {
+  const levels = [];
+  const worker = { answer: async (asked) => answerTo(kernels, structuredClone(asked)) };
+  const isLocal = await new LocalBasins([worker, worker], request, { answer: (header, { basin, ...points }) => levels.push({ ...header, basin: Array.from(basin), points: Object.fromEntries(Object.entries(points).map(([name, values]) => [name, bits(values)])) }) }).run();
+  return isLocal ? levels : null;
+}
+
 const studies = JSON.parse(await text(process.stdin));
-process.stdout.write(JSON.stringify(studies.map({ record, answer, diagram }[what])));
+process.stdout.write(JSON.stringify(await Promise.all(studies.map({ record, answer, diagram, basins }[what]))));

@@ -11,17 +11,23 @@ import numpy as np
 
 from percuss.arrays import Flags, Floats, Integers
 from percuss.ensembles.batch import BatchResult, Plan, exponents_of, tangent_plan
-from percuss.ensembles.classification import (
-    CERTAIN,
+from percuss.ensembles.classification import LONGEST, LONGEST_OF_ALL, Arrays
+from percuss.ensembles.decisions import (
     CHAOTIC,
-    LEAST_EXPONENT,
-    LONGEST,
-    LONGEST_OF_ALL,
+    LEAST_SHARE,
+    NEAR,
     NO_START,
     PERIODIC,
     REST,
+    SIDE,
     UNBOUNDED,
-    Arrays,
+    agree,
+    fill_cells,
+    has_settled,
+    is_chaotic,
+    near_orbit,
+    rounded,
+    shares_in_cells,
 )
 from percuss.ensembles.grid import Group, StructureGroup
 from percuss.ensembles.repetition import period_of
@@ -34,7 +40,7 @@ from percuss.model.oscillator import Oscillator
 from percuss.model.system import System, law, stop_rows
 from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
-from percuss.numerics import hypot, log
+from percuss.numerics import log
 from percuss.orbits.finding.find import find_orbit
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.steady import regions, steady_orbit
@@ -99,9 +105,6 @@ class Attractor:
 SETTLING, AGAIN = 500, 20
 # Long transients that seemed periodic or chaotic are expensive: so many of each are tried.
 MOST_FAILURES, MOST_TRANSIENTS = 1000, 100
-# Starts compared with an orbit at a time: for a million at once each intermediate array would take
-# a third of the memory of the answer.
-AT_ONCE = 65_536
 # Orbits that are distinguished where every start has its own, as without a spring or damping.
 MOST_ORBITS = 1000
 
@@ -160,51 +163,56 @@ def _periodic(system: AnyStrobed, arrays: Arrays, rows: Integers, go_on: GoOn) -
     while len(left) and failures < MOST_FAILURES and n_orbits < MOST_ORBITS and go_on():
         strobe = np.asarray(arrays["strobe"][left[0]], dtype=np.float64)
         is_long = int(arrays["n_periods"][left[0]]) > LONGEST
-        attractor = _orbit_of(system, strobe, LONGEST_OF_ALL if is_long else LONGEST)
-        same = _are_near(np.asarray(arrays["strobe"]), left, attractor.strobes)
-        if attractor.n_periods == 0 or not same[0]:
+        orbit = _settled(system, strobe, LONGEST_OF_ALL if is_long else LONGEST)
+        same = np.zeros(len(left), dtype=np.bool_)
+        near_orbit(np.ascontiguousarray(arrays["strobe"], dtype=np.float64), left, orbit.last, same)
+        if len(orbit.strobes) == 0 or not same[0]:
             # A long transient: it stays undecided.
             left, failures = left[1:], failures + 1
             continue
-        yield left[same], attractor
+        yield left[same], system.settled(orbit.strobes, orbit.n_impacts)
         left, n_orbits = left[~same], n_orbits + 1
 
 
-def _are_near(strobes: Floats, rows: Integers, orbit: Floats) -> Flags:
-    size = float(np.abs(orbit).max(initial=0.0)) or 1.0
-    near = np.zeros(len(rows), dtype=np.bool_)
-    for first in range(0, len(rows), AT_ONCE):
-        part = slice(first, first + AT_ONCE)
-        own = strobes[rows[part]]
-        for point in orbit:
-            near[part] |= np.abs(own - point).max(axis=1) <= NEAR * size
-    return near
+@dataclass(frozen=True, slots=True)
+class _Settled:
+    """A motion that has settled on a periodic orbit, or has not: then there are no strobes.
+
+    ``strobes`` over one period, when it first comes again; ``last`` those as near to the orbit as
+    it comes, with which motions are compared; and ``n_impacts`` in one period.
+    """
+
+    strobes: Floats
+    last: Floats
+    n_impacts: float
 
 
-def _orbit_of(system: AnyStrobed, strobe: Floats, longest: int) -> Attractor:
-    """Return the attractor on which a periodic motion settles, refined where possible."""
-    strobes, n_impacts = _settled_strobes(system, strobe, longest)
-    if len(strobes) == 0:
-        return Attractor("periodic")
-    return system.settled(strobes, n_impacts)
-
-
-def _settled_strobes(system: AnyStrobed, strobe: Floats, longest: int) -> tuple[Floats, float]:
-    """Return strobes and impacts over one period of a motion after it has settled."""
+def _settled(system: AnyStrobed, strobe: Floats, longest: int) -> _Settled:
+    """Follow a motion until it has settled."""
     every = np.array([system.period])
     since = np.array([system.t0 + SETTLING * system.period])
     until = since + 2 * longest * system.period
     plan = Plan(since, every, until, section=observables.STROBES, n_points=2 * longest + 1)
+    strobes = last = np.empty((0, len(strobe)))
+    n_impacts = math.nan
     for _ in range(AGAIN):
         begin = np.array([[*strobe, system.t0]])
         result = system.group(begin).follow(plan)
-        points = np.nan_to_num(result.strobes)
-        n_periods = int(period_of(points, longest)[0])
-        if n_periods:
+        points = np.ascontiguousarray(np.nan_to_num(result.strobes[0]))
+        strobe = points[-1]
+        n_periods = int(period_of(points[np.newaxis], longest)[0])
+        if n_periods == 0:
+            continue
+        last = points[:n_periods]
+        if len(strobes) == 0:
+            strobes = last
+            counts = result.values[0, [observables.IMPACTS, observables.CONTACTS]].tolist()
+            # One that sticks has impacts without end.
+            n_impacts = rounded(counts[0] * n_periods / (2 * longest))
+            n_impacts = math.inf if counts[1] > 0.0 else float(n_impacts)
+        if has_settled(points, n_periods):
             break
-        strobe = points[0, -1]
-    n_impacts = round(float(result.values[0, observables.IMPACTS]) * n_periods / (2 * longest))
-    return points[0, :n_periods], float(n_impacts)
+    return _Settled(strobes, last, n_impacts)
 
 
 def _chaotic(system: AnyStrobed, arrays: Arrays, rows: Integers, go_on: GoOn) -> Members:
@@ -236,10 +244,6 @@ def _unbounded(system: AnyStrobed, arrays: Arrays, rows: Integers, go_on: GoOn) 
     yield rows, Attractor("unbounded")
 
 
-# Largest distance between strobes of the same periodic orbit, relative to its size: motions that
-# are classified as periodic repeat themselves to 1e-6 from one period to the next, and one that
-# spirals around its orbit may be a hundred times as far from it.
-NEAR = 3e-4
 # Periods of the run from which Newton's method starts.
 ORBIT_PERIODS = 3
 
@@ -373,7 +377,7 @@ def _candidates(
     last = run.t_end - n_periods * system.period
     if len(run.contacts) and run.contacts.start[-1] >= last:
         yield from sticking_orbits(System(osc, force), n_periods)
-    else:
+    elif math.isfinite(n_impacts):
         yield find_orbit(osc, force, n_impacts, n_periods, guess=run, formal=True)
 
 
@@ -396,15 +400,12 @@ def impacts_at(
     return np.stack([impacts.cycle[at_stop], np.abs(impacts.v_after[at_stop])], axis=1)
 
 
-# Strobes that cover a chaotic attractor, strobes of a motion that is compared with it, and the
-# cells along each axis in which they are compared.
-FILLING, COMPARED, CELLS = 4000, 40, 50
-# The least share of the strobes of a motion on the attractor in or next to its cells.
-LEAST_SHARE = 0.95
-# Forcing periods of the exponent of an attractor, and of a motion whose exponent seems to differ.
+# Strobes that cover a chaotic attractor, and strobes of a motion that is compared with it.
+FILLING, COMPARED = 4000, 40
+# Forcing periods of the exponent of an attractor, and of a motion whose exponent seems to differ;
+# and of that which tells whether it is chaotic still, after the strobes.
 LONG = 16_384
-# Exponents differ if they are farther apart than so many standard errors.
-DIFFERENT = 6.0
+LATE = 1024
 # Motions that are compared at a time.
 MOTIONS_AT_ONCE = 4096
 
@@ -428,11 +429,9 @@ class Chaos:
         strobes = _strobes(system, strobe[np.newaxis], FILLING)[0]
         largest, error = _exponents(system, strobe[np.newaxis], LONG)
         end = strobes[-1:]
-        late = _exponents(system, end, LONG // 16)[0] if np.isfinite(end).all() else np.zeros(1)
-        persists = bool(
-            largest[0] > max(CERTAIN * error[0], LEAST_EXPONENT / system.period)
-            and late[0] > LEAST_EXPONENT / system.period
-        )
+        late = _exponents(system, end, LATE)[0] if np.isfinite(end).all() else np.zeros(1)
+        persists = is_chaotic(float(largest[0]), float(error[0]), system.period)
+        persists = persists and is_chaotic(float(late[0]), 0.0, system.period)
         return cls(strobes, float(largest[0]), float(error[0]), persists)
 
 
@@ -463,34 +462,24 @@ def same_chaos(system: AnyStrobed, chaos: Chaos, arrays: Arrays, rows: Integers)
 
 
 def _agree(chaos: Chaos, exponents: Floats, errors: Floats) -> Flags:
-    difference = np.abs(exponents - chaos.exponent)
-    return np.asarray(difference <= DIFFERENT * hypot(errors, chaos.error))
+    motions = zip(exponents.tolist(), errors.tolist(), strict=True)
+    same = [agree(exponent, error, chaos.exponent, chaos.error) for exponent, error in motions]
+    return np.array(same, dtype=np.bool_)
 
 
 class _Cells:
     """The cells of a plane that contain an attractor, and their neighbours."""
 
     def __init__(self, cloud: Floats) -> None:
-        cloud = cloud[np.isfinite(cloud).all(axis=1)]
-        self._low = cloud.min(axis=0)
-        width = np.ptp(cloud, axis=0)
-        self._size = np.where(width > 0.0, width, 1.0) / CELLS
-        # With two more cells on all sides: places outside fall into the outermost, which are empty.
-        i, j = self._cell(cloud)
-        full = np.zeros((CELLS + 5, CELLS + 5), dtype=np.bool_)
-        for di in (-1, 0, 1):
-            for dj in (-1, 0, 1):
-                full[i + di, j + dj] = True
-        self._full = full
-
-    def _cell(self, places: Floats) -> tuple[Integers, Integers]:
-        cells = np.floor((places - self._low) / self._size)
-        number = np.clip(np.nan_to_num(cells, nan=-2.0), -2, CELLS + 2).astype(np.int64) + 2
-        return number[..., 0], number[..., 1]
+        self._frame = np.empty((2, 2))
+        self._full = np.empty((SIDE, SIDE), dtype=np.int64)
+        fill_cells(np.ascontiguousarray(cloud), self._frame, self._full)
 
     def share(self, places: Floats) -> Floats:
         """Return the share of the places (n, m, 2) of each motion that lie in the cells."""
-        return np.asarray(self._full[self._cell(places)].mean(axis=1))
+        shares = np.empty(len(places))
+        shares_in_cells(np.ascontiguousarray(places), self._frame, self._full, shares)
+        return shares
 
 
 def _strobes(system: AnyStrobed, starts: Floats, count: int) -> Floats:

@@ -21,13 +21,14 @@ from percuss.ensembles.attractors import (
     label_starts,
 )
 from percuss.ensembles.batch import MOST_IMPACTS
-from percuss.ensembles.classification import CHUNK, NO_START, STAGE, Classification, Rules, Starts
+from percuss.ensembles.classification import CHUNK, STAGE, Classification, Rules, Starts
 from percuss.ensembles.datasets import (
     attributes_of,
     coordinates_of,
     warn_of_failures,
     with_units,
 )
+from percuss.ensembles.decisions import NO_START, fraction_of
 from percuss.ensembles.engines import Engine
 from percuss.ensembles.grid import AnyGroup, Grid, make_grid, whole
 from percuss.ensembles.job import Answer, Dimension, spans_of
@@ -322,13 +323,9 @@ class AtWall:
 def fractions_of(labels: Integers, n_attractors: int) -> tuple[Floats, Floats, float, int]:
     """Return fractions and their errors, the undecided fraction, and the number of starts."""
     n = int((labels != NO_START).sum())
-    part = np.array([(labels == i).sum() for i in range(n_attractors)]) / max(n, 1)
-    return (
-        part,
-        np.sqrt(part * (1.0 - part) / max(n, 1)),
-        float((labels == -1).sum() / max(n, 1)),
-        n,
-    )
+    counts = [int((labels == i).sum()) for i in range(n_attractors)]
+    part = np.array([fraction_of(count, n) for count in counts]).reshape(-1, 2)
+    return part[:, 0], part[:, 1], fraction_of(int((labels == -1).sum()), n)[0], n
 
 
 def columns_of(attractor: Attractor | None) -> dict[str, float]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from percuss.arrays import Floats, Integers
+from percuss.ensembles.decisions import BLOCKS, EXPONENT_COLUMNS, many_exponents
 from percuss.ensembles.threads import check_wanted, stop_flag
 from percuss.kernels import batch, lockstep, observables
 from percuss.kernels import record as columns
@@ -296,9 +297,6 @@ def reason_of(status: int, plan: Plan) -> str | None:
     return None
 
 
-# Blocks of time whose means give the standard error: long compared with the memory of a motion, and
-# enough to know their spread to a tenth.
-BLOCKS = 64
 # A difference of halves beyond so many of its standard errors is not chance.
 CHANCE = 3.0
 
@@ -337,18 +335,10 @@ def exponents_of(result: BatchResult, plan: Plan) -> tuple[Floats, Floats, Float
     tuple of (n,) arrays
         In 1/time; -inf where there was a contact, with an error of 0.
     """
-    logs = result.points[:, :, observables.FIRST]
-    shrunk = result.points[:, :, observables.SECOND]
-    with np.errstate(invalid="ignore"):
-        rates = np.diff(logs, axis=1) / plan.every[:, np.newaxis]
-        largest = (logs[:, -1] - logs[:, 0]) / (plan.until - plan.since)
-        total = (shrunk[:, -1] - shrunk[:, 0]) / (plan.until - plan.since)
-        error = rates.std(axis=1, ddof=1) / math.sqrt(BLOCKS)
-    # After a contact no perturbation is left, and the logarithm stays at -inf.
-    forgotten = np.isneginf(logs[:, -1])
-    for values, limit in ((largest, -np.inf), (total, -np.inf), (error, 0.0)):
-        values[forgotten] = limit
-    smallest = np.where(forgotten, -np.inf, total - np.where(forgotten, 0.0, largest))
+    out = np.empty((len(result.points), EXPONENT_COLUMNS))
+    points, durations = np.ascontiguousarray(result.points), plan.until - plan.since
+    many_exponents(points, durations, plan.every, np.empty(BLOCKS), out)
+    largest, smallest, error, total = out.T
     return largest, smallest, error, total
 
 

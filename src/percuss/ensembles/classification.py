@@ -17,24 +17,25 @@ from percuss.ensembles.batch import (
     exponents_of,
     tangent_plan,
 )
+from percuss.ensembles.decisions import (
+    CHAOTIC,
+    NO_START,
+    PERIODIC,
+    REST,
+    UNDECIDED,
+    is_chaotic,
+    kinds_of_motions,
+)
 from percuss.ensembles.grid import AnyGroup
 from percuss.ensembles.job import Block, Column, Dimension
-from percuss.ensembles.repetition import period_of
 from percuss.kernels import observables
 from percuss.kernels import record as columns
 
 __all__ = [
-    "CERTAIN",
-    "CHAOTIC",
     "CLASS_COLUMNS",
-    "LEAST_EXPONENT",
     "LONGEST",
     "LONGEST_OF_ALL",
-    "NO_START",
-    "PERIODIC",
-    "REST",
     "STAGE",
-    "UNBOUNDED",
     "Arrays",
     "Classification",
     "Rules",
@@ -43,10 +44,6 @@ __all__ = [
 
 Arrays = Mapping[str, NDArray[np.generic]]
 
-# Kinds of long-term motion, as they are stored; -1 is undecided.
-PERIODIC, CHAOTIC, REST, UNBOUNDED = range(4)
-# The kind of a start that is inside a wall.
-NO_START = -2
 # The longest period of a motion that is sought first, in forcing periods.
 LONGEST = 16
 # A start is followed for so many forcing periods at a time; the last of them, twice the longest
@@ -55,10 +52,8 @@ STAGE, COMPARED = 40, 2 * LONGEST
 # Motions without such a period after all that time may have one of up to 128. It is sought in 1024
 # motions at a time, because all their strobes are kept.
 LONGEST_OF_ALL, AT_ONCE = 128, 1024
-# The others are called chaotic where the largest exponent over so many periods exceeds 0 by three
-# standard errors, and by 1e-3 in a forcing period.
+# The largest exponent of the others is taken over so many periods.
 PERIODS_OF_AN_EXPONENT = 512
-CERTAIN, LEAST_EXPONENT = 3.0, 1e-3
 # Starts of a chunk; each takes fifty impacts or more.
 CHUNK = 8192
 
@@ -170,17 +165,13 @@ class Rules:
     ) -> Flags:
         """Classify motions by their last strobes; return which of them are decided."""
         compared = result.points.shape[1] - 1
-        strobes, d = result.strobes, result.strobes.shape[2] // 2
-        ended = result.status == columns.REACHED_END
-        rest = result.status == columns.AT_REST
-        end, speed = (np.abs(part).max(axis=1) for part in (result.ends[:, :d], result.ends[:, d:]))
-        # At a strobe x may be near 0 while the speed is large.
-        far = np.maximum(end, speed * period / (2.0 * np.pi)) > self.escape
-        unbounded = (result.status == columns.OVERFLOW) | (ended & far)
-        n_periods = period_of(np.nan_to_num(strobes), compared // 2)
-        periodic = ended & ~unbounded & (n_periods > 0)
-        for kind, rows_of_kind in ((REST, rest), (UNBOUNDED, unbounded), (PERIODIC, periodic)):
-            classes["kind"][rows[rows_of_kind]] = kind
+        strobes = result.strobes
+        kinds, n_periods = np.empty((2, len(rows)), dtype=np.int64)
+        ends, points = (np.ascontiguousarray(array) for array in (result.ends, strobes))
+        kinds_of_motions(result.status, ends, points, period, self.escape, kinds, n_periods)
+        periodic, rest = kinds == PERIODIC, kinds == REST
+        decided = kinds != UNDECIDED
+        classes["kind"][rows[decided]] = kinds[decided]
         classes["n_periods"][rows[periodic]] = n_periods[periodic]
         per_period = result.values[:, observables.IMPACTS] / compared
         classes["n_impacts"][rows[periodic]] = np.round((per_period * n_periods)[periodic])
@@ -188,9 +179,9 @@ class Rules:
         place = strobes[:, -1].copy()
         if rest.any():
             place[rest] = result.state[rest][:, [columns.X, columns.V]]
-        bounded = (rest | periodic) & ~unbounded
+        bounded = rest | periodic
         classes["strobe"][rows[bounded]] = place[bounded]
-        return np.asarray(rest | unbounded | periodic)
+        return np.asarray(decided)
 
 
 def _exponents(classes: Arrays, group: AnyGroup, left: Integers, begun: Floats) -> int:
@@ -199,8 +190,8 @@ def _exponents(classes: Arrays, group: AnyGroup, left: Integers, begun: Floats) 
     plan = tangent_plan(period, begun[left, -1], 0, PERIODS_OF_AN_EXPONENT)
     result = group.beginning(left, begun[left]).follow(plan)
     largest, _, error, _ = exponents_of(result, plan)
-    least = LEAST_EXPONENT / period
-    chaotic = largest > np.maximum(CERTAIN * error, least)
+    motions = zip(largest.tolist(), error.tolist(), period.tolist(), strict=True)
+    chaotic = np.array([is_chaotic(*motion) for motion in motions], dtype=np.bool_)
     rows = left[chaotic]
     classes["kind"][rows] = CHAOTIC
     classes["strobe"][rows] = begun[rows, :-1]

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from percuss.arrays import Flags, Floats, Integers
+from percuss.ensembles.decisions import SAME, SETTLED, periods_of_motions
 from percuss.kernels.law_columns import PERIOD, STIFFNESS
 from percuss.kernels.structure.basis import SPRING
 from percuss.model.acting_sets import StructureSystem
@@ -26,12 +27,6 @@ __all__ = [
     "period_of_motion",
     "repeat_times",
 ]
-
-# Strobes that differ by less than this part of the motion's size are the same.
-SAME = 1e-6
-# The strobes of an orbit of p periods differ by more than 100 times that; smaller differences are
-# the end of a transient that turns by about 1/p.
-SETTLED = 100.0
 
 
 def is_free(force: Forcing | Loads | None) -> bool:
@@ -109,32 +104,9 @@ def period_of(points: Floats, longest: int) -> Integers:
     >>> period_of(alternating, 4)
     array([2])
     """
-    size = np.abs(points).max(axis=(1, 2))
-    # A motion that repeats itself does so at the end, and has done so from the beginning: two pairs of
-    # strobes rule out most periods, the first pair those of motions that still settle.
-    last = np.abs(points[:, -1:] - points[:, -1 - longest : -1]).max(axis=2)[:, ::-1]
-    first = np.abs(points[:, 1 : 1 + longest] - points[:, :1]).max(axis=2)
-    hopeful = np.maximum(last, first) <= SAME * size[:, np.newaxis]
     periods = np.zeros(len(points), dtype=np.int64)
-    for p in (1 + np.flatnonzero(hopeful.any(axis=0))).tolist():
-        rows = np.flatnonzero(hopeful[:, p - 1])
-        rows = rows[_difference(points[rows], p) <= SAME * size[rows]]
-        if len(rows) == 0:
-            continue
-        # The first period that fits decides, if only that there is none.
-        hopeful[rows] = False
-        distinct = np.ones(len(rows), dtype=np.bool_)
-        for q in (q for q in range(1, p // 2 + 1) if p % q == 0):
-            distinct &= _difference(points[rows], q) > SETTLED * SAME * size[rows]
-        periods[rows[distinct]] = p
-        if not hopeful.any():
-            break
+    periods_of_motions(np.ascontiguousarray(points), longest, periods)
     return periods
-
-
-def _difference(points: Floats, p: int) -> Floats:
-    """Return the largest difference between strobes p periods apart."""
-    return np.asarray(np.abs(points[:, p:] - points[:, :-p]).max(axis=(1, 2)))
 
 
 def impact_periods(points: Floats, impacts: Floats, periods: int) -> Integers:

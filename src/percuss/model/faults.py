@@ -6,10 +6,11 @@ A constructor raises the first fault; a study reports every fault with its dotte
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from functools import singledispatch
-from typing import Any, TypeVar, cast
+from typing import Any, TypeGuard, TypeVar, cast
 
 from percuss.errors import ParameterError
 from percuss.model.exact import (
@@ -172,9 +173,19 @@ def make_numbers(value: object, *names: str) -> None:
         object.__setattr__(value, name, plain_number(getattr(value, name)))
 
 
+def is_row(value: object) -> TypeGuard[Iterable[Any]]:
+    """Whether a value is a list, an array or another iterable with an order; a text is a number.
+
+    A dictionary and a set are none: of what they hold their keys, or no order, would be taken.
+    """
+    return isinstance(value, Iterable) and not isinstance(
+        value, str | bytes | Mapping | AbstractSet
+    )
+
+
 def as_tuple(value: object) -> object:
-    """Return a list or another iterable as a tuple, a text and anything else unchanged."""
-    return tuple(value) if isinstance(value, Iterable) and not isinstance(value, str) else value
+    """Return a list or another row as a tuple, anything else unchanged."""
+    return tuple(value) if is_row(value) else value
 
 
 def dotted(prefix: str | None, name: str) -> str:

@@ -32,6 +32,7 @@ from percuss.model.faults import (
     dotted,
     draft,
     faults,
+    is_row,
     make_numbers,
     make_plain,
     number_faults,
@@ -516,7 +517,7 @@ def fourier(
     fourier(2.0, cos=(1.0, 0.2), sin=(0.0, 0.1), constant=-0.5)
     """
     for name, values in (("cos", cos), ("sin", sin)):
-        if isinstance(values, str) or not isinstance(values, Iterable):
+        if not is_row(values):
             raise ParameterError(name, values, "not a tuple of coefficients for n = 1, 2, ...")
     # Forcing checks the terms, and names each fault by its number.
     terms = [

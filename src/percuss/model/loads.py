@@ -11,7 +11,16 @@ import numpy as np
 from percuss.arrays import Floats
 from percuss.errors import ParameterError
 from percuss.model.exact import Phase, PiTimes, angle, as_float, plain
-from percuss.model.faults import Fault, dotted, draft, faults, phase_faults, raise_first
+from percuss.model.faults import (
+    Fault,
+    as_tuple,
+    dotted,
+    draft,
+    faults,
+    is_row,
+    phase_faults,
+    raise_first,
+)
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import On, plain_on
 from percuss.model.structure import Structure, on_faults
@@ -64,8 +73,7 @@ class Loads:
         loads: Mapping[Any, Forcing] | Iterable[tuple[On, Forcing]] = (),
         period: Phase | None = None,
     ) -> None:
-        pairs = loads.items() if isinstance(loads, Mapping) else loads
-        items = tuple((plain_on(on), forcing) for on, forcing in pairs)
+        items = tuple((plain_on(on), forcing) for on, forcing in _pairs(loads))
         object.__setattr__(self, "items", items)
         object.__setattr__(self, "given_period", plain(period))
         raise_first(faults(self))
@@ -126,6 +134,14 @@ class Loads:
         """Period [time]; None for constant loads, and for several periods without ``period=``."""
         exact = self.exact_period
         return None if exact is None else as_float(exact)
+
+
+def _pairs(loads: Any) -> tuple[tuple[Any, Any], ...]:
+    """Return the pairs of what is given, or say what loads are given as."""
+    pairs = tuple(loads.items()) if isinstance(loads, Mapping) else as_tuple(loads)
+    if not isinstance(pairs, tuple) or not all(is_row(p) and len(tuple(p)) == 2 for p in pairs):
+        raise ParameterError("loads", loads, "not forces by what they act on, {0: pc.cosine(2)}")
+    return pairs
 
 
 def loads_of(structure: Structure, loads: object = None) -> Loads:

@@ -25,6 +25,7 @@ from percuss.model.faults import (
     dotted,
     draft,
     faults,
+    is_row,
     make_numbers,
     make_plain,
     not_negative_faults,
@@ -172,7 +173,7 @@ def _stop_text(stop: Stop) -> str:
 def plain_on(value: object) -> Any:
     """Return what a stop or a load acts on with Python's numbers, a list as a tuple."""
     value = plain(value)
-    if isinstance(value, str) or not isinstance(value, Iterable):
+    if not is_row(value):
         return value
     return tuple(plain(number) for number in value)
 

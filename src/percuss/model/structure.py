@@ -30,6 +30,7 @@ from percuss.model.faults import (
     dotted,
     draft,
     faults,
+    is_row,
     make_plain,
     number_faults,
     phase_faults,
@@ -770,7 +771,7 @@ def _plain_matrix(value: Any) -> Any:
     value = plain(value)
     if hasattr(value, "tolist"):
         value = value.tolist()
-    if isinstance(value, str) or not isinstance(value, Iterable):
+    if not is_row(value):
         return value
     return tuple(plain_on(row) for row in value)
 

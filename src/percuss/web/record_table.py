@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from percuss.errors import ParameterError
-from percuss.fitting.data_file import forces_of_text, name_and_unit, titles_of_text
+from percuss.fitting.columns import name_and_unit
+from percuss.fitting.data_file import forces_of_text, titles_of_text
 from percuss.model.force_record import ForceRecord
 from percuss.studies.link import check_size
 from percuss.studies.record_file import quantity_of_force

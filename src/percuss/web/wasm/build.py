@@ -17,9 +17,10 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+from percuss.ensembles import decisions
 from percuss.kernels import batch, fill_law, law_columns, observables, record
 from percuss.kernels.compile import OPTIONS, is_portable
-from percuss.web.wasm import attractors
+from percuss.web.wasm import attractors, basins
 from percuss.web.wasm.entries import ENTRIES, SIGNATURES
 from percuss.web.wasm.sources import KERNELS_FILE, SECTION, sources_hash
 
@@ -57,6 +58,12 @@ COLUMNS = {
     attractors: (
         "ASKED_SECTION ASKED_TRANSIENT ASKED_PERIODS ASKED_CYCLE ASKED_LEVEL ASKED_WAY "
         "ASKED_ENTRIES"
+    ),
+    decisions: "PERIODIC CHAOTIC REST UNBOUNDED BLOCKS EXPONENT_COLUMNS SIDE",
+    basins: (
+        "RULES_T0 RULES_PERIODS RULES_ESCAPE RULES_ENTRIES CLASS_KIND CLASS_ENTRIES "
+        "FOUND_KIND FOUND_PERIODS FOUND_IMPACTS FOUND_POINTS FOUND_FIRST FOUND_FRACTION "
+        "FOUND_ERROR FOUND_ENTRIES MOST_FOUND MOST_POINTS MOST_STROBES NEEDS_PYTHON"
     ),
     fill_law: (
         "GIVEN_STIFFNESS GIVEN_DAMPING GIVEN_CONSTANT GIVEN_MASS GIVEN_STOPS GIVEN_HARMONICS "

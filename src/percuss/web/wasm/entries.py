@@ -10,12 +10,13 @@ from percuss.kernels import fill_law as law_filling
 from percuss.kernels import march as engine
 from percuss.kernels import sample
 from percuss.kernels.record import MotionRecord, Run
-from percuss.web.wasm import attractors, curve
+from percuss.web.wasm import attractors, basins, curve
 
 __all__ = ["ENTRIES", "SIGNATURES"]
 
 # The arguments of each entry: f and i are a double and an integer, F1, F2, F3 and I1, I2 arrays of
 # them with so many dimensions, C-contiguous.
+SPACE = "F2 F1 I1 F3 F2 I2 F2 F1 F1 F2 F2 F2 F2 F2 F2 F1 F3 F1 F1 F2 I2"
 SIGNATURES = {
     "fill_law": "F2 I1 F2",
     "march": "F2 F1 I1 F2 F2 F2 F2 I2 F2 f i i",
@@ -30,6 +31,8 @@ SIGNATURES = {
     "stop_forces": "F2 I1 F2 f F2 I2 F2 F2 F2",
     "spectrum": "F1 F2",
     "attractor": "F2 F1 I1 F3 F2 I2 F2 F1 F1 F1 F1 F2 F2 F1 F3 F2",
+    "classify": f"{SPACE} F1 F2 F2",
+    "label": f"{SPACE} F1 F2 I1 F2 F2",
 }
 
 
@@ -184,6 +187,104 @@ def attractor(
     return status
 
 
+def classify(
+    law: Floats,
+    state: Floats,
+    counters: Integers,
+    phases: Floats,
+    events: Floats,
+    marks: Integers,
+    grazes: Floats,
+    plan: Floats,
+    values: Floats,
+    ring: Floats,
+    points: Floats,
+    strobes: Floats,
+    last: Floats,
+    cloud: Floats,
+    stops: Floats,
+    best: Floats,
+    scratch: Floats,
+    rates: Floats,
+    exponents: Floats,
+    frame: Floats,
+    cells: Integers,
+    rules: Floats,
+    starts: Floats,
+    classes: Floats,
+) -> int:
+    """Write the classes of starts."""
+    run = Run(law, state, counters, phases[0], phases[1], phases[2], events, marks, grazes)
+    loads = attractors.loads_of(law, best, scratch)
+    space = basins.Space(
+        run,
+        plan,
+        values,
+        ring,
+        points,
+        strobes,
+        last,
+        cloud,
+        stops,
+        loads,
+        rates,
+        exponents,
+        frame,
+        cells,
+    )
+    return basins.classify_starts(space, rules, starts, classes)
+
+
+def label(
+    law: Floats,
+    state: Floats,
+    counters: Integers,
+    phases: Floats,
+    events: Floats,
+    marks: Integers,
+    grazes: Floats,
+    plan: Floats,
+    values: Floats,
+    ring: Floats,
+    points: Floats,
+    strobes: Floats,
+    last: Floats,
+    cloud: Floats,
+    stops: Floats,
+    best: Floats,
+    scratch: Floats,
+    rates: Floats,
+    exponents: Floats,
+    frame: Floats,
+    cells: Integers,
+    rules: Floats,
+    classes: Floats,
+    labels: Integers,
+    found: Floats,
+    drawn: Floats,
+) -> int:
+    """Write the number of each start's attractor, and the attractors."""
+    run = Run(law, state, counters, phases[0], phases[1], phases[2], events, marks, grazes)
+    loads = attractors.loads_of(law, best, scratch)
+    space = basins.Space(
+        run,
+        plan,
+        values,
+        ring,
+        points,
+        strobes,
+        last,
+        cloud,
+        stops,
+        loads,
+        rates,
+        exponents,
+        frame,
+        cells,
+    )
+    return basins.label(space, rules, classes, labels, found, drawn)
+
+
 ENTRIES: dict[str, Callable[..., Any]] = {
     entry.__name__: entry
     for entry in (
@@ -200,5 +301,7 @@ ENTRIES: dict[str, Callable[..., Any]] = {
         stop_forces,
         spectrum,
         attractor,
+        classify,
+        label,
     )
 }

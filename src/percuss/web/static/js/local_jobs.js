@@ -1,65 +1,158 @@
-// Diagrams in workers on all cores, in growing resolution.
+// Diagrams and basins in workers on all cores, in growing resolution.
+
+import { exactBetween } from "./exact.js";
 
 // As percuss.web.jobs has it: values of the first level, and how many times those of the next.
 const [FIRST_VALUES, FINER] = [64, 4];
-// Values that a worker computes between two messages.
-const AT_ONCE = 8;
+// Starts along a side of the first level of basins at most.
+const FIRST_STARTS = 64;
+// Values, and starts, that a worker computes between two messages.
+const [AT_ONCE, STARTS_AT_ONCE] = [8, 256];
 
-/** One diagram that is being computed. */
-export class LocalDiagram {
+/** A long answer that is being computed, in pieces by whichever worker is free. */
+class LocalJob {
   /** `workers`: kernels, each with answer(request); `handlers`: as of a request. */
-  constructor(workers, request, handlers) {
-    Object.assign(this, { workers, request, handlers, isCancelled: false, done: 0, failed: 0, reason: "" });
+  constructor(workers, request, handlers, total) {
+    Object.assign(this, { workers, request, handlers, total, isCancelled: false, done: 0, keeper: null });
   }
 
   cancel() {
     this.isCancelled = true;
   }
 
-  /** Compute all levels; return false where Python is needed. */
-  async run() {
-    const { low, high, points, path, values } = this.request;
-    for (const level of levelsOf(values, FIRST_VALUES)) {
-      const parts = await this.#level(level);
-      if (this.isCancelled) return true;
-      if (parts === null) return false;
-      const names = Object.keys(parts[0].columns);
-      const arrays = Object.fromEntries(names.map((name) => [name, joined(parts.map((part) => part.columns[name]))]));
-      arrays.value = Float64Array.from(level, (k) => low + (k / (values - 1)) * (high - low));
-      const share = this.done / values;
-      const header = { kind: "diagram", path, low, high, n_points: points, failed: this.failed, reason: this.reason, share, done: this.done === values };
-      this.handlers.answer(header, arrays);
-    }
-    return true;
+  get isDone() {
+    return this.done === this.total;
   }
 
-  /** Return the parts of a level in order, null where one needs Python. */
-  async #level(level) {
-    const pieces = [];
-    for (let k = 0; k < level.length; k += AT_ONCE) pieces.push(level.slice(k, k + AT_ONCE));
+  /** Return the answers to requests of so many values each in order, null where one needs Python. */
+  async inPieces(requests, counts, take = () => {}) {
     const parts = [];
     let next = 0;
     let isLocal = true;
     const serve = async (worker) => {
-      while (next < pieces.length && isLocal && !this.isCancelled) {
+      while (next < requests.length && isLocal && !this.isCancelled) {
         const k = next;
         next += 1;
-        const part = await worker.answer({ kind: "part", of: this.request, numbers: pieces[k] });
-        if (part === null) isLocal = false;
-        else this.#take(parts, k, part, pieces[k].length);
+        const part = await worker.answer({ of: this.request, ...requests[k] });
+        if (part === null) {
+          isLocal = false;
+          return;
+        }
+        parts[k] = part;
+        this.done += counts[k];
+        take(part);
+        if (!this.isCancelled) this.handlers.progress?.(this.done / this.total);
       }
     };
     await Promise.all(this.workers.map(serve));
     return isLocal ? parts : null;
   }
+}
 
-  #take(parts, k, part, count) {
-    parts[k] = part;
-    this.done += count;
-    this.failed += part.failed;
-    this.reason ||= part.reason;
-    if (!this.isCancelled) this.handlers.progress?.(this.done / this.request.values);
+/** One diagram. */
+export class LocalDiagram extends LocalJob {
+  constructor(workers, request, handlers) {
+    super(workers, request, handlers, request.values);
+    Object.assign(this, { failed: 0, reason: "" });
   }
+
+  /** Compute all levels; return false where Python is needed. */
+  async run() {
+    const { low, high, points, path, values } = this.request;
+    for (const level of levelsOf(values, FIRST_VALUES)) {
+      const pieces = piecesOf(level, AT_ONCE);
+      const parts = await this.inPieces(pieces.map((numbers) => ({ kind: "part", numbers })), pieces.map((it) => it.length), (part) => this.#count(part));
+      if (this.isCancelled) return true;
+      if (parts === null) return false;
+      const names = Object.keys(parts[0].columns);
+      const arrays = Object.fromEntries(names.map((name) => [name, joined(parts.map((part) => part.columns[name]))]));
+      arrays.value = Float64Array.from(level, (k) => low + (k / (values - 1)) * (high - low));
+      const header = { kind: "diagram", path, low, high, n_points: points, failed: this.failed, reason: this.reason, share: this.done / values, done: this.isDone };
+      this.handlers.answer(header, arrays);
+    }
+    return true;
+  }
+
+  #count({ failed, reason }) {
+    this.failed += failed;
+    this.reason ||= reason;
+  }
+}
+
+/** The basins of a square of starts, whose coarser levels are some of its cells. */
+export class LocalBasins extends LocalJob {
+  constructor(workers, request, handlers) {
+    const size = request.starts;
+    super(workers, request, handlers, size * size);
+    const { x_low, x_high, v_low, v_high } = request;
+    this.axes = [centresOf(x_low, x_high, size), centresOf(v_low, v_high, size)];
+    this.known = new Uint8Array(size * size);
+    // So many numbers for each start, once the first ones are known.
+    this.classes = null;
+  }
+
+  /** Compute all levels; return false where Python is needed. */
+  async run() {
+    const { starts: size, x_low, x_high, v_low, v_high } = this.request;
+    if (this.axes.includes(null)) return false;
+    for (const places of placesOf(size)) {
+      const cells = places.flatMap((i) => places.map((j) => i * size + j));
+      const isLocal = await this.#classify(cells.filter((cell) => this.known[cell] === 0));
+      if (this.isCancelled) return true;
+      if (!isLocal) return false;
+      // This takes long where motions are chaotic: whoever cancels ends the worker.
+      [this.keeper] = this.workers;
+      const found = await this.keeper.answer({ kind: "basins", of: this.request, classes: this.#classesOf(cells) });
+      this.keeper = null;
+      if (this.isCancelled) return true;
+      if (found === null) return false;
+      const header = { kind: "basins", x_low, x_high, v_low, v_high, size: places.length, attractors: found.attractors, share: this.done / this.total, done: this.isDone };
+      this.handlers.answer(header, found.arrays);
+    }
+    return true;
+  }
+
+  /** Find the classes of the starts of cells; return false where Python is needed. */
+  async #classify(cells) {
+    const [x, v] = this.axes;
+    const pieces = piecesOf(cells, STARTS_AT_ONCE);
+    const startsOf = (piece) => Float64Array.from(piece.flatMap((cell) => [x[Math.floor(cell / x.length)], v[cell % v.length]]));
+    const parts = await this.inPieces(pieces.map((piece) => ({ kind: "classes", starts: startsOf(piece) })), pieces.map((it) => it.length));
+    if (parts === null || this.isCancelled) return parts !== null;
+    parts.forEach(({ arrays: { classes } }, k) => {
+      const entries = classes.length / pieces[k].length;
+      this.classes ??= new Float64Array(entries * this.total);
+      pieces[k].forEach((cell, i) => {
+        this.known[cell] = 1;
+        this.classes.set(classes.subarray(i * entries, (i + 1) * entries), cell * entries);
+      });
+    });
+    return true;
+  }
+
+  #classesOf(cells) {
+    if (cells.length === this.total) return this.classes;
+    const entries = this.classes.length / this.total;
+    return joined(cells.map((cell) => this.classes.subarray(cell * entries, (cell + 1) * entries)));
+  }
+}
+
+/** Return the centres of n cells between two ends as doubles, each rounded once; null where one is too small. */
+function centresOf(low, high, n) {
+  const half = (0.5 * (high - low)) / n;
+  const [first, last] = [low + half, high - half];
+  const values = Array.from({ length: n }, (_, k) => {
+    const value = exactBetween(first, last, k, n);
+    return typeof value === "number" ? value : value.parts?.[0];
+  });
+  return values.includes(undefined) ? null : values;
+}
+
+/** Return the places along a side at each level: one of so many in the middle, and all in the end. */
+function placesOf(size) {
+  const steps = [1];
+  while (size / steps[0] > FIRST_STARTS) steps.unshift(steps[0] * FINER);
+  return steps.map((step) => Array.from({ length: Math.ceil(size / step) }, (_, k) => Math.min(k * step + (step >> 1), size - 1)));
 }
 
 /** Return the numbers of values in levels, each of which fills the gaps of those before. */
@@ -67,6 +160,12 @@ function levelsOf(n, first) {
   const steps = [1];
   while (n / steps[0] > first) steps.unshift(steps[0] * FINER);
   return steps.map((step, i) => Array.from({ length: Math.ceil(n / step) }, (_, k) => k * step).filter((k) => i === 0 || k % steps[i - 1] !== 0)).filter((level) => level.length > 0);
+}
+
+function piecesOf(values, most) {
+  const pieces = [];
+  for (let k = 0; k < values.length; k += most) pieces.push(values.slice(k, k + most));
+  return pieces;
 }
 
 function joined(columns) {

@@ -1,6 +1,6 @@
 // Requests that the kernels in the page answer; the rest goes to the server, where there is one.
 
-import { LocalDiagram } from "./local_jobs.js";
+import { LocalBasins, LocalDiagram } from "./local_jobs.js";
 
 // Requests of these kinds are motions.
 const MOTIONS = new Set(["explore", "thumb", "beside"]);
@@ -53,6 +53,14 @@ function isModerate({ low, high, values, points, follow }) {
   return follow === undefined && low < high && Number.isInteger(values) && Number.isInteger(points) && values >= 2 && points >= 2 && values <= 8192 && values * points <= 2_000_000;
 }
 
+/** Return whether basins are of a size that needs no sentence of the server. */
+function isSquare({ x_low, x_high, v_low, v_high, starts }) {
+  return x_low < x_high && v_low < v_high && [x_low, x_high, v_low, v_high].every(Number.isFinite) && Number.isInteger(starts) && starts >= 16 && starts <= 1024;
+}
+
+// What is computed in workers on all cores, and whether a request is for them.
+const JOBS = { diagram: [LocalDiagram, isModerate], basins: [LocalBasins, isSquare] };
+
 /** Requests as of transport.js: motions are computed here, with one in each queue and one that waits. */
 export class LocalRequests {
   /**
@@ -83,19 +91,20 @@ export class LocalRequests {
   }
 
   replace(queue, message, handlers) {
-    if (queue === "job") this.job?.cancel();
-    if (message.kind === "diagram" && isModerate(message)) {
+    if (queue === "job") this.#cancelJob();
+    const [Job, isLocal] = JOBS[message.kind] ?? [];
+    if (isLocal?.(message)) {
       this.server?.cancel(queue);
-      this.#diagram(queue, message, handlers);
+      this.#work(Job, queue, message, handlers);
       return;
     }
     this.#replaceElsewhere(queue, message, handlers);
   }
 
-  async #diagram(queue, message, handlers) {
-    // One for each core, made when the first diagram is asked for.
+  async #work(Job, queue, message, handlers) {
+    // One for each core, made when the first job is asked for.
     this.pool ??= Array.from({ length: Math.max(1, navigator.hardwareConcurrency ?? 1) }, () => this.begin());
-    const job = new LocalDiagram(this.pool, message, handlers);
+    const job = new Job(this.pool, message, handlers);
     this.job = job;
     const isAnswered = await job.run();
     if (!isAnswered && this.job === job && !job.isCancelled) this.#replaceElsewhere(queue, message, handlers);
@@ -106,8 +115,18 @@ export class LocalRequests {
     else this.#elsewhere(queue, message, handlers);
   }
 
+  #cancelJob() {
+    const { keeper = null } = this.job ?? {};
+    this.job?.cancel();
+    if (keeper === null) return;
+    // A worker hears nothing before its answer is there.
+    keeper.close();
+    this.pool[this.pool.indexOf(keeper)] = this.begin();
+    this.job.keeper = null;
+  }
+
   cancel(queue) {
-    if (queue === "job") this.job?.cancel();
+    if (queue === "job") this.#cancelJob();
     this.server?.cancel(queue);
   }
 

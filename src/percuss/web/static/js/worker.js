@@ -1,8 +1,19 @@
 // The worker that computes motions: it is sent the file of kernels first, then requests.
 
 import { loadKernels } from "./kernels.js";
+import { basinsOf, classesOf } from "./local_basins.js";
 import { diagramPart } from "./local_diagram.js";
 import { answerMotion } from "./local_motion.js";
+
+// What is asked for a part of a longer answer; all else are motions.
+const PARTS = {
+  part: (kernels, { of, numbers }) => diagramPart(kernels, of, numbers),
+  classes: (kernels, { of, starts }) => classesOf(kernels, of.study, starts),
+  basins: (kernels, { of, classes }) => basinsOf(kernels, of.study, classes),
+};
+
+/** Return what the kernels answer, null where Python is needed. */
+export const answerTo = (kernels, request) => (PARTS[request.kind] ?? answerMotion)(kernels, request);
 
 /** Answer the messages to a worker's global object. */
 export function serve(scope) {
@@ -11,8 +22,7 @@ export function serve(scope) {
     if (bytes !== undefined) kernels = loadKernels(bytes);
     if (request === undefined) return;
     try {
-      const isPart = request.kind === "part";
-      const answer = isPart ? diagramPart(await kernels, request.of, request.numbers) : answerMotion(await kernels, request);
+      const answer = answerTo(await kernels, request);
       const arrays = Object.values(answer?.arrays ?? answer?.columns ?? {});
       const buffers = [...new Set(arrays.map((array) => array.buffer))];
       scope.postMessage({ id, answer }, buffers);

@@ -1,0 +1,353 @@
+"""What decides about motions: their period, kind and exponents, and which attractor is whose.
+
+Kernels for one motion each, so that Python and the page (`percuss.web.wasm`) decide alike, and
+those that Python applies to many.
+"""
+
+from __future__ import annotations
+
+import math
+
+from percuss.arrays import Flags, Floats, Integers
+from percuss.kernels.arithmetic import hypotenuse
+from percuss.kernels.compile import kernel
+from percuss.kernels.observables import FIRST, SECOND
+from percuss.kernels.record import AT_REST, OVERFLOW, REACHED_END
+
+__all__ = [
+    "AGREED",
+    "BLOCKS",
+    "CELLS",
+    "CHAOTIC",
+    "ERROR",
+    "EXPONENT_COLUMNS",
+    "LARGEST",
+    "LEAST_SHARE",
+    "NEAR",
+    "NO_START",
+    "PERIODIC",
+    "REST",
+    "SIDE",
+    "UNBOUNDED",
+    "UNDECIDED",
+    "agree",
+    "exponents_of_points",
+    "fill_cells",
+    "fraction_of",
+    "has_settled",
+    "is_chaotic",
+    "is_near",
+    "kind_of",
+    "kinds_of_motions",
+    "many_exponents",
+    "near_orbit",
+    "period_of_points",
+    "periods_of_motions",
+    "rounded",
+    "share_in_cells",
+    "shares_in_cells",
+]
+
+# Kinds of long-term motion, as they are stored, and those of a start without a decision and of one
+# inside a wall.
+PERIODIC, CHAOTIC, REST, UNBOUNDED = range(4)
+UNDECIDED, NO_START = -1, -2
+
+# Strobes that differ by less than this part of the motion's size are the same.
+SAME = 1e-6
+# The strobes of an orbit of p periods differ by more than 100 times that; smaller differences are
+# the end of a transient that turns by about 1/p.
+SETTLED = 100.0
+# A motion has settled on its orbit where its strobes come again to this part of its size.
+CLOSE = 1e-9
+
+
+@kernel
+def period_of_points(points: Floats, longest: int) -> int:
+    """Return the period of a motion in forcing periods, 0 where it does not repeat itself.
+
+    ``points`` (m, d) are its strobes, and ``longest`` < m is the longest period considered.
+    """
+    size = 0.0
+    for i in range(points.shape[0]):
+        for column in range(points.shape[1]):
+            if math.isnan(points[i, column]):
+                return 0
+            size = max(size, abs(points[i, column]))
+    same = SAME * size
+    last = points.shape[0] - 1
+    for p in range(1, longest + 1):
+        # A motion that repeats itself does so at the end, and has done so from the beginning.
+        hopeful = is_apart_by(points, last - p, last, same) and is_apart_by(points, 0, p, same)
+        if not hopeful or not repeats(points, p, same):
+            continue
+        # The first period that fits decides, if only that there is none.
+        for q in range(1, p // 2 + 1):
+            if p % q == 0 and repeats(points, q, SETTLED * SAME * size):
+                return 0
+        return p
+    return 0
+
+
+@kernel
+def is_apart_by(points: Floats, i: int, j: int, most: float) -> bool:
+    """Return whether two strobes are the same up to ``most``."""
+    for column in range(points.shape[1]):
+        if not abs(points[j, column] - points[i, column]) <= most:
+            return False
+    return True
+
+
+@kernel
+def repeats(points: Floats, p: int, most: float) -> bool:
+    """Return whether all strobes are the same as those p later, up to ``most``."""
+    same = True
+    for i in range(points.shape[0] - p):
+        same = same and is_apart_by(points, i, i + p, most)
+    return same
+
+
+@kernel
+def has_settled(points: Floats, p: int) -> bool:
+    """Return whether strobes that come again after p periods are those of the orbit itself."""
+    size = 0.0
+    for i in range(points.shape[0]):
+        for column in range(points.shape[1]):
+            size = max(size, abs(points[i, column]))
+    return repeats(points, p, CLOSE * size)
+
+
+@kernel
+def periods_of_motions(points: Floats, longest: int, periods: Integers) -> None:
+    """Write the periods of motions, whose strobes are (n, m, d)."""
+    for i in range(points.shape[0]):
+        periods[i] = period_of_points(points[i], longest)
+
+
+@kernel
+def rounded(value: float) -> float:
+    """Return the nearest whole number, the even one of two."""
+    below = math.floor(value)
+    part = value - below
+    up = part > 0.5 or (part == 0.5 and below % 2 == 1)
+    return below + 1.0 if up else below + 0.0
+
+
+@kernel
+def kind_of(
+    status: int, end: Floats, points: Floats, period: float, escape: float
+) -> tuple[int, int]:
+    """Return kind and period of a motion after a stage, UNDECIDED and 0 where it shows none.
+
+    ``end`` (2 d,) are displacements and velocities at the end, ``points`` (m, 2 d) the last m
+    strobes, of which half could be a period, and a motion beyond ``escape`` is unbounded.
+    """
+    if status == AT_REST:
+        return REST, 0
+    if status == OVERFLOW:
+        return UNBOUNDED, 0
+    if status != REACHED_END:
+        return UNDECIDED, 0
+    d = end.shape[0] // 2
+    far = 0.0
+    for i in range(d):
+        # At a strobe x may be near 0 while the speed is large.
+        far = max(far, abs(end[i]), abs(end[d + i]) * period / (2.0 * math.pi))
+    if far > escape:
+        return UNBOUNDED, 0
+    n_periods = period_of_points(points, (points.shape[0] - 1) // 2)
+    return (PERIODIC, n_periods) if n_periods > 0 else (UNDECIDED, 0)
+
+
+@kernel
+def kinds_of_motions(
+    status: Integers,
+    ends: Floats,
+    points: Floats,
+    periods: Floats,
+    escape: float,
+    kinds: Integers,
+    n_periods: Integers,
+) -> None:
+    """Write kinds and periods of motions."""
+    for i in range(status.shape[0]):
+        kinds[i], n_periods[i] = kind_of(status[i], ends[i], points[i], periods[i], escape)
+
+
+# Blocks of time whose means give the standard error: long compared with the memory of a motion, and
+# enough to know their spread to a tenth.
+BLOCKS = 64
+# Columns of exponents, in 1/time: the largest and the smallest, the standard error, their sum.
+LARGEST, SMALLEST, ERROR, TOTAL = range(4)
+EXPONENT_COLUMNS = 4
+# A motion is chaotic where its largest exponent exceeds 0 by three standard errors, and by 1e-3 in
+# a forcing period.
+CERTAIN, LEAST_EXPONENT = 3.0, 1e-3
+# Exponents differ if they are farther apart than so many standard errors.
+AGREED = 6.0
+
+
+@kernel
+def exponents_of_points(
+    points: Floats, duration: float, every: float, rates: Floats, out: Floats
+) -> None:
+    """Write exponents from the points of a perturbation at the ends of blocks of time.
+
+    -inf where there was a contact, with an error of 0. ``rates`` (BLOCKS,) is scratch.
+    """
+    first, last = points[0], points[BLOCKS]
+    if last[FIRST] == -math.inf:
+        # After a contact no perturbation is left, and the logarithm stays there.
+        out[LARGEST] = out[SMALLEST] = out[TOTAL] = -math.inf
+        out[ERROR] = 0.0
+        return
+    for k in range(BLOCKS):
+        rates[k] = (points[k + 1, FIRST] - points[k, FIRST]) / every
+    mean = sum_of_blocks(rates) / BLOCKS
+    for k in range(BLOCKS):
+        rates[k] = (rates[k] - mean) * (rates[k] - mean)
+    out[LARGEST] = (last[FIRST] - first[FIRST]) / duration
+    out[TOTAL] = (last[SECOND] - first[SECOND]) / duration
+    out[ERROR] = math.sqrt(sum_of_blocks(rates) / (BLOCKS - 1)) / math.sqrt(BLOCKS)
+    out[SMALLEST] = out[TOTAL] - out[LARGEST]
+
+
+@kernel
+def sum_of_blocks(rates: Floats) -> float:
+    """Return the sum of BLOCKS numbers, in the order in which NumPy adds them."""
+    pairs = 0.0
+    fours = 0.0
+    total = 0.0
+    for lane in range(8):
+        part = rates[lane]
+        for k in range(8 + lane, BLOCKS, 8):
+            part += rates[k]
+        pairs = pairs + part if lane % 2 == 1 else part
+        if lane % 4 == 3:
+            fours = fours + pairs
+            total = total + fours if lane == 7 else fours
+        elif lane % 4 == 1:
+            fours = pairs
+    return total
+
+
+@kernel
+def many_exponents(
+    points: Floats, durations: Floats, every: Floats, rates: Floats, out: Floats
+) -> None:
+    """Write the exponents of motions."""
+    for i in range(points.shape[0]):
+        exponents_of_points(points[i], durations[i], every[i], rates, out[i])
+
+
+@kernel
+def is_chaotic(largest: float, error: float, period: float) -> bool:
+    """Return whether an exponent is that of chaos."""
+    return largest > CERTAIN * error and largest > LEAST_EXPONENT / period
+
+
+@kernel
+def agree(one: float, error: float, other: float, other_error: float) -> bool:
+    """Return whether two exponents may be the same."""
+    return abs(one - other) <= AGREED * hypotenuse(error, other_error)
+
+
+# Largest distance between strobes of the same periodic orbit, relative to its size: motions that
+# are classified as periodic repeat themselves to 1e-6 from one period to the next, and one that
+# spirals around its orbit may be a hundred times as far from it.
+NEAR = 3e-4
+
+
+@kernel
+def is_near(strobe: Floats, orbit: Floats) -> bool:
+    """Return whether a strobe is one of an orbit's (n, d)."""
+    size = 0.0
+    for k in range(orbit.shape[0]):
+        for column in range(orbit.shape[1]):
+            size = max(size, abs(orbit[k, column]))
+    most = NEAR * (size if size > 0.0 else 1.0)
+    for k in range(orbit.shape[0]):
+        same = True
+        for column in range(orbit.shape[1]):
+            same = same and abs(strobe[column] - orbit[k, column]) <= most
+        if same:
+            return True
+    return False
+
+
+@kernel
+def near_orbit(strobes: Floats, rows: Integers, orbit: Floats, near: Flags) -> None:
+    """Write which strobes, by their rows, are those of an orbit."""
+    for i in range(rows.shape[0]):
+        near[i] = is_near(strobes[rows[i]], orbit)
+
+
+# Cells along each axis in which chaotic motions are compared, with more on all sides: places
+# outside fall into the outermost, which are empty.
+CELLS = 50
+SIDE = CELLS + 5
+# The least share of the strobes of a motion on the attractor in or next to its cells.
+LEAST_SHARE = 0.95
+
+
+@kernel
+def fill_cells(cloud: Floats, frame: Floats, full: Integers) -> None:
+    """Mark the cells of a plane that contain an attractor, and their neighbours.
+
+    ``cloud`` (n, 2) are its strobes, ``frame`` (2, 2) is given the least place and the size of a
+    cell along each axis, ``full`` (SIDE, SIDE) a 1 for each of them.
+    """
+    for column in range(2):
+        low = math.inf
+        high = -math.inf
+        for k in range(cloud.shape[0]):
+            if math.isfinite(cloud[k, 0]) and math.isfinite(cloud[k, 1]):
+                low = min(low, cloud[k, column])
+                high = max(high, cloud[k, column])
+        width = high - low
+        frame[0, column] = low
+        frame[1, column] = (width if width > 0.0 else 1.0) / CELLS
+    for i in range(SIDE):
+        for j in range(SIDE):
+            full[i, j] = 0
+    for k in range(cloud.shape[0]):
+        if not (math.isfinite(cloud[k, 0]) and math.isfinite(cloud[k, 1])):
+            continue
+        i = cell_of(cloud[k, 0], frame, 0)
+        j = cell_of(cloud[k, 1], frame, 1)
+        for di in range(-1, 2):
+            for dj in range(-1, 2):
+                full[i + di, j + dj] = 1
+
+
+@kernel
+def cell_of(place: float, frame: Floats, column: int) -> int:
+    """Return the number of the cell of a place along an axis."""
+    cell = (place - frame[0, column]) / frame[1, column]
+    if cell >= -1.0:
+        return math.floor(cell) + 2 if cell < CELLS + 2.0 else CELLS + 4
+    # What is no number is outside, too.
+    return 0
+
+
+@kernel
+def share_in_cells(places: Floats, frame: Floats, full: Integers) -> float:
+    """Return the share of places (m, 2) that lie in the cells."""
+    count = 0
+    for k in range(places.shape[0]):
+        count += full[cell_of(places[k, 0], frame, 0), cell_of(places[k, 1], frame, 1)]
+    return float(count / places.shape[0])
+
+
+@kernel
+def shares_in_cells(places: Floats, frame: Floats, full: Integers, shares: Floats) -> None:
+    """Write the shares of motions, whose places are (n, m, 2)."""
+    for i in range(places.shape[0]):
+        shares[i] = share_in_cells(places[i], frame, full)
+
+
+@kernel
+def fraction_of(count: int, n: int) -> tuple[float, float]:
+    """Return the part that a count is of n starts, and its standard error if they were drawn."""
+    part = count / max(n, 1)
+    return part, math.sqrt(part * (1.0 - part) / max(n, 1))
