@@ -1,4 +1,4 @@
-"""Check a certificate of percuss: a run, a periodic orbit or chaos of an oscillator with stops.
+"""Check a certificate of percuss: a run, a periodic orbit, a branch or chaos of an oscillator with stops.
 
     python check_certificate.py certificate.json
 
@@ -9,6 +9,9 @@ fractions alone: no percuss, no library, no floating point. It prints the theore
 Between two stops the displacement obeys x'' + 2 a x' + K x = c + sum of A cos(w t + p), with rational
 K, a, c, A, w: of unit mass. An interval is a pair of integers, numbers of units of 2^-bits; each
 operation rounds outward. What is proven, and why it suffices, is section 11 of docs/theory/certified.md.
+
+Of its lines some 250 are arithmetic, 350 flights and the first event, 150 the reading of what could be
+misread; each kind of certificate adds 70 to 280. Only those of one kind are needed to trust that kind.
 """
 
 from __future__ import annotations
@@ -19,7 +22,7 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from fractions import Fraction
-from itertools import pairwise
+from itertools import groupby, pairwise
 from math import ceil, floor, gcd, isqrt
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -36,6 +39,8 @@ LONGEST, FLIGHT, PARTS = Fraction(1, 8), 1000, 3000
 # Parts are made smaller until a derivative is known on each to within this part of its largest entry:
 # the first of these that suffices.
 NARROW = tuple(Fraction(1, n) for n in (12, 100, 400, 1600))
+# Each half of a strip of a branch is divided into so many parts along its coordinate.
+PARTS_OF_STRIP = (1, 3, 9, 27)
 
 
 class NotProvenError(Exception):
@@ -63,24 +68,44 @@ class Interval(NamedTuple):
     low: int
     high: int
 
-    def __add__(self, other: Any) -> Interval:
-        return Interval(self.low + other.low, self.high + other.high)
+    def __add__(self, other: Any) -> Any:
+        if isinstance(other, Dual):
+            return NotImplemented
+        low, high = of(other)
+        return Interval(self.low + low, self.high + high)
 
     def __neg__(self) -> Interval:
         return Interval(-self.high, -self.low)
 
-    def __sub__(self, other: Interval) -> Interval:
-        return Interval(self.low - other.high, self.high - other.low)
+    def __sub__(self, other: Any) -> Any:
+        return self + -other
 
-    def __mul__(self, other: Any) -> Interval:
-        a, b, c, d = (p * q for p in self for q in other)
+    def __rsub__(self, other: Any) -> Any:
+        return -self + other
+
+    def __mul__(self, other: Any) -> Any:
+        if isinstance(other, Dual):
+            return NotImplemented
+        a, b, c, d = (p * q for p in self for q in of(other))
         return Interval(min(a, b, c, d) >> BITS, -(-max(a, b, c, d) >> BITS))
 
-    def __truediv__(self, other: Interval) -> Interval:
-        if other.low <= 0 <= other.high:
+    def __radd__(self, other: Any) -> Any:
+        return self + other
+
+    def __rmul__(self, other: Any) -> Any:
+        return self * other
+
+    def __truediv__(self, other: Any) -> Any:
+        if isinstance(other, Dual):
+            return NotImplemented
+        low, high = divisor = of(other)
+        if low <= 0 <= high:
             raise NotProvenError("a divisor may be zero")
-        low = min((p << BITS) // q for p in self for q in other)
-        return Interval(low, max(-((-p << BITS) // q) for p in self for q in other))
+        low = min((p << BITS) // q for p in self for q in divisor)
+        return Interval(low, max(-((-p << BITS) // q) for p in self for q in divisor))
+
+    def __rtruediv__(self, other: Any) -> Any:
+        return of(other) / self
 
     @property
     def size(self) -> int:
@@ -109,12 +134,72 @@ class Interval(NamedTuple):
         return self.low <= other.low and other.high <= self.high
 
 
-def of(low: Fraction | int, high: Fraction | int | None = None) -> Interval:
-    """Return the interval of a rational number, or of all between two."""
+def of(low: Any, high: Fraction | int | None = None) -> Any:
+    """Return the interval of a rational number, or of all between two; an interval as it is."""
+    if isinstance(low, Interval | Dual):
+        return low
     return Interval(floor(low * (1 << BITS)), ceil((low if high is None else high) * (1 << BITS)))
 
 
-def cosine_series(z: Interval) -> tuple[Interval, Interval]:
+class Dual(NamedTuple):
+    """Values of a function of the parameter of a branch, and of its derivative by it."""
+
+    value: Interval
+    slope: Interval
+
+    def __add__(self, other: Any) -> Any:
+        value, slope = dual(other)
+        return Dual(self.value + value, self.slope + slope)
+
+    def __neg__(self) -> Dual:
+        return Dual(-self.value, -self.slope)
+
+    def __sub__(self, other: Any) -> Any:
+        return self + -other
+
+    def __rsub__(self, other: Any) -> Any:
+        return -self + other
+
+    def __mul__(self, other: Any) -> Any:
+        value, slope = dual(other)
+        return Dual(self.value * value, self.slope * value + self.value * slope)
+
+    def __radd__(self, other: Any) -> Any:
+        return self + other
+
+    def __rmul__(self, other: Any) -> Any:
+        return self * other
+
+    def __truediv__(self, other: Any) -> Any:
+        value, slope = dual(other)
+        quotient = self.value / value
+        return Dual(quotient, (self.slope - quotient * slope) / value)
+
+    def __rtruediv__(self, other: Any) -> Any:
+        return dual(other) / self
+
+
+def dual(number: Any) -> Dual:
+    return number if isinstance(number, Dual) else Dual(of(number), of(0))
+
+
+def cosine_series(z: Any) -> Any:
+    """Return the two series of `_cosine_series`, with derivatives if z has one."""
+    if not isinstance(z, Dual):
+        return _cosine_series(z)
+    c, s = _cosine_series(z.value)
+    # C' = S/2, S' = (C - S)/2z = 1/6 + z/60 + ..., whose rest is below z^2/1600 for |z| <= 2.
+    if z.value.least >= 1 << BITS:
+        slope = (c - s) / (2 * z.value)
+    elif z.value.size <= 2 << BITS:
+        rest = z.value.size**2 // (1600 << BITS) + 1
+        slope = Fraction(1, 6) + Fraction(1, 60) * z.value + Interval(-rest, rest)
+    else:
+        raise NotProvenError("an interval is too wide for a series")
+    return Dual(c, Fraction(1, 2) * s * z.slope), Dual(s, slope * z.slope)
+
+
+def _cosine_series(z: Interval) -> tuple[Interval, Interval]:
     """Return C(z) = sum of z^k/(2k)! and S(z) = sum of z^k/(2k+1)!.
 
     C(-y^2) = cos y, S(-y^2) = sin(y)/y, and cosh and sinh for positive z. At the middle m of z the
@@ -145,21 +230,24 @@ def cosine_series(z: Interval) -> tuple[Interval, Interval]:
     return Interval(sums[0] - c, sums[0] + c), Interval(sums[1] - s, sums[1] + s)
 
 
-def exponential(y: Interval) -> Interval:
+def exponential(y: Any) -> Any:
     """Return e^y = C(y^2) + y S(y^2) at both ends, which it grows between."""
+    if isinstance(y, Dual):
+        power = exponential(y.value)
+        return Dual(power, power * y.slope)
 
-    def at(value: int) -> Interval:
+    def at(value: int) -> Any:
         point = Interval(abs(value), abs(value))
-        c, s = cosine_series(point * point)
+        c, s = _cosine_series(point * point)
         power = c + point * s
         return power if value >= 0 else of(1) / power
 
     return Interval(at(y.low).low, at(y.high).high)
 
 
-def pi() -> Interval:
+def pi() -> Any:
     """Return pi = 16 arctan(1/5) - 4 arctan(1/239), whose series alternate."""
-    return _times(_arctan(5), 16) - _times(_arctan(239), 4)
+    return 16 * _arctan(5) - 4 * _arctan(239)
 
 
 def _arctan(q: int) -> Interval:
@@ -172,33 +260,30 @@ def _arctan(q: int) -> Interval:
             return Interval((total - n - 1) >> 8, -(-(total + n + 1) >> 8))
 
 
-def _times(value: Interval, n: int) -> Interval:
-    return Interval(value.low * n, value.high * n) if n >= 0 else -_times(value, -n)
-
-
-def angle(phase: tuple[Fraction, Fraction]) -> Interval:
+def angle(phase: tuple[Fraction, Fraction]) -> Any:
     """Return p pi + q of a pair (p, q)."""
     return of(phase[0]) * pi() + of(phase[1])
 
 
+# Numbers of a law are fractions; on a branch those that change are intervals, or dual numbers.
 class Tone(NamedTuple):
-    omega: Fraction
-    amplitude: Fraction
+    omega: Any
+    amplitude: Any
     phase: tuple[Fraction, Fraction]
 
 
 class Region(NamedTuple):
-    stiffness: Fraction
-    damping: Fraction
-    constant: Fraction
+    stiffness: Any
+    damping: Any
+    constant: Any
     lower: int | None
     upper: int | None
 
 
 class Bound(NamedTuple):
-    at: Fraction
+    at: Any
     # None: the edge of soft stops, which motions cross.
-    restitution: Fraction | None
+    restitution: Any
 
 
 class Law(NamedTuple):
@@ -208,31 +293,33 @@ class Law(NamedTuple):
     bounds: tuple[Bound, ...]
     tones: tuple[Tone, ...]
     # The period of the force is 2 pi over this.
-    base: Fraction | None
+    base: Any
+    # The same with dual numbers, where derivatives by the parameter are asked for.
+    dual: Any = None
 
-    def period(self) -> Interval:
+    def period(self) -> Any:
         if self.base is None:
             raise NotProvenError("the force has no period")
-        return _times(pi(), 2) / of(self.base)
+        return 2 * pi() / self.base
 
-    def cycles(self, tone: Tone, t: Interval) -> tuple[Interval, Interval]:
+    def cycles(self, tone: Tone, t: Any) -> tuple[Any, Any]:
         """Return cos and sin of a tone's argument, by whole turns near zero."""
-        y, turn = of(tone.omega) * t + angle(tone.phase), _times(pi(), 2)
-        y = y - _times(turn, round(Fraction(y.low + y.high, turn.low + turn.high)))
-        c, s = cosine_series(-(y * y))
+        argument, turn = tone.omega * t + angle(tone.phase), 2 * pi()
+        y = argument.value if isinstance(argument, Dual) else argument
+        y = y - round(Fraction(y.low + y.high, turn.low + turn.high)) * turn
+        cos, sin = cosine_series(-(y * y))
         one = 1 << BITS
-        sine = y * s
-        return (
-            Interval(max(c.low, -one), min(c.high, one)),
-            Interval(max(sine.low, -one), min(sine.high, one)),
-        )
+        cos, sin = (Interval(max(part.low, -one), min(part.high, one)) for part in (cos, y * sin))
+        if isinstance(argument, Dual):
+            return Dual(cos, -sin * argument.slope), Dual(sin, cos * argument.slope)
+        return cos, sin
 
 
 class State(NamedTuple):
     """Instants, places and velocities of motions that begin a flight."""
 
     t: Interval
-    x: Interval
+    x: Any
     v: Interval
 
 
@@ -250,62 +337,57 @@ class Flight:
 
     def __init__(self, law: Law, number: int, start: State) -> None:
         self.law, self.start = law, start
-        self.region = region = law.regions[number]
-        self.k, self.a, self.c = of(region.stiffness), of(region.damping), of(region.constant)
-        zero = of(0)
-        p, q = self._particular(zero, start.t)
+        self.region = law.regions[number]
+        p, q = self._particular(of(0), start.t)
         self.free = start.x - p, start.v - q
 
-    def _particular(self, tau: Interval, t: Interval) -> tuple[Interval, Interval]:
+    def _particular(self, tau: Interval, t: Interval) -> tuple[Any, Any]:
         """Return a motion under the force, and its velocity."""
         k, a, c = self.region.stiffness, self.region.damping, self.region.constant
-        zero = of(0)
         if k != 0:
-            x, v = of(c / k), zero
+            x, v = of(c / k), of(0)
         elif a != 0:
-            x, v = of(c / (2 * a)) * tau, of(c / (2 * a))
+            x, v = c / (2 * a) * tau, of(c / (2 * a))
         else:
-            x, v = of(c / 2) * tau * tau, of(c) * tau
+            x, v = c / 2 * tau * tau, c * tau
         for tone in self.law.tones:
             cos, sin = self.law.cycles(tone, t)
-            w = of(tone.omega)
-            first, second = k - tone.omega**2, 2 * a * tone.omega
-            size = first**2 + second**2
-            if size:
+            w = tone.omega
+            first, second = k - w * w, 2 * a * w
+            size = first * first + second * second
+            if size != 0:
                 p, q = of(tone.amplitude * first / size), of(tone.amplitude * second / size)
                 x, v = x + p * cos + q * sin, v + w * (q * cos - p * sin)
             else:
-                p = of(tone.amplitude / (2 * tone.omega))
+                p = of(tone.amplitude / (2 * w))
                 x, v = x + p * tau * sin, v + p * (sin + w * tau * cos)
         return x, v
 
-    def response(self, tau: Interval) -> tuple[Interval, Interval, Interval, Interval]:
+    def response(self, tau: Interval) -> tuple[Any, Any, Any, Any]:
         """Return x and v of free motion from (1, 0) and from (0, 1)."""
-        d = of(self.region.stiffness - self.region.damping**2)
-        c, s = cosine_series(-(d * tau * tau))
+        k, a = self.region.stiffness, self.region.damping
+        c, s = cosine_series(-(of(k - a * a) * tau * tau))
         s = tau * s
-        if self.region.damping:
-            decay = exponential(-(self.a * tau))
+        if a != 0:
+            decay = exponential(-(a * tau))
             c, s = decay * c, decay * s
-        drag = self.a * s
-        return c + drag, -(self.k * s), s, c - drag
+        drag = a * s
+        return c + drag, -(k * s), s, c - drag
 
-    def at(self, tau: Interval) -> tuple[Interval, Interval]:
+    def at(self, tau: Interval) -> tuple[Any, Any]:
         """Return x and v."""
         x_x, v_x, x_v, v_v = self.response(tau)
         x, v = self._particular(tau, self.start.t + tau)
         p, q = self.free
         return x + p * x_x + q * x_v, v + p * v_x + q * v_v
 
-    def force(self, tau: Interval) -> Interval:
-        cosines = (self.law.cycles(tone, self.start.t + tau)[0] for tone in self.law.tones)
-        return sum(
-            (of(tone.amplitude) * c for tone, c in zip(self.law.tones, cosines, strict=True)),
-            self.c,
-        )
+    def force(self, tau: Interval) -> Any:
+        t, tones = self.start.t + tau, self.law.tones
+        waves = (tone.amplitude * self.law.cycles(tone, t)[0] for tone in tones)
+        return sum(waves, of(self.region.constant))
 
-    def acceleration(self, force: Interval, x: Interval, v: Interval) -> Interval:
-        return force - self.k * x - _times(self.a * v, 2)
+    def acceleration(self, force: Interval, x: Interval, v: Interval) -> Any:
+        return force - self.region.stiffness * x - 2 * self.region.damping * v
 
     def on_step(self, begin: Fraction, h: Fraction) -> tuple[Interval, Interval, Interval]:
         """Return x and v on a step, and what has the sign of x(s) - x(begin).
@@ -320,7 +402,7 @@ class Flight:
             a = self.acceleration(force, x, v)
             next_x, next_v = first_x + since * v, first_v + since * a
             if x.holds(next_x) and v.holds(next_v):
-                mean = first_v + of(Fraction(1, 2)) * a * since
+                mean = first_v + Fraction(1, 2) * a * since
                 return first_x + since * mean, next_v, mean if any(first_v) else a
             x, v = next_x.wider(), next_v.wider()
         raise NotProvenError("a step is too long")
@@ -355,14 +437,14 @@ class Flight:
             if bound is not None:
                 at = of(self.law.bounds[bound].at)
                 # At the start of a flight x is on the bound, and goes inwards.
-                beyond = _times(since if begin == 0 and bound == departed else x - at, sign)
+                beyond = sign * (since if begin == 0 and bound == departed else x - at)
                 if beyond.high >= 0:
                     near.append((bound, sign, at))
         if not near:
             return None
         bound, sign, at = near[0]
-        last = _times(self.at(of(begin + h))[0] - at, sign)
-        if begin == 0 or len(near) > 1 or last.low <= 0 or _times(v, sign).low <= 0:
+        last = sign * (self.at(of(begin + h))[0] - at)
+        if begin == 0 or len(near) > 1 or last.low <= 0 or (sign * v).low <= 0:
             raise NotProvenError("a step is too long")
         return bound, sign
 
@@ -376,6 +458,8 @@ class Event(NamedTuple):
     v_before: Interval
     v: Interval
     derivative: Matrix
+    # The derivative of t and v by the parameter, on a branch.
+    slopes: tuple[Interval, Interval]
 
 
 def met(law: Law, number: int, start: State, departed: int | None) -> Event:
@@ -402,12 +486,19 @@ def met(law: Law, number: int, start: State, departed: int | None) -> Event:
     x_x, v_x, x_v, v_v = flight.response(tau)
     x_t, v_t = -(start.v * x_x + begin * x_v), -(start.v * v_x + begin * v_v)
     t_t, t_v = -(x_t / v), -(x_v / v)
-    kept, region = of(1), number + sign
     restitution = law.bounds[bound].restitution
-    if restitution is not None:
-        kept, region = of(-restitution), number
+    kept, region = (of(1), number + sign) if restitution is None else (of(-restitution), number)
     derivative = (t_t, t_v), (kept * (v_t + a * t_t), kept * (v_v + a * t_v))
-    return Event(bound, region, start.t + tau, v, kept * v, derivative)
+    t_p = v_p = of(0)
+    if law.dual is not None and departed is not None:
+        there = law.dual.bounds[bound]
+        moved = Flight(law.dual, number, start._replace(x=of(law.dual.bounds[departed].at)))
+        x_p, v_p = (dual(part).slope for part in moved.at(tau))
+        t_p = -((x_p - dual(there.at).slope) / v)
+        v_p = kept * (v_p + a * t_p)
+        if restitution is not None:
+            v_p = v_p - dual(there.restitution).slope * v
+    return Event(bound, region, start.t + tau, v, kept * v, derivative, (t_p, v_p))
 
 
 def _landing(
@@ -431,18 +522,26 @@ LEAVES = {
     "q": "rational number p/q",
     "n": "whole number from 0",
     "z": "whole number",
-    "q?": "rational number or null",
+    "l": "rational number, or a pair of them, a and b, for a + b p",
+    "l?": "rational number, or a pair of them, or null",
     "n?": "whole number from 0, or null",
     "w": "word",
 }
 PAIR = ("q", "q")
+# Numbers of the law of a branch may depend on its parameter p.
 LAW = {
     "regions": [
-        {"stiffness": "q", "damping": "q", "constant": "q", "lower": "n?", "upper": "n?"}
+        {"stiffness": "l", "damping": "l", "constant": "l", "lower": "n?", "upper": "n?"}
     ],
-    "bounds": [{"at": "q", "restitution": "q?"}],
-    "tones": [{"omega": "q", "amplitude": "q", "phase": PAIR}],
-    "base": "q?",
+    "bounds": [{"at": "l", "restitution": "l?"}],
+    "tones": [{"omega": "l", "amplitude": "l", "phase": PAIR}],
+    "base": "l?",
+}  # fmt: skip
+# Orbits for all values of one coordinate, number ``along``, of the instants and velocities after the
+# events and the parameter: within ``sizes`` of middle + tangent (value - middle of this coordinate).
+STRIP = {
+    "along": "n", "begin": "q", "end": "q", "middle": ["q"], "tangent": ["q"], "sizes": ["q"],
+    "stability": "w",
 }  # fmt: skip
 FORMS: dict[str, dict[str, Any]] = {
     "run": {
@@ -453,6 +552,16 @@ FORMS: dict[str, dict[str, Any]] = {
         "periods": "n",
         "events": [{"bound": "n", "region": "n", "t": PAIR, "v": PAIR}],
         "stability": "w",
+    },
+    "branch": {
+        "curves": [
+            {
+                "periods": "n",
+                "events": [{"bound": "n", "region": "n"}],
+                "strips": [STRIP],
+                "points": [{"kind": "w", "before": "n", "after": "n"}],
+            }
+        ]
     },
     "chaos": {
         "bound": "n",
@@ -477,7 +586,9 @@ def read(value: Any, form: Any) -> Any:
         return tuple(read(part, form[i % len(form)]) for i, part in enumerate(value))
     if value is None and form.endswith("?"):
         return None
-    if form[0] == "q" and isinstance(value, str) and re.fullmatch("-?[0-9]+(/[0-9]+)?", value):
+    if form[0] == "l" and isinstance(value, list):
+        return read(value, PAIR)
+    if form[0] in "ql" and isinstance(value, str) and re.fullmatch("-?[0-9]+(/[0-9]+)?", value):
         return Fraction(value)
     # True is an int, too.
     if form[0] in "nz" and type(value) is int and (value >= 0 or form == "z"):
@@ -497,11 +608,28 @@ def _without_twice(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 # What is claimed.
 
 
-def law_of(text: Any) -> Law:
+def law_at(text: Any, p: Any = None) -> Law:
+    """Return the law of a certificate at a parameter: a fraction, an interval or a dual number."""
+
+    def number(given: Any) -> Any:
+        if not isinstance(given, tuple):
+            return given
+        if p is None:
+            raise NotProvenError("a number depends on a parameter, but this is no branch")
+        return given[0] + given[1] * p
+
+    def made(kind: Any, it: dict[str, Any]) -> Any:
+        return kind(**{key: part if key == "phase" else number(part) for key, part in it.items()})
+
+    regions = tuple(made(Region, it) for it in text["regions"])
+    bounds = tuple(made(Bound, it) for it in text["bounds"])
+    return Law(regions, bounds, tuple(made(Tone, it) for it in text["tones"]), number(text["base"]))
+
+
+def law_of(text: Any, p: Fraction | None = None) -> Law:
     """Return the law of a certificate, whose parts fit each other."""
-    regions = tuple(Region(**it) for it in text["regions"])
-    bounds = tuple(Bound(**it) for it in text["bounds"])
-    tones, base = tuple(Tone(**it) for it in text["tones"]), text["base"]
+    law = law_at(text, p)
+    regions, bounds, tones, base, _ = law
     inner = [region.upper for region in regions[:-1]]
     if not regions or inner != [region.lower for region in regions[1:]] or None in inner:
         raise NotProvenError("the regions do not lie side by side")
@@ -528,7 +656,12 @@ def law_of(text: Any) -> Law:
         # A soft stop is a spring from its edge on: with it the force at rest there is the same.
         if lower.constant - lower.stiffness * at != upper.constant - upper.stiffness * at:
             raise NotProvenError("the force jumps at the edge of a stop")
-    return Law(regions, bounds, tones, base)
+    return law
+
+
+def law_over(text: Any, p: Any) -> Law:
+    """Return the law at an interval of the parameter, with dual numbers for its derivatives."""
+    return law_at(text, p)._replace(dual=law_at(text, Dual(of(p), of(1))))
 
 
 def proven_run(law: Law, text: Any) -> str:
@@ -599,43 +732,21 @@ def proven_orbit(law: Law, text: Any) -> str:
         raise NotProvenError("an interval of the orbit is empty, or one point")
     boxes = [(of(*claim["t"]), of(*claim["v"])) for claim in claims]
     middles = [(t.middle(), v.middle()) for t, v in boxes]
-    shift = _times(law.period(), periods)
-    derivatives, errors = [], []
-    for k, claim in enumerate(claims):
-        following = claims[(k + 1) % n]
-        derivatives.append(_mapped(law, claim, boxes[k], following).derivative)
-        middle = _mapped(law, claim, middles[k], following)
-        t, v = middles[(k + 1) % n]
-        errors += [middle.t - t - (shift if k == n - 1 else of(0)), middle.v - v]
-    jacobian = _jacobian(derivatives)
-    inverse = _inverse([[e.middle().fractions()[0] for e in row] for row in jacobian])
+    shot = shot_of(law, claims, periods, boxes)
+    missed = shot_of(law, claims, periods, middles).missed
+    rows = [row[:-1] for row in shot.rows]
     widths = [
         Interval(-((box.width + 1) // 2) - 1, (box.width + 1) // 2 + 1)
         for pair in boxes
         for box in pair
     ]
-    for i, row in enumerate(inverse):
-        c = [of(entry) for entry in row]
-        moved = of(0)
-        for j in range(2 * n):
-            # The entry of 1 - C J.
-            entry = of(int(i == j))
-            for k in range(2 * n):
-                entry = entry - c[k] * jacobian[k][j]
-            moved = moved + entry * widths[j] - c[j] * errors[j]
-        # By 3 units inside of the widened box: inside of what is claimed, which `of` rounded outward.
-        if not Interval(widths[i].low + 3, widths[i].high - 3).holds(moved):
-            raise NotProvenError("the boxes are not proven to hold an orbit")
-    monodromy = derivatives[0]
-    for derivative in derivatives[1:]:
-        monodromy = product(derivative, monodromy)
-    stability = _stability(monodromy)
+    _check_inside(widths, contracted(_inverse(rows), rows, widths, missed))
+    stability = _stability(shot.monodromy)
     if text["stability"] not in (stability, "undecided"):
         raise NotProvenError(f"the orbit is {stability}, not {text['stability']}")
-    said = {
-        "asymptotic": "Neighbouring motions approach it.",
-        "unstable": "It is unstable.",
-    }.get(text["stability"], "Nothing is claimed of its stability.")
+    said = {"asymptotic": "Neighbouring motions approach it.", "unstable": "It is unstable."}.get(
+        stability if text["stability"] == stability else "", "Nothing is claimed of its stability."
+    )
     return (
         f"There is one periodic orbit, and one only, whose {n} events in {periods} periods of the force, "
         f"{2 * periods / (law.base or 1)} pi long, lie in the boxes of the certificate, the first at t "
@@ -643,12 +754,67 @@ def proven_orbit(law: Law, text: Any) -> str:
     )
 
 
-def _mapped(law: Law, claim: Any, box: tuple[Interval, Interval], following: Any) -> Event:
-    bound, number = claim["bound"], claim["region"]
-    event = met(law, number, departing(law, number, bound, box), bound)
-    if event.bound != following["bound"] or event.region != following["region"]:
-        raise NotProvenError("the events of the orbit are not those claimed")
-    return event
+class Shot(NamedTuple):
+    """Flights from all events of an orbit to the next ones.
+
+    By how much they miss these; the derivative of that by instants and velocities, and by the
+    parameter; and that of the state a period later by the first one.
+    """
+
+    missed: list[Interval]
+    rows: list[list[Interval]]
+    monodromy: Matrix
+
+
+def shot_of(
+    law: Law, events: Sequence[Any], periods: int, states: Sequence[tuple[Interval, Interval]]
+) -> Shot:
+    n, zero = len(events), of(0)
+    missed: list[Interval] = []
+    rows: list[list[Interval]] = []
+    monodromy = ((of(1), zero), (zero, of(1)))
+    for k, (event, state) in enumerate(zip(events, states, strict=True)):
+        bound, number, following = event["bound"], event["region"], (k + 1) % n
+        image = met(law, number, departing(law, number, bound, state), bound)
+        if (image.bound, image.region) != tuple(
+            events[following][key] for key in ("bound", "region")
+        ):
+            raise NotProvenError("the events of the orbit are not those claimed")
+        monodromy = product(image.derivative, monodromy)
+        shift = dual(periods * (law.dual or law).period() if following == 0 else 0)
+        ends = image.t - shift.value, image.v
+        for i in range(2):
+            missed.append(ends[i] - states[following][i])
+            row = [zero] * (2 * n)
+            row[2 * k : 2 * k + 2] = image.derivative[i]
+            row[2 * following + i] = row[2 * following + i] - of(1)
+            rows.append([*row, image.slopes[i] - (zero if i else shift.slope)])
+    return Shot(missed, rows, monodromy)
+
+
+def contracted(
+    inverse: Sequence[Sequence[Fraction]],
+    rows: Sequence[Sequence[Interval]],
+    widths: Sequence[Interval],
+    missed: Sequence[Interval],
+) -> list[Interval]:
+    """Return (1 - C J) W - C missed: all zeros of equations in a box W about a point lie there."""
+    n, moved = len(rows), []
+    for i, c in enumerate(inverse):
+        part = of(0)
+        for j in range(n):
+            entry = of(int(i == j)) - sum((c[k] * rows[k][j] for k in range(n)), of(0))
+            part = part + entry * widths[j] - c[j] * missed[j]
+        moved.append(part)
+    return moved
+
+
+def _check_inside(widths: Sequence[Interval], moved: Sequence[Interval]) -> None:
+    """Prove that one zero, and one only, lies in a box (Krawczyk)."""
+    for width, part in zip(widths, moved, strict=True):
+        # By 3 units inside of the widened box: inside of what is claimed, which `of` rounded outward.
+        if not Interval(width.low + 3, width.high - 3).holds(part):
+            raise NotProvenError("the boxes are not proven to hold an orbit")
 
 
 def departing(law: Law, number: int, bound: int, box: tuple[Interval, Interval]) -> State:
@@ -661,24 +827,13 @@ def departing(law: Law, number: int, bound: int, box: tuple[Interval, Interval])
     return State(t, of(law.bounds[bound].at), v)
 
 
-def _jacobian(derivatives: Sequence[Matrix]) -> list[list[Interval]]:
-    """Return the derivative of (image of k) - (event k + 1) by all events."""
-    n = len(derivatives)
-    zero, one = of(0), of(1)
-    rows = [[zero] * (2 * n) for _ in range(2 * n)]
-    for k, derivative in enumerate(derivatives):
-        for i in range(2):
-            for j in range(2):
-                rows[2 * k + i][2 * k + j] = derivative[i][j]
-            place = 2 * ((k + 1) % n) + i
-            rows[2 * k + i][place] = rows[2 * k + i][place] - one
-    return rows
-
-
-def _inverse(rows: list[list[Fraction]]) -> list[list[Fraction]]:
+def _inverse(rows: Sequence[Sequence[Interval]]) -> list[list[Fraction]]:
     """Return about the inverse of a matrix; what it is used for is checked."""
     n, unit = len(rows), 1 << 100
-    wide = [[*row, *(Fraction(int(i == j)) for j in range(n))] for i, row in enumerate(rows)]
+    wide = [
+        [*(e.middle().fractions()[0] for e in row), *(Fraction(int(i == j)) for j in range(n))]
+        for i, row in enumerate(rows)
+    ]
     for k in range(n):
         pivot = max(range(k, n), key=lambda i: abs(wide[i][k]))
         if wide[pivot][k] == 0:
@@ -702,6 +857,210 @@ def _stability(m: Matrix) -> str:
     if trace.least > (one + determinant).high or determinant.least > one.high:
         return "unstable"
     return "undecided"
+
+
+# The number with which a multiplier agrees at a special point.
+MULTIPLIERS = {"period_doubling": -1, "fold": 1}
+STABILITIES = {
+    "asymptotic": "Neighbouring motions approach the orbits",
+    "unstable": "The orbits are unstable",
+}
+
+
+class Strip:
+    """Orbits for all values of one of their coordinates, near a tangent; proven when it is made."""
+
+    def __init__(self, text: Any, curve: Any, claim: Any) -> None:
+        self.text, self.curve, self.claim = text, curve, claim
+        self.along, self.middle, self.tangent = claim["along"], claim["middle"], claim["tangent"]
+        self.ends = claim["begin"], claim["end"]
+        # The number of the parameter.
+        self.n = 2 * len(curve["events"])
+        self.widths = [of(-size, size) for i, size in enumerate(claim["sizes"]) if i != self.along]
+        self.missed = self._shot([of(value) for value in self.middle])
+        self.inverse = _inverse(self._others(self.missed.rows))
+        for parts in PARTS_OF_STRIP:
+            try:
+                self._prove(parts)
+            except NotProvenError as error:
+                reason = error
+            else:
+                return
+        raise NotProvenError(f"in the strip at p = {_told(self.middle[self.n])}: {reason}")
+
+    def _prove(self, parts: int) -> None:
+        """Prove the strip from its middle to both ends, by so many parts each."""
+        zero, parts_of_curve, shots = Fraction(0), [], []
+        for end in self.ends:
+            way = end - self.middle[self.along]
+            cuts = [way * k / parts for k in range(parts + 1)]
+            # By how much the tangent misses, first at the beginning of a part.
+            missed = self.missed.missed
+            for first, last in pairwise(cuts):
+                eta = of(self.middle[self.along]) + of(min(first, last), max(first, last))
+                shot = self._shot(self.around(eta, self.widths))
+                slopes = [
+                    sum((e * t for e, t in zip(row, self.tangent, strict=True)), of(0))
+                    for row in shot.rows
+                ]
+                on_way = of(min(zero, last - first), max(zero, last - first))
+                within = [e + slope * on_way for e, slope in zip(missed, slopes, strict=True)]
+                part = contracted(self.inverse, self._others(shot.rows), self.widths, within)
+                _check_inside(self.widths, part)
+                missed = [
+                    e + (last - first) * slope for e, slope in zip(missed, slopes, strict=True)
+                ]
+                parts_of_curve.append((eta, part))
+                shots.append(shot)
+        self.moved = [_hull(e) for e in zip(*(part for _, part in parts_of_curve), strict=True)]
+        claimed = self.claim["stability"]
+        if claimed != "undecided" and {_stability(shot.monodromy) for shot in shots} != {claimed}:
+            # Where the orbits are known to be is less than the strip.
+            shots = [self._shot(self.around(*part)) for part in parts_of_curve]
+            found = {_stability(shot.monodromy) for shot in shots}
+            if found != {claimed}:
+                raise NotProvenError(f"its orbits are {' or '.join(sorted(found))}")
+        self.signs = {
+            kind: {_sign(_characteristic(shot.monodromy, value)) for shot in shots}
+            for kind, value in MULTIPLIERS.items()
+        }
+
+    def _shot(self, point: Sequence[Interval]) -> Shot:
+        pairs = list(zip(point[:-1:2], point[1::2], strict=True))
+        return shot_of(
+            law_over(self.text, point[-1]), self.curve["events"], self.curve["periods"], pairs
+        )
+
+    def _others(self, rows: Sequence[Sequence[Interval]]) -> list[list[Interval]]:
+        return [[e for i, e in enumerate(row) if i != self.along] for row in rows]
+
+    def around(self, eta: Interval, widths: Sequence[Interval]) -> list[Interval]:
+        """Return a box about the tangent for an interval of the coordinate."""
+        shift = eta - of(self.middle[self.along])
+        box = [p + slope * shift for p, slope in zip(self.middle, self.tangent, strict=True)]
+        box[self.along] = eta
+        others = [i for i in range(self.n + 1) if i != self.along]
+        for i, width in zip(others, widths, strict=True):
+            box[i] = box[i] + width
+        return box
+
+    def has_only(self, box: Sequence[Interval]) -> bool:
+        """Return whether an orbit in a box is one of its own: none is near it but these."""
+        eta = box[self.along]
+        if not of(min(self.ends), max(self.ends)).holds(eta):
+            return False
+        tangent = self.around(eta, [of(0)] * self.n)
+        apart = [
+            e - t for i, (e, t) in enumerate(zip(box, tangent, strict=True)) if i != self.along
+        ]
+        return all(
+            w.low + 3 < a.low and a.high < w.high - 3
+            for a, w in zip(apart, self.widths, strict=True)
+        )
+
+    def last(self, wider: int = 0) -> list[Interval]:
+        """Return a box with the orbit at its end, smaller after some steps."""
+        eta, moved = of(self.ends[1]), self.moved
+        for _ in range(wider):
+            middles = [part.middle() for part in moved]
+            widths = [part - middle for part, middle in zip(moved, middles, strict=True)]
+            rows = self._others(self._shot(self.around(eta, moved)).rows)
+            missed = self._shot(self.around(eta, middles)).missed
+            found = contracted(self.inverse, rows, widths, missed)
+            moved = [part + middle for part, middle in zip(found, middles, strict=True)]
+        return self.around(eta, moved)
+
+
+def _characteristic(m: Matrix, value: int) -> Any:
+    """Return det(m - value), for 1 or -1."""
+    (a, b), (c, d) = m
+    return (a - value) * (d - value) - b * c
+
+
+def _sign(value: Interval) -> int:
+    return (value.low > 0) - (value.high < 0)
+
+
+def proven_branch(_: None, claims: Any) -> str:
+    """Prove the strips of each curve, that each goes on in the next one, and the points on it."""
+    text, told = claims["law"], []
+    for curve in claims["curves"]:
+        if not (curve["strips"] and curve["events"] and curve["periods"]):
+            raise NotProvenError("a curve has no strips, no events or no periods")
+        if any(claim["stability"] not in (*STABILITIES, "undecided") for claim in curve["strips"]):
+            raise NotProvenError("a stability is none that can be claimed")
+        _check_range(text, curve)
+        strips = [Strip(text, curve, claim) for claim in curve["strips"]]
+        for strip, following in pairwise(strips):
+            if not any(following.has_only(strip.last(steps)) for steps in range(3)):
+                at = _told(strip.last()[-1].fractions()[0])
+                raise NotProvenError(f"at p = {at} the curve is not proven to go on")
+        told.append(_curve_in_words(curve, strips))
+    if not told:
+        raise NotProvenError("no curve is claimed")
+    return "\n".join(told)
+
+
+def _check_range(text: Any, curve: Any) -> None:
+    """Prove that the law has a meaning for all parameters of a curve.
+
+    What is to hold is linear in p, or quadratic: an identity at three values is one at all.
+    """
+    ranges = [_parameters(claim, 2 * len(curve["events"])) for claim in curve["strips"]]
+    low, high = min(low for low, _ in ranges), max(high for _, high in ranges)
+    for p in (low, (low + high) / 2, high):
+        law_of(text, p)
+
+
+def _parameters(claim: Any, n: int) -> tuple[Fraction, Fraction]:
+    """Return numbers between which all parameters of a strip lie, whose parts fit each other."""
+    along, sizes = claim["along"], claim["sizes"]
+    if {len(claim[name]) for name in ("middle", "tangent", "sizes")} != {n + 1} or along > n:
+        raise NotProvenError(f"a strip has not {n + 1} coordinates")
+    if (claim["tangent"][along], sizes[along]) != (1, 0) or min(sizes) < 0:
+        raise NotProvenError("the sides of a strip are not those of its coordinate")
+    begin, end = claim["begin"], claim["end"]
+    if begin == end or 2 * claim["middle"][along] != begin + end:
+        raise NotProvenError("a strip has no length, or its middle is not there")
+    p, slope = claim["middle"][n], claim["tangent"][n]
+    low, high = sorted(p + slope * (value - claim["middle"][along]) for value in (begin, end))
+    return low - sizes[n], high + sizes[n]
+
+
+def _curve_in_words(curve: Any, strips: Sequence[Strip]) -> str:
+    n, periods = len(curve["events"]), curve["periods"]
+    begin = strips[0].around(of(strips[0].ends[0]), strips[0].moved)[-1].fractions()
+    end = strips[-1].last()[-1].fractions()
+    said = (
+        f"The {len(strips)} strips of a curve hold, for each value of the coordinate of each, one "
+        f"periodic orbit of {n} events in {periods} periods of the force, and one only; each meets "
+        f"the stops at these events and no others. They form one smooth curve, which leads from a "
+        f"parameter p between {_near(begin)} to one between {_near(end)}."
+    )
+    lines = [said]
+    for stability, group in groupby(strips, lambda strip: strip.claim["stability"]):
+        low, high = _parameters_of(list(group))
+        said = STABILITIES.get(stability, "Nothing is claimed of the stability of orbits")
+        lines.append(f"  {said}, on the part of the curve with p between {_near((low, high))}.")
+    for point in curve["points"]:
+        kind, i, j = point["kind"], point["before"], point["after"]
+        if kind not in MULTIPLIERS or not i < j < len(strips):
+            raise NotProvenError(f"there is no {kind} between strips {i} and {j}")
+        if sorted([*strips[i].signs[kind], *strips[j].signs[kind]]) != [-1, 1]:
+            raise NotProvenError(f"that there is a {kind} between strips {i} and {j} is not proven")
+        said = {"fold": "p is extremal along the curve"}.get(kind, "a multiplier is -1")
+        low, high = _parameters_of(strips[i : j + 1])
+        lines.append(f"  On the way {said}, at p between {_near((low, high))}.")
+    return "\n".join(lines)
+
+
+def _parameters_of(strips: Sequence[Strip]) -> tuple[Fraction, Fraction]:
+    """Return numbers between which the parameters of all orbits of some strips lie."""
+    ranges = [
+        strip.around(of(min(strip.ends), max(strip.ends)), strip.moved)[-1].fractions()
+        for strip in strips
+    ]
+    return min(low for low, _ in ranges), max(high for _, high in ranges)
 
 
 class Set(NamedTuple):
@@ -767,13 +1126,13 @@ def _are_apart(period: Interval, one: Set, other: Set) -> bool:
     reach = one.reach(0) + other.reach(0)
     distance = other.center[0] - one.center[0]
     most = ceil((abs(distance) + reach) * (1 << BITS) / period.low) + 1
-    return all(_are_apart_by(one, other, _times(period, n)) for n in range(-most, most + 1))
+    return all(_are_apart_by(one, other, n * period) for n in range(-most, most + 1))
 
 
 def _are_apart_by(one: Set, other: Set, shift: Interval) -> bool:
     unit = 1 << BITS
     for a, b, sign in ((one, other, 1), (other, one, -1)):
-        t = of(b.center[0] - a.center[0]) + _times(shift, sign)
+        t = of(b.center[0] - a.center[0]) + sign * shift
         v = of(b.center[1] - a.center[1])
         to_a = a.coordinates()
         axes = product(to_a, b.axes())
@@ -790,7 +1149,7 @@ def _check_covering(law: Law, bound: int, number: int, sets: Sequence[Set], clai
     name, at, half = f"set {claim['from']} to set {claim['to']}", claim["at"], claim["half"]
     if not (half > 0 and abs(at) + half <= 1):
         raise NotProvenError(f"from {name}: the strip is not in its set")
-    shift = _times(law.period(), claim["turns"])
+    shift = claim["turns"] * law.period()
     to_second = second.coordinates()
     image, _ = _image(law, bound, number, first.box((at, at), (Fraction(0), Fraction(0))))
     t, v = image.t - shift - of(second.center[0]), image.v - of(second.center[1])
@@ -919,28 +1278,40 @@ def _phase(pair: tuple[Fraction, Fraction]) -> str:
     return f"{times} pi + {plus}" if times else str(plus)
 
 
-def equation(law: Law) -> str:
+def equation(law: Any) -> str:
     """Return what moves, in words."""
     force = " + ".join(
-        f"{tone.amplitude} cos({tone.omega} t + {_phase(tone.phase)})" for tone in law.tones
+        f"{_said(tone['amplitude'])} cos({_said(tone['omega'])} t + {_phase(tone['phase'])})"
+        for tone in law["tones"]
     )
-    lines = []
-    for region in law.regions:
-        low = "-oo" if region.lower is None else law.bounds[region.lower].at
-        high = "oo" if region.upper is None else law.bounds[region.upper].at
+    lines, bounds = [], law["bounds"]
+    for region in law["regions"]:
+        low = "-oo" if region["lower"] is None else _said(bounds[region["lower"]]["at"])
+        high = "oo" if region["upper"] is None else _said(bounds[region["upper"]]["at"])
+        drag = _said(region["damping"], 2)
+        spring, constant = _said(region["stiffness"]), _said(region["constant"])
         lines.append(
-            f"  for {low} < x < {high}: x'' + {2 * region.damping} x' + {region.stiffness} x = "
-            f"{region.constant}{f' + {force}' if force else ''}"
+            f"  for {low} < x < {high}: x'' + {drag} x' + {spring} x = "
+            f"{constant}{f' + {force}' if force else ''}"
         )
-    for i, bound in enumerate(law.bounds):
-        if bound.restitution is not None:
-            lines.append(f"  at x = {bound.at} (bound {i}): x' becomes -{bound.restitution} x'")
+    for i, bound in enumerate(bounds):
+        if bound["restitution"] is not None:
+            r = _said(bound["restitution"])
+            lines.append(f"  at x = {_said(bound['at'])} (bound {i}): x' becomes -{r} x'")
     return "\n".join(lines)
 
 
-KINDS: dict[str, Callable[[Law, Any], str]] = {
+def _said(number: Any, times: int = 1) -> str:
+    if not isinstance(number, tuple):
+        return str(times * number)
+    a, b = (times * part for part in number)
+    return "p" if (a, b) == (0, 1) else f"({a} + {b} p)"
+
+
+KINDS: dict[str, Callable[[Any, Any], str]] = {
     "run": proven_run,
     "orbit": proven_orbit,
+    "branch": proven_branch,
     "chaos": proven_chaos,
 }
 
@@ -962,8 +1333,9 @@ def theorem(text: str) -> str:
         claims = read(certificate, form)
     except (ValueError, TypeError, KeyError, ZeroDivisionError, RecursionError) as error:
         raise NotProvenError(f"no certificate, or one cut off or changed: {error!r}") from None
-    law = law_of(claims["law"])
-    return f"{KINDS[kind](law, claims)}\nWhat moves:\n{equation(law)}"
+    # The law of a branch is another one at each parameter.
+    law = None if kind == "branch" else law_of(claims["law"])
+    return f"{KINDS[kind](law, claims)}\nWhat moves:\n{equation(claims['law'])}"
 
 
 def main(arguments: Sequence[str]) -> int:

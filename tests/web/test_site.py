@@ -89,6 +89,17 @@ def test_motions_are_those_of_percuss_without_a_network(site: Page) -> None:
     expect(card).to_contain_text(f"{header['n_impacts']} impacts")
 
 
+def test_the_exponent_of_a_motion_is_told_without_a_server(site: Page) -> None:
+    times = site.locator(".facts .card").nth(1)
+    expect(times).to_contain_text("not chaotic")
+    site.locator("[data-view=gallery]").click()
+    site.locator("[data-name=chaos]").click()
+    expect(times).to_contain_text("largest exponent +0.1")
+    # A motion that needs Python has none here.
+    set_box(site, "forcing.harmonics.0.omega", "2.8 + 1/10 - 1/10")
+    expect(times).to_contain_text("not told here")
+
+
 def test_each_motion_of_the_gallery_opens(site: Page) -> None:
     site.locator("[data-view=gallery]").click()
     site.wait_for_function(

@@ -6,21 +6,26 @@ written as "p/q". docs/theory/certified.md, section 11, has the theorems.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from functools import reduce
+from itertools import groupby, pairwise
 from math import gcd, lcm
 from typing import Any
 
 from flint import arb
 
 from percuss.certified.ball_arithmetic import Ball
+from percuss.certified.branch import system_at
+from percuss.certified.certified_branch import CertifiedBranch
 from percuss.certified.chaos import CertifiedChaos, growth_of_loops
+from percuss.certified.fold import OrbitCurve
 from percuss.certified.march import Ending
-from percuss.certified.numbers import exact_value
+from percuss.certified.numbers import exact_value, precision
 from percuss.certified.orbit_result import CertifiedOrbit
 from percuss.certified.results import CertifiedRun
 from percuss.certified.shooting import events_of
+from percuss.certified.strips import Strip
 from percuss.certified.system import BallSystem, Region, system_of
 from percuss.errors import ParameterError
 from percuss.model.exact import Phase, angle, as_fraction
@@ -35,13 +40,16 @@ ROUNDING = 1000
 Json = dict[str, Any]
 
 
-def certificate(result: CertifiedRun | CertifiedOrbit | CertifiedChaos) -> Json:
+def certificate(
+    result: CertifiedRun | CertifiedOrbit | CertifiedBranch | CertifiedChaos,
+) -> Json:
     """Return what a proof claims, and of what, as a dictionary for JSON.
 
     Parameters
     ----------
     result
-        Of `certify`, for a run or an orbit, or of `prove_chaos`.
+        Of `certify`, for a run, an orbit or a branch, or of `prove_chaos`. Of a branch, what is
+        proven of orbits that pass through no stop.
 
     Returns
     -------
@@ -52,7 +60,8 @@ def certificate(result: CertifiedRun | CertifiedOrbit | CertifiedChaos) -> Json:
     ------
     ParameterError
         If nothing is proven; if numbers are irrational or an interval, the force has a record or a wall
-        a table of restitutions; if a run holds a chatter or a contact, or an orbit has no events.
+        a table of restitutions; if a run holds a chatter or a contact, or an orbit has no events; if
+        the numbers of the equation of motion are not linear in the parameter of a branch.
 
     Examples
     --------
@@ -63,7 +72,12 @@ def certificate(result: CertifiedRun | CertifiedOrbit | CertifiedChaos) -> Json:
     >>> claims["kind"], claims["law"]["bounds"], claims["stability"]
     ('orbit', [{'at': '0', 'restitution': '4/5'}], 'unstable')
     """
-    kinds = {CertifiedRun: _run, CertifiedOrbit: _orbit, CertifiedChaos: _chaos}
+    kinds = {
+        CertifiedRun: _run,
+        CertifiedOrbit: _orbit,
+        CertifiedBranch: _branch,
+        CertifiedChaos: _chaos,
+    }
     for kind, written in kinds.items():
         if isinstance(result, kind):
             try:
@@ -71,7 +85,7 @@ def certificate(result: CertifiedRun | CertifiedOrbit | CertifiedChaos) -> Json:
             except _NoCertificateError as error:
                 reason = f"without a certificate: {error}"
                 raise ParameterError("result", kind.__name__, reason) from None
-    reason = "not a CertifiedRun, a CertifiedOrbit or a CertifiedChaos"
+    reason = f"not one of {', '.join(kind.__name__ for kind in kinds)}"
     raise ParameterError("result", type(result).__name__, reason)
 
 
@@ -142,11 +156,17 @@ def _claim(value: Ball | arb, least: Fraction = Fraction(0)) -> list[str]:
     radius = max(WIDER * exact_value(number.rad()), least)
     if radius == 0:
         radius = Fraction(1, 2**60)
-    unit = Fraction(1)
-    while unit * ROUNDING > radius:
-        unit /= 10
+    unit = _unit(radius)
     low, high = (middle - radius) // unit * unit, -(-(middle + radius) // unit) * unit
     return [str(low), str(high)]
+
+
+def _unit(size: Fraction) -> Fraction:
+    """Return a power of ten to which numbers known to within a size are rounded."""
+    unit = Fraction(1)
+    while unit * ROUNDING > size:
+        unit /= 10
+    return unit
 
 
 def _run(run: CertifiedRun) -> Json:
@@ -222,10 +242,104 @@ def _orbit(orbit: CertifiedOrbit) -> Json:
             }
             for event, (t, v) in orbit.events
         ],
-        "stability": orbit.stability
-        if orbit.stability in ("asymptotic", "unstable")
-        else "undecided",
+        "stability": _stability_claimed(orbit.stability),
     }
+
+
+def _branch(branch: CertifiedBranch) -> Json:
+    with precision(branch.precision):
+        parts = [
+            (chain, list(strips))
+            for chain in branch.chains
+            for admissible, strips in groupby(chain.slender(), lambda strip: strip.admissible)
+            if admissible
+        ]
+    if not parts:
+        reason = branch.reason or "no orbit is proven to pass through no stop"
+        raise _NoCertificateError(f"nothing is proven of the branch: {reason}")
+    ends = [end for _, strips in parts for strip in strips for end in strip.tube.parameters]
+    curve = parts[0][0].curve
+    return {
+        "kind": "branch",
+        "law": _law_along(curve, min(ends), max(ends)),
+        "curves": [
+            {
+                "periods": chain.curve.n_periods
+                * _repeats(system_at(curve.system, curve.path, ends[0])),
+                "events": [{"bound": e.bound, "region": e.after} for e in chain.curve.events],
+                "strips": [_strip(strip, as_fraction(chain.room(strip.tube))) for strip in strips],
+                "points": list(_points(strips)),
+            }
+            for chain, strips in parts
+        ],
+    }
+
+
+def _law_along(curve: OrbitCurve, low: Fraction, high: Fraction) -> Json:
+    """Return the law with a pair a, b for each number a + b p that depends on the parameter p."""
+    at = [low, high, (2 * low + high) / 3]
+    laws = [_law(system_at(curve.system, curve.path, p)) for p in at]
+
+    def along(parts: list[Any], name: str = "") -> Any:
+        one, other, between = parts
+        if isinstance(one, dict):
+            return {key: along([part[key] for part in parts], key) for key in one}
+        if isinstance(one, list) and name != "phase":
+            return [along(list(entries)) for entries in zip(*parts, strict=True)]
+        if one == other == between:
+            return one
+        if name == "phase":
+            raise _NoCertificateError("a phase depends on the parameter")
+        values = [Fraction(part) for part in parts]
+        slope = (values[1] - values[0]) / (at[1] - at[0])
+        start = values[0] - slope * at[0]
+        if values[2] != start + slope * at[2]:
+            raise _NoCertificateError(f"its {name} is not linear in {curve.path}")
+        return [str(start), str(slope)]
+
+    return along(laws)  # type: ignore[no-any-return]
+
+
+def _strip(strip: Strip, room: Fraction) -> Json:
+    tube = strip.tube
+    begin = tube.low if strip.end == tube.high else tube.high
+    half = (tube.high - tube.low) / 2
+    middle, tangent, sizes = (
+        [exact_value(part) for part in vector] for vector in (tube.middle, tube.tangent, tube.trial)
+    )
+    for i in range(len(sizes)):
+        if i != tube.along:
+            size = room * sizes[i]
+            middle[i] = _rounded(middle[i], size)
+            tangent[i] = _rounded(tangent[i], size / half)
+            sizes[i] = _rounded(size, size)
+    return {
+        "along": tube.along,
+        "begin": str(begin),
+        "end": str(strip.end),
+        "middle": [str(part) for part in middle],
+        "tangent": [str(part) for part in tangent],
+        "sizes": [str(part) for part in sizes],
+        "stability": _stability_claimed(strip.stability) if strip.is_clear else "undecided",
+    }
+
+
+def _points(strips: Sequence[Strip]) -> Iterator[Json]:
+    """Yield the special points between strips of which stability is decided."""
+    decided = [i for i, strip in enumerate(strips) if strip.is_decided and strip.is_clear]
+    for i, j in pairwise(decided):
+        for kind in strips[i].points_before(strips[j]):
+            yield {"kind": kind, "before": i, "after": j}
+
+
+def _stability_claimed(stability: str) -> str:
+    return stability if stability in ("asymptotic", "unstable") else "undecided"
+
+
+def _rounded(value: Fraction, size: Fraction) -> Fraction:
+    """Return a number with few digits, within a small part of a size."""
+    unit = _unit(size)
+    return round(value / unit) * unit
 
 
 def _chaos(chaos: CertifiedChaos) -> Json:

@@ -9,7 +9,6 @@ from fractions import Fraction
 from itertools import chain, groupby, pairwise
 
 import numpy as np
-from flint import arb
 
 from percuss.arrays import Floats
 from percuss.certified.ball_arithmetic import Ball, Balls, Undecided
@@ -17,7 +16,7 @@ from percuss.certified.fold import OrbitCurve
 from percuss.certified.numbers import ball, precision
 from percuss.certified.results import doubles_of, in_words
 from percuss.certified.shooting import OrbitEvent, events_of, guess_of, vector_of
-from percuss.certified.strips import Strip, chain_of
+from percuss.certified.strips import Strip, StripChain, chain_of
 from percuss.certified.system import system_of
 from percuss.errors import ParameterError
 from percuss.model.exact import Exact, as_fraction
@@ -106,6 +105,8 @@ class CertifiedBranch:
         What is open, and why.
     precision
         The bits that were worked with.
+    chains
+        What the proof is made of.
     """
 
     oscillator: Oscillator
@@ -116,11 +117,14 @@ class CertifiedBranch:
     complete: bool
     reason: str
     precision: int
-    _strips: tuple[tuple[Strip, ...], ...] = field(repr=False)
+    chains: tuple[StripChain, ...] = field(repr=False)
 
     def __len__(self) -> int:
         """Return the number of strips."""
-        return sum(map(len, self._strips))
+        return sum(1 for _ in self._strips())
+
+    def _strips(self) -> Iterator[Strip]:
+        return chain.from_iterable(part.strips for part in self.chains)
 
     def events_at(self, value: Exact) -> list[tuple[Balls, Balls]]:
         """Return instants and velocities after the events of the orbits at a value of the parameter.
@@ -152,7 +156,7 @@ class CertifiedBranch:
         """
         at, found = as_fraction(value), []
         with precision(self.precision):
-            for tube in (strip.tube for strip in chain.from_iterable(self._strips)):
+            for tube in (strip.tube for strip in self._strips()):
                 low, high = tube.parameters
                 if low <= at <= high:
                     box = tube.end(at) if tube.is_along_parameter else tube.box()
@@ -179,7 +183,7 @@ class CertifiedBranch:
         """
         found = []
         with precision(self.precision):
-            for strip in chain.from_iterable(self._strips):
+            for strip in self._strips():
                 tube = strip.tube
                 p, q = tube.parameters
                 v, w = ((tube.end(value) if tube.is_along_parameter else tube.box())[1]
@@ -217,7 +221,7 @@ def certify_branch(branch: Branch, report: Report = None) -> CertifiedBranch:
     first = branch.orbits[0]
     path = long_form(branch.path, first.oscillator, first.forcing)
     low, high = float(branch.values.min()), float(branch.values.max())
-    chains: list[tuple[Strip, ...]] = []
+    chains: list[StripChain] = []
     reasons: list[str] = []
     progress = Progress(report, 0.0, "strips", is_bound=True)
 
@@ -236,7 +240,7 @@ def certify_branch(branch: Branch, report: Report = None) -> CertifiedBranch:
             while begin + 1 < len(points) and not progress.is_stopped:
                 part = chain_of(curve, points[begin:], scale, FINEST, tell)
                 if part.strips:
-                    chains.append(tuple(part.strips))
+                    chains.append(part)
                 if not part.reason:
                     break
                 at, nearest = points[begin], begin
@@ -261,7 +265,7 @@ def certify_branch(branch: Branch, report: Report = None) -> CertifiedBranch:
         complete=whole,
         reason="; ".join(dict.fromkeys(reasons)),
         precision=BITS,
-        _strips=tuple(chains),
+        chains=tuple(chains),
     )
 
 
@@ -314,13 +318,13 @@ def _nearest(points: Sequence[Sequence[float]], at: Sequence[float], scale: Sequ
 
 
 def _told(
-    chains: Sequence[Sequence[Strip]], path: str
+    chains: Sequence[StripChain], path: str
 ) -> tuple[tuple[BranchStretch, ...], tuple[EnclosedPoint, ...]]:
     """Return the stretches of the same properties, and the special points between them."""
     stretches, points = [], []
-    for strips in chains:
+    for part in chains:
         groups = [
-            list(group) for _, group in groupby(strips, lambda s: (s.stability, s.admissible))
+            list(group) for _, group in groupby(part.strips, lambda s: (s.stability, s.admissible))
         ]
         for k, group in enumerate(groups):
             low, high = _ends(group)
@@ -361,22 +365,15 @@ def _points(
     """Yield what is proven to lie between two strips of a curve."""
     low, high = _ends(between)
     value = Ball(ball(low).union(ball(high)))
-    doubling = [1 + end.trace + end.determinant for end in ends]
-    fold = [1 - end.trace + end.determinant for end in ends]
-    if _change(doubling):
+    kinds = ends[0].points_before(ends[1])
+    if "period_doubling" in kinds:
         yield EnclosedPoint(
             "period_doubling", value, "a multiplier goes through -1 on the curve, which is smooth"
         )
-    if _change(fold):
+    if "fold" in kinds:
         reason = f"a multiplier goes through 1 on the curve, along which {path} is extremal"
         yield EnclosedPoint("fold", value, reason)
     if {end.admissible for end in ends} == {True, False}:
         yield EnclosedPoint(
             "grazing", value, "the orbits on one side of it are motions, on the other formal"
         )
-
-
-def _change(pair: Sequence[arb]) -> bool:
-    """Return whether a function changes its sign between two values of it."""
-    one, other = pair
-    return bool((one > 0 and other < 0) or (one < 0 and other > 0))

@@ -42,6 +42,10 @@ OVERLAP = 2.0**-4
 MOST_LENGTH = 2.0
 # The last point is made the end of a strip where it is nearer than so many widths.
 ENOUGH = 1.2
+# A strip is slender if it is narrower than this part of its length; it is cut so often at most.
+SLENDER, MOST_CUTS = 2.0**-4, 3
+# How many times the radius of a ball its middle should be away from zero.
+CLEAR = 3
 # The parameter is the coordinate of a strip while its part of the tangent is at least this.
 STEEP = 0.2
 
@@ -116,6 +120,8 @@ class Strip:
     ----------
     tube
         The orbits.
+    end
+        The value of its coordinate at which the curve goes on.
     trace, determinant
         Of their monodromy.
     stability, admissible
@@ -123,6 +129,7 @@ class Strip:
     """
 
     tube: Tube
+    end: Fraction
     trace: arb
     determinant: arb
     stability: str
@@ -132,6 +139,23 @@ class Strip:
     def is_decided(self) -> bool:
         """Whether stability and admissibility of all its orbits are proven."""
         return self.stability != "undecided" and self.admissible is not None
+
+    @property
+    def is_clear(self) -> bool:
+        """Whether stability is decided by balls some times wider than they are."""
+        clear = [1 + sign * self.trace + self.determinant for sign in (1, -1)]
+        return all(abs(value.mid()) > CLEAR * value.rad() for value in clear)
+
+    def points_before(self, other: Strip) -> list[str]:
+        """Return the kinds of special points that lie on the curve between this strip and another."""
+        kinds = {"period_doubling": 1, "fold": -1}
+        return [kind for kind, sign in kinds.items()
+                if _change(*(1 + sign * s.trace + s.determinant for s in (self, other)))]  # fmt: skip
+
+
+def _change(one: arb, other: arb) -> bool:
+    """Return whether a function changes its sign between two values of it."""
+    return bool((one > 0 and other < 0) or (one < 0 and other > 0))
 
 
 def _around(along: int, eta: arb, middle: Vector, tangent: Vector, sizes: Vector) -> Vector:
@@ -214,14 +238,35 @@ class StripChain:
 
     Attributes
     ----------
+    curve
+        The curve.
+    scale
+        Of each coordinate.
     strips
         In order.
     reason
         Why it ends before the last point; empty where it reaches it.
     """
 
+    curve: OrbitCurve
+    scale: Vector
     strips: list[Strip] = field(default_factory=list)
     reason: str = ""
+
+    def room(self, tube: Tube) -> float:
+        """Return by how much a tube may be made wider without being wide beside its length."""
+        walk = _Walk(_CurveEquations(self.curve), self.scale, 0.0)
+        return max(1.5, SLENDER / walk.width_to_length(tube))
+
+    def slender(self) -> Iterator[Strip]:
+        """Yield the strips, cut into shorter ones that are easier to prove again.
+
+        Each is narrow beside its length, and what is said of its stability far from being open, as
+        far as few cuts lead.
+        """
+        walk = _Walk(_CurveEquations(self.curve), self.scale, 0.0)
+        for strip in self.strips:
+            yield from walk.parts(strip, MOST_CUTS)
 
 
 @dataclass(frozen=True)
@@ -291,7 +336,7 @@ class _Walk:
                     phase, step = phase + 1, (FIRST_STEP if phase == 0 else NARROW)
                     since = 0
                 continue
-            strip = self._proven(tube)
+            strip = self._proven(tube, far)
             if not strip.is_decided and length > self.finest:
                 step, held = length / 2, 0
                 continue
@@ -311,6 +356,34 @@ class _Walk:
             # Wider only after some of one width: a failure costs as much as a strip.
             held += 1
             step, held = (2 * length, 0) if held > PATIENCE else (length, held)
+
+    def parts(self, strip: Strip, cuts: int) -> Iterator[Strip]:
+        """Yield a strip, or parts of it that are slender or have been cut so many times."""
+        tube = strip.tube
+        halves: list[Tube] = []
+        open_ = strip.stability != "undecided" and not strip.is_clear
+        if cuts and (open_ or self.width_to_length(tube) > SLENDER):
+            middle = (tube.low + tube.high) / 2
+            with suppress(Undecided):
+                halves = [
+                    self._tube(tube.along, low, high, _mid(tube.end((low + high) / 2)))
+                    for low, high in ((tube.low, middle), (middle, tube.high))
+                ]
+        if not halves:
+            yield strip
+        elif strip.end == tube.low:
+            halves.reverse()
+        for half in halves:
+            end = half.high if strip.end == tube.high else half.low
+            yield from self.parts(self._proven(half, end), cuts - 1)
+
+    def width_to_length(self, tube: Tube) -> float:
+        """Return the width of a tube over its length, both in instants and velocities."""
+        longest, widest = (
+            max(float(abs(vector[i]) / self.scale[i]) for i in range(self.n))
+            for vector in (tube.tangent, tube.trial)
+        )
+        return widest / (longest * float((tube.high - tube.low) / 2))
 
     @staticmethod
     def _refuse(which: str) -> None:
@@ -419,7 +492,7 @@ class _Walk:
             sizes = [(WIDER * a).max(b) for a, b in zip(reached, sizes, strict=True)]
         raise Undecided("precision", "no box was found that the equations map into itself")
 
-    def _proven(self, tube: Tube) -> Strip:
+    def _proven(self, tube: Tube, end: Fraction) -> Strip:
         """Return the strip of a tube."""
         box = tube.box()
         equations, states = self.equations.at(box[-1]), pairs(box[:-1])
@@ -429,7 +502,12 @@ class _Walk:
             monodromy, _ = monodromy_of(equations, states)
             trace, determinant = monodromy.trace, monodromy.determinant
             stability = monodromy.stability
-        return Strip(tube, trace, determinant, stability, admissible_of(equations, states)[0])
+        admissible = admissible_of(equations, states)[0]
+        return Strip(tube, end, trace, determinant, stability, admissible)
+
+
+def _mid(box: Vector) -> Vector:
+    return [part.mid() for part in box]
 
 
 def _dyadic(step: float, size: Fraction) -> Fraction:
@@ -465,8 +543,8 @@ def chain_of(
     go_on
         Called with the parameter after each strip; stops the chain by returning False.
     """
-    walk = _Walk(_CurveEquations(curve), [arb(size) for size in scale], finest)
-    chain = StripChain()
+    chain = StripChain(curve, [arb(size) for size in scale])
+    walk = _Walk(_CurveEquations(curve), chain.scale, finest)
     try:
         for strip in walk.strips(rows):
             chain.strips.append(strip)

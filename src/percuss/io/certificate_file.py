@@ -10,13 +10,13 @@ from percuss.io.files import OutputFiles
 
 if TYPE_CHECKING:
     # Needs python-flint.
-    from percuss.certified import CertifiedChaos, CertifiedOrbit, CertifiedRun
+    from percuss.certified import CertifiedBranch, CertifiedChaos, CertifiedOrbit, CertifiedRun
 
 __all__ = ["save_certificate"]
 
 
 def save_certificate(
-    result: CertifiedRun | CertifiedOrbit | CertifiedChaos,
+    result: CertifiedRun | CertifiedOrbit | CertifiedBranch | CertifiedChaos,
     path: Path | str,
     *,
     force: bool = False,
@@ -26,7 +26,7 @@ def save_certificate(
     Parameters
     ----------
     result
-        Of `certify`, for a run or an orbit, or of `percuss.certified.prove_chaos`.
+        Of `certify`, for a run, an orbit or a branch, or of `percuss.certified.prove_chaos`.
     path
         The file.
     force
