@@ -108,8 +108,10 @@ floors:
 		--group floors --editable ".[certified,design,netcdf,stores]"
 	.venv-floors/bin/python -m pytest -q -n logical --dist worksteal $(OLD) $(FLOORS)
 
-# The wheel and the source distribution, and what is in them.
+# The wheel and the source distribution, and what is in them. Where the kernels of the page are not
+# those of today, they are made first.
 dist: .venv/dev.stamp
+	$(BIN)/python -m percuss.web.wasm.sources || $(BIN)/python -m percuss.web.wasm.build
 	$(BIN)/python -m hatchling build
 	$(BIN)/python -m pytest -q tests/test_distribution.py
 
