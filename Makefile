@@ -100,15 +100,18 @@ numbers-of-grids:
 FLOOR_PYTHON = $(PYTHON)
 # Old packages use what newer ones, on which they depend, call deprecated.
 OLD = -W ignore::DeprecationWarning -W ignore::PendingDeprecationWarning
-FLOORS = tests/model tests/motion tests/io tests/ensembles tests/orbits tests/plotting tests/studies
+FLOORS = tests/model tests/motion tests/io tests/ensembles tests/orbits tests/optimization \
+	tests/plotting tests/studies
 floors:
 	uv venv --quiet --clear --python $(FLOOR_PYTHON) .venv-floors
 	uv pip install --quiet --python .venv-floors --resolution lowest-direct \
 		--group floors --editable ".[certified,design,netcdf,stores]"
 	.venv-floors/bin/python -m pytest -q -n logical --dist worksteal $(OLD) $(FLOORS)
 
-# The wheel and the source distribution, and what is in them.
+# The wheel and the source distribution, and what is in them. Where the kernels of the page are not
+# those of today, they are made first.
 dist: .venv/dev.stamp
+	$(BIN)/python -m percuss.web.wasm.sources || $(BIN)/python -m percuss.web.wasm.build
 	$(BIN)/python -m hatchling build
 	$(BIN)/python -m pytest -q tests/test_distribution.py
 

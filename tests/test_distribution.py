@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import re
+import subprocess
+import sys
 import tarfile
 import zipfile
 from collections.abc import Callable
@@ -43,6 +46,30 @@ def test_the_wheel_holds_all_files_of_the_package_and_nothing_else(built: dict[s
     assert {name for name in names if ".dist-info/" not in name} == there
     assert {"percuss/py.typed", "percuss/cli/schemas/run.schema.json"} <= names
     assert f"percuss-{VERSION}.dist-info/licenses/LICENSE" in names
+
+
+def told_by(wheel: Path, folder: Path, change: tuple[bytes, bytes] = (b"", b"")) -> tuple[int, str]:
+    """Return what the package in a wheel, with a change of its kernels, says of its file."""
+    with zipfile.ZipFile(wheel) as file:
+        file.extractall(folder)
+    kernels = folder / "percuss" / "kernels" / "march.py"
+    assert change[0] in kernels.read_bytes()
+    kernels.write_bytes(kernels.read_bytes().replace(*change))
+    ended = subprocess.run(
+        [sys.executable, "-m", "percuss.web.wasm.sources"],
+        check=False, env=os.environ | {"PYTHONPATH": str(folder)}, cwd=folder, capture_output=True, text=True,
+    )  # fmt: skip
+    return ended.returncode, ended.stderr
+
+
+def test_the_wheel_holds_the_kernels_of_the_page_as_they_are(
+    built: dict[str, Path], tmp_path: Path
+) -> None:
+    assert told_by(built["wheel"], tmp_path / "same") == (0, "")
+    changed = told_by(
+        built["wheel"], tmp_path / "other", (b"status = MOVING", b"status = 0 + MOVING")
+    )
+    assert changed == (1, "kernels.wasm is not that of the kernels as they are\n")
 
 
 def test_the_metadata_are_those_that_an_index_takes(built: dict[str, Path]) -> None:

@@ -15,6 +15,7 @@ from percuss.motion.trajectory import Trajectory
 from percuss.plotting import offscreen_figure, plot_phase_portrait, plot_velocity
 from percuss.plotting.marks import Jumps
 from percuss.plotting.samples import MOST_JUMPS
+from percuss.plotting.style import figure_of
 
 Plot = Callable[[Trajectory, Axes], Axes]
 
@@ -81,7 +82,7 @@ def test_the_velocity_is_not_joined_across_an_impact(chattering: Trajectory) -> 
 def test_dashes_that_lie_on_one_another_leave_the_same_gaps(elastic: Trajectory) -> None:
     """Counted from the start of each line they would fill each other's gaps."""
     ax = drawn(plot_phase_portrait, elastic)
-    figure = ax.get_figure(root=True)
+    figure = figure_of(ax)
     assert isinstance(figure, Figure)
     figure.draw_without_rendering()
     jumps = jumps_of(ax)

@@ -17,6 +17,7 @@ from percuss.plotting import (
     plot_orbit,
     plot_singularity_set,
 )
+from percuss.plotting.style import figure_of
 
 COCO = pc.impact_oscillator(0.8, wall=1.0, side="above", damping=0.05)
 
@@ -171,7 +172,7 @@ def test_set_and_manifolds_share_a_picture_and_its_legend(orbit: pc.PeriodicOrbi
     plot_singularity_set(pc.singularity_set(osc, force), ax)
     (legend,) = ax.figure.legends
     texts = [text.get_text() for text in legend.get_texts()]
-    plt.close(ax.get_figure(root=True))
+    plt.close(figure_of(ax))
 
     assert texts == ["saddle", "unstable manifold", "stable manifold", "touch at impact 1"]
     assert ax.get_legend() is None

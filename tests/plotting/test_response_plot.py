@@ -9,7 +9,7 @@ from matplotlib.colors import same_color
 
 import percuss as pc
 from percuss.plotting import Units, offscreen_figure, plot_response, plot_velocity_gap
-from percuss.plotting.style import BLUE, GREY, VERMILION
+from percuss.plotting.style import BLUE, GREY, VERMILION, figure_of
 
 WALL = pc.impact_oscillator(0.8, wall=0.2, side="above", damping=0.05)
 
@@ -72,7 +72,7 @@ def test_colours_tell_the_forcing_periods(chart: pc.Response) -> None:
 
 def test_each_kind_is_labelled_once_beside_its_curve_and_no_two_overlap(chart: pc.Response) -> None:
     ax = plot_response(chart, ax=new_axes())
-    figure = ax.get_figure(root=True)
+    figure = figure_of(ax)
     assert figure is not None
     figure.canvas.draw()
 

@@ -89,6 +89,36 @@ def test_motions_are_those_of_percuss_without_a_network(site: Page) -> None:
     expect(card).to_contain_text(f"{header['n_impacts']} impacts")
 
 
+def test_the_exponent_of_a_motion_is_told_without_a_server(site: Page) -> None:
+    times = site.locator(".facts .card").nth(1)
+    expect(times).to_contain_text("not chaotic")
+    site.locator("[data-view=gallery]").click()
+    site.locator("[data-name=chaos]").click()
+    expect(times).to_contain_text("largest exponent +0.1")
+    # A motion that needs Python has none here.
+    set_box(site, "forcing.harmonics.0.omega", "2.8 + 1/10 - 1/10")
+    expect(times).to_contain_text("not told here")
+
+
+# How many pixels of a picture in the gallery have the colour of a wall, and of a soft stop.
+STOPS = """(name) => {
+  const canvas = document.querySelector(`[data-name=${name}] canvas`);
+  const style = getComputedStyle(canvas);
+  const data = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data;
+  return ['--wall', '--stop'].map((colour) => {
+    const wanted = [1, 3, 5].map((k) => parseInt(style.getPropertyValue(colour).trim().slice(k, k + 2), 16));
+    return Array.from({ length: data.length / 4 }, (_, i) => wanted.every((part, k) => data[4 * i + k] === part) && data[4 * i + 3] === 255).filter((it) => it).length;
+  });
+}"""
+
+
+def test_the_pictures_of_the_gallery_show_stops(site: Page) -> None:
+    site.locator("[data-view=gallery]").click()
+    site.wait_for_function(f"({STOPS})('two_attractors')[0] > 0", timeout=WAIT)
+    for name, has in (("coco", [True, False]), ("gear_rattle", [False, True])):
+        assert [count > 200 for count in site.evaluate(STOPS, name)] == has, name
+
+
 def test_each_motion_of_the_gallery_opens(site: Page) -> None:
     site.locator("[data-view=gallery]").click()
     site.wait_for_function(

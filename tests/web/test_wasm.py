@@ -15,8 +15,9 @@ from tests.web.frames import read_frame
 
 from percuss.execution import Execution
 from percuss.web.explore import answer_explore, followed
+from percuss.web.facts import exponent_of
 from percuss.web.presets import presets
-from percuss.web.request import PageRequest, study_of
+from percuss.web.request import PageRequest, motion_of, study_of
 from percuss.web.view_study import study_of_view
 from percuss.web.wasm.sources import kept_hash, sources_hash
 
@@ -236,3 +237,18 @@ def test_coarser_basins_are_some_of_the_cells() -> None:
 def test_basins_that_need_python_are_left_to_it() -> None:
     asked = [WINDOW | {"study": it, "starts": 16} for it in (LEFT[0], LEFT[-1])]
     assert in_node("basins", asked) == [None, None]
+
+
+@needs_node
+def test_exponents_have_the_bits_of_python() -> None:
+    studies = [it for it in all_studies() if len(it["forcing"].get("harmonics", [])) == 1]
+    told = {"chaotic": 0, "settling": 0, "forgotten": 0}
+    for tables, found in zip(studies, in_node("exponent", studies), strict=True):
+        asked = study_of(tables)
+        wanted = exponent_of(asked, motion_of(asked).simulated(asked, periods=264))
+        assert found == wanted, tables
+        assert wanted is not None
+        told["chaotic"] += bool(wanted["is_chaotic"])
+        told["settling"] += bool(wanted["is_settling"])
+        told["forgotten"] += wanted["value"] is None
+    assert min(told.values()) > 0

@@ -40,6 +40,9 @@ function diagram(request) {
   return found && { ...found, columns: Object.fromEntries(Object.entries(found.columns).map(([name, values]) => [name, bits(values)])) };
 }
 
+/** The largest exponent of a motion. */
+const exponent = (study) => answerTo(kernels, { kind: "facts", study })?.header.exponent;
+
 /** All levels of basins as two workers compute them, null where Python is needed. */
 async function basins(request) {
   const levels = [];
@@ -49,4 +52,4 @@ async function basins(request) {
 }
 
 const studies = JSON.parse(await text(process.stdin));
-process.stdout.write(JSON.stringify(await Promise.all(studies.map({ record, answer, diagram, basins }[what]))));
+process.stdout.write(JSON.stringify(await Promise.all(studies.map({ record, answer, diagram, basins, exponent }[what]))));

@@ -26,13 +26,13 @@ from percuss.ensembles.decisions import (
     has_settled,
     is_chaotic,
     near_orbit,
-    rounded,
     shares_in_cells,
 )
 from percuss.ensembles.grid import Group, StructureGroup
 from percuss.ensembles.repetition import period_of
 from percuss.errors import ConvergenceError, ParameterError, PercussError
 from percuss.kernels import observables
+from percuss.kernels.arithmetic import nearest
 from percuss.kernels.law_columns import PERIOD
 from percuss.model.acting_sets import StructureSystem
 from percuss.model.forcing import Forcing
@@ -208,8 +208,8 @@ def _settled(system: AnyStrobed, strobe: Floats, longest: int) -> _Settled:
             strobes = last
             counts = result.values[0, [observables.IMPACTS, observables.CONTACTS]].tolist()
             # One that sticks has impacts without end.
-            n_impacts = rounded(counts[0] * n_periods / (2 * longest))
-            n_impacts = math.inf if counts[1] > 0.0 else float(n_impacts)
+            n_impacts = nearest(counts[0] * n_periods / (2 * longest))
+            n_impacts = math.inf if counts[1] > 0.0 else n_impacts
         if has_settled(points, n_periods):
             break
     return _Settled(strobes, last, n_impacts)
@@ -387,8 +387,8 @@ def strobes_of_orbit(system: StrobedSystem, orbit: PeriodicOrbit, near: Floats) 
     first = system.t0 + math.ceil((orbit.t0 - system.t0) / period) * period
     t = first + np.arange(orbit.n_periods) * period
     strobes = np.stack(orbit.trajectory(2)(t), axis=1)
-    nearest = int(np.abs(strobes - near).max(axis=1).argmin())
-    return np.roll(strobes, -nearest, axis=0)
+    closest = int(np.abs(strobes - near).max(axis=1).argmin())
+    return np.roll(strobes, -closest, axis=0)
 
 
 def impacts_at(

@@ -8,7 +8,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from percuss.arrays import Floats, Integers
-from percuss.ensembles.decisions import BLOCKS, EXPONENT_COLUMNS, many_exponents
+from percuss.ensembles.decisions import (
+    BLOCKS,
+    EXPONENT_COLUMNS,
+    drift_of_points,
+    many_exponents,
+)
 from percuss.ensembles.threads import check_wanted, stop_flag
 from percuss.kernels import batch, lockstep, observables
 from percuss.kernels import record as columns
@@ -19,8 +24,6 @@ from percuss.kernels.observables import LoadSpace
 from percuss.motion.reach import free_until
 
 __all__ = [
-    "BLOCKS",
-    "CHANCE",
     "MOST_IMPACTS",
     "MOST_SEARCHES",
     "NO_MODES",
@@ -297,10 +300,6 @@ def reason_of(status: int, plan: Plan) -> str | None:
     return None
 
 
-# A difference of halves beyond so many of its standard errors is not chance.
-CHANCE = 3.0
-
-
 def tangent_plan(period: Floats, t0: Floats, transient: int, periods: int) -> Plan:
     """Return the plan of motions whose exponents are wanted.
 
@@ -345,15 +344,8 @@ def exponents_of(result: BatchResult, plan: Plan) -> tuple[Floats, Floats, Float
 def drift_of(result: BatchResult, plan: Plan) -> Floats:
     """Return the difference of the largest exponents of both halves [1/time], 0 within chance.
 
-    The spread of block means does not show a slow transient, about which they scatter little. The
-    halves of a stationary motion differ by about twice the standard error of the whole; three times
-    that counts as chance.
+    As `drift_of_points` tells it of one motion.
     """
-    logs = result.points[:, :, observables.FIRST]
-    with np.errstate(invalid="ignore"):
-        rates = np.diff(logs, axis=1) / plan.every[:, np.newaxis]
-        error = rates.std(axis=1, ddof=1) / math.sqrt(BLOCKS)
-        first, second = rates[:, : BLOCKS // 2], rates[:, BLOCKS // 2 :]
-        drift = np.abs(second.mean(axis=1) - first.mean(axis=1))
-        # After a contact there is nothing to drift.
-        return np.where(drift > 2.0 * CHANCE * error, drift, 0.0)
+    points, rates = np.ascontiguousarray(result.points), np.empty(BLOCKS)
+    motions = zip(points, plan.every.tolist(), strict=True)
+    return np.array([drift_of_points(own, every, rates) for own, every in motions])

@@ -9,9 +9,15 @@ from __future__ import annotations
 import math
 
 from percuss.arrays import Flags, Floats, Integers
-from percuss.kernels.arithmetic import hypotenuse
+from percuss.kernels.arithmetic import (
+    cosine_sine,
+    exponential,
+    exponential_less_one,
+    hypotenuse,
+    logarithm,
+)
 from percuss.kernels.compile import kernel
-from percuss.kernels.observables import FIRST, SECOND
+from percuss.kernels.observables import FIRST, SECOND, THIRD
 from percuss.kernels.record import AT_REST, OVERFLOW, REACHED_END
 
 __all__ = [
@@ -25,12 +31,14 @@ __all__ = [
     "LEAST_SHARE",
     "NEAR",
     "NO_START",
+    "ORBIT_PERIODS",
     "PERIODIC",
     "REST",
     "SIDE",
     "UNBOUNDED",
     "UNDECIDED",
     "agree",
+    "drift_of_points",
     "exponents_of_points",
     "fill_cells",
     "fraction_of",
@@ -41,11 +49,13 @@ __all__ = [
     "kinds_of_motions",
     "many_exponents",
     "near_orbit",
+    "orbit_exponents",
     "period_of_points",
     "periods_of_motions",
-    "rounded",
     "share_in_cells",
     "shares_in_cells",
+    "sign_of_exponent",
+    "steps_to_go",
 ]
 
 # Kinds of long-term motion, as they are stored, and those of a start without a decision and of one
@@ -78,7 +88,7 @@ def period_of_points(points: Floats, longest: int) -> int:
     last = points.shape[0] - 1
     for p in range(1, longest + 1):
         # A motion that repeats itself does so at the end, and has done so from the beginning.
-        hopeful = is_apart_by(points, last - p, last, same) and is_apart_by(points, 0, p, same)
+        hopeful = are_same(points, last - p, last, same) and are_same(points, 0, p, same)
         if not hopeful or not repeats(points, p, same):
             continue
         # The first period that fits decides, if only that there is none.
@@ -90,7 +100,7 @@ def period_of_points(points: Floats, longest: int) -> int:
 
 
 @kernel
-def is_apart_by(points: Floats, i: int, j: int, most: float) -> bool:
+def are_same(points: Floats, i: int, j: int, most: float) -> bool:
     """Return whether two strobes are the same up to ``most``."""
     for column in range(points.shape[1]):
         if not abs(points[j, column] - points[i, column]) <= most:
@@ -103,7 +113,7 @@ def repeats(points: Floats, p: int, most: float) -> bool:
     """Return whether all strobes are the same as those p later, up to ``most``."""
     same = True
     for i in range(points.shape[0] - p):
-        same = same and is_apart_by(points, i, i + p, most)
+        same = same and are_same(points, i, i + p, most)
     return same
 
 
@@ -122,15 +132,6 @@ def periods_of_motions(points: Floats, longest: int, periods: Integers) -> None:
     """Write the periods of motions, whose strobes are (n, m, d)."""
     for i in range(points.shape[0]):
         periods[i] = period_of_points(points[i], longest)
-
-
-@kernel
-def rounded(value: float) -> float:
-    """Return the nearest whole number, the even one of two."""
-    below = math.floor(value)
-    part = value - below
-    up = part > 0.5 or (part == 0.5 and below % 2 == 1)
-    return below + 1.0 if up else below + 0.0
 
 
 @kernel
@@ -203,24 +204,24 @@ def exponents_of_points(
         return
     for k in range(BLOCKS):
         rates[k] = (points[k + 1, FIRST] - points[k, FIRST]) / every
-    mean = sum_of_blocks(rates) / BLOCKS
+    mean = sum_of(rates) / BLOCKS
     for k in range(BLOCKS):
         rates[k] = (rates[k] - mean) * (rates[k] - mean)
     out[LARGEST] = (last[FIRST] - first[FIRST]) / duration
     out[TOTAL] = (last[SECOND] - first[SECOND]) / duration
-    out[ERROR] = math.sqrt(sum_of_blocks(rates) / (BLOCKS - 1)) / math.sqrt(BLOCKS)
+    out[ERROR] = math.sqrt(sum_of(rates) / (BLOCKS - 1)) / math.sqrt(BLOCKS)
     out[SMALLEST] = out[TOTAL] - out[LARGEST]
 
 
 @kernel
-def sum_of_blocks(rates: Floats) -> float:
-    """Return the sum of BLOCKS numbers, in the order in which NumPy adds them."""
+def sum_of(rates: Floats) -> float:
+    """Return the sum of 16, 24, ... up to 128 numbers, in the order in which NumPy adds them."""
     pairs = 0.0
     fours = 0.0
     total = 0.0
     for lane in range(8):
         part = rates[lane]
-        for k in range(8 + lane, BLOCKS, 8):
+        for k in range(8 + lane, rates.shape[0], 8):
             part += rates[k]
         pairs = pairs + part if lane % 2 == 1 else part
         if lane % 4 == 3:
@@ -238,6 +239,115 @@ def many_exponents(
     """Write the exponents of motions."""
     for i in range(points.shape[0]):
         exponents_of_points(points[i], durations[i], every[i], rates, out[i])
+
+
+# A difference of halves beyond so many of its standard errors is not chance.
+CHANCE = 3.0
+
+
+@kernel
+def drift_of_points(points: Floats, every: float, rates: Floats) -> float:
+    """Return the difference of the largest exponents of both halves [1/time], 0 within chance.
+
+    The spread of block means does not show a slow transient, about which they scatter little. The
+    halves of a stationary motion differ by about twice the standard error of the whole; three times
+    that counts as chance. ``rates`` (BLOCKS,) is scratch.
+    """
+    for k in range(BLOCKS):
+        rates[k] = (points[k + 1, FIRST] - points[k, FIRST]) / every
+    half = BLOCKS // 2
+    drift = abs(sum_of(rates[half:]) / half - sum_of(rates[:half]) / half)
+    mean = sum_of(rates) / BLOCKS
+    for k in range(BLOCKS):
+        rates[k] = (rates[k] - mean) * (rates[k] - mean)
+    error = math.sqrt(sum_of(rates) / (BLOCKS - 1)) / math.sqrt(BLOCKS)
+    # After a contact there is nothing to drift: these are no numbers.
+    return drift if drift > 2.0 * CHANCE * error else 0.0
+
+
+# Periods of an orbit from which its exponents are taken, and the relative difference up to which
+# areas shrink alike in them.
+ORBIT_PERIODS, ALIKE = 3, 1e-6
+
+
+@kernel
+def orbit_exponents(points: Floats, step: float, n_periods: float, out: Floats) -> bool:
+    """Write the exponents of an orbit and their errors; return False where the motion is on none.
+
+    ``points`` (ORBIT_PERIODS + 1, columns) are those of a perturbation once a period of ``step``,
+    ``n_periods`` those that the motion has taken to the orbit, ``out`` (4,) the larger exponent,
+    the smaller one and their errors.
+    """
+    least = math.inf
+    most = -math.inf
+    for k in range(ORBIT_PERIODS):
+        shrunk = points[k + 1, SECOND] - points[k, SECOND]
+        least = min(least, shrunk)
+        most = max(most, shrunk)
+    larger, smaller = orbit_rates(points[:3])
+    larger_1, smaller_1 = orbit_rates(points[1:4])
+    sum_of_rates = larger + smaller + larger_1 + smaller_1
+    # An impact at the very end of a period can fall into either of two: then areas do not shrink
+    # alike, and the periods are none.
+    if not math.isfinite(sum_of_rates) or most - least > ALIKE * max(abs(most), abs(least)):
+        return False
+    out[0] = larger_1 / step
+    out[1] = smaller_1 / step
+    to_go = steps_to_go(out[0] * step, n_periods)
+    out[2] = abs(out[0] - larger / step) * to_go
+    out[3] = abs(out[1] - smaller / step) * to_go
+    return True
+
+
+@kernel
+def orbit_rates(points: Floats) -> tuple[float, float]:
+    """Return the logarithms of the sizes of both multipliers, from three periods' points.
+
+    The vectors u, M u and M^2 u of the monodromy matrix M give its trace: M^2 - tr M + det = 0.
+    """
+    area = exponential(points[1, SECOND] - points[0, SECOND])
+    u_x, u_v = cosine_sine(points[0, THIRD])
+    size = exponential(points[1, FIRST] - points[0, FIRST])
+    cosine, sine = cosine_sine(points[1, THIRD])
+    once_x = size * cosine
+    once_v = size * sine
+    size = exponential(points[2, FIRST] - points[0, FIRST])
+    cosine, sine = cosine_sine(points[2, THIRD])
+    twice_x = size * cosine + area * u_x
+    twice_v = size * sine + area * u_v
+    trace = (twice_x * once_x + twice_v * once_v) / (once_x * once_x + once_v * once_v)
+    half = 0.5 * trace
+    below = half * half - area
+    larger = abs(half) + math.sqrt(below) if below > 0.0 else math.sqrt(area)
+    smaller = abs(area) / larger if below > 0.0 else larger
+    return logarithm(larger), logarithm(smaller)
+
+
+@kernel
+def steps_to_go(log_multiplier: float, n_periods: float) -> float:
+    """Return the remaining way to an orbit as a multiple of the last step.
+
+    The approach is geometric: steps of m, m^2, ... times the last one follow, 1 / (1 - m) in all.
+    Where |m| is 1 the distance falls as one over the number of periods, and the remaining way is
+    the last step times that number.
+    """
+    left = -exponential_less_one(log_multiplier)
+    return 1.0 / left if left * n_periods > 1.0 else max(1.0, n_periods)
+
+
+# So many standard errors are no chance for the exponent of one motion; and neighbours that separate
+# by a power of the time, t^2 at most, seem to have the exponent 2 ln T / T after a time T.
+DISTINCT, POWER = 5.0, 2.0
+
+
+@kernel
+def sign_of_exponent(value: float, error: float, duration: float) -> int:
+    """Return 1 where neighbours part, -1 where they meet, 0 where neither is sure."""
+    growth = POWER * logarithm(duration) / duration if duration > 1.0 else 0.0
+    least = max(DISTINCT * error, growth)
+    if value > least:
+        return 1
+    return -1 if value < -least else 0
 
 
 @kernel

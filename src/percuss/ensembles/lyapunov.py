@@ -11,8 +11,6 @@ import numpy as np
 
 from percuss.arrays import Floats
 from percuss.ensembles.batch import (
-    BLOCKS,
-    CHANCE,
     MOST_IMPACTS,
     BatchResult,
     Plan,
@@ -21,6 +19,13 @@ from percuss.ensembles.batch import (
     follow_batch,
     reason_of,
     tangent_plan,
+)
+from percuss.ensembles.decisions import (
+    BLOCKS,
+    CHANCE,
+    ORBIT_PERIODS,
+    orbit_exponents,
+    steps_to_go,
 )
 from percuss.ensembles.grid import StructureGroup, make_grid, whole
 from percuss.ensembles.repetition import period_of
@@ -34,7 +39,7 @@ from percuss.model.loads import Loads
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start
 from percuss.model.structure import Structure, StructureStart
-from percuss.numerics import cos, dot, exp, expm1, hypot, log, sin
+from percuss.numerics import hypot, log
 from percuss.orbits.orbit.structure_orbit import multipliers_of_matrix, period_map
 
 __all__ = ["LyapunovExponents", "lyapunov_exponents"]
@@ -42,9 +47,6 @@ __all__ = ["LyapunovExponents", "lyapunov_exponents"]
 
 # The longest period of an orbit that is considered, in forcing periods.
 LONGEST = 16
-# Periods of an orbit from which its exponents are taken, and the relative difference up to which
-# areas shrink alike in them.
-ORBIT_PERIODS, ALIKE = 3, 1e-6
 # Impacts of a motion for each period; the default limit.
 IMPACTS_OF_A_PERIOD = 100
 
@@ -161,7 +163,7 @@ def lyapunov_exponents(
             return known
     duration = float(plan.until[0] - plan.since[0])
     largest, smallest, error, total = (value[0] for value in exponents_of(result, plan))
-    error = math.hypot(error, drift_of(result, plan)[0])
+    error = hypot(float(error), float(drift_of(result, plan)[0]))
     return LyapunovExponents(
         np.array([largest, smallest]),
         np.array([error, error]),
@@ -245,7 +247,7 @@ def _of_structure_orbit(
             rates.append(np.where(sizes > 0.0, log(np.where(sizes > 0.0, sizes, 1.0)), -np.inf))
     with np.errstate(invalid="ignore"):
         moved = np.abs(rates[1] - rates[0]) / length
-    to_go = _steps_to_go(float(rates[1][0]), periods / n_periods)
+    to_go = steps_to_go(float(rates[1][0]), periods / n_periods)
     return rates[1] / length, np.where(np.isneginf(rates[1]), 0.0, moved * to_go)
 
 
@@ -268,7 +270,6 @@ def _of_orbit(
 ) -> LyapunovExponents | None:
     """Return the exponents of a periodic orbit, and all else over the same time; None without one.
 
-    The vectors u, M u and M^2 u of the monodromy matrix M give its trace, for M^2 - tr M + det = 0.
     ``periods`` are the forcing periods since the start.
     """
     which = np.zeros(1, dtype=np.int64)
@@ -283,44 +284,14 @@ def _of_orbit(
     step = step * n_periods
     measured = Plan(t, step, t + ORBIT_PERIODS * step, observables.TANGENTS, ORBIT_PERIODS + 1)
     followed = follow_batch(laws, which, end, measured)
-    points = followed.points[0]
-    rates = np.array([_rates(points[k : k + 3]) for k in (0, 1)]) / step
-    shrunk = np.diff(points[:, observables.SECOND])
-    # An impact at the very end of a period can fall into either of two: then areas do not shrink
-    # alike, and the periods are none.
-    if not np.isfinite(rates).all() or np.ptp(shrunk) > ALIKE * np.abs(shrunk).max():
+    points, exponents = np.ascontiguousarray(followed.points[0]), np.empty(4)
+    if not orbit_exponents(points, float(step[0]), periods / n_periods, exponents):
         return None
     duration = float(ORBIT_PERIODS * step[0])
     return LyapunovExponents(
-        rates[1],
-        np.abs(rates[1] - rates[0])
-        * _steps_to_go(float(rates[1, 0] * step[0]), periods / n_periods),
+        exponents[:2],
+        exponents[2:],
         float(points[-1, observables.SECOND] - points[0, observables.SECOND]) / duration,
         float(followed.values[0, observables.IMPACTS]) / duration,
         duration,
     )
-
-
-def _steps_to_go(log_multiplier: float, n_periods: float) -> float:
-    """Return the remaining way to an orbit as a multiple of the last step.
-
-    The approach is geometric: steps of m, m^2, ... times the last one follow, 1 / (1 - m) in all.
-    Where |m| is 1 the distance falls as one over the number of periods, and the remaining way is
-    the last step times that number.
-    """
-    left = -expm1(log_multiplier)
-    return 1.0 / left if left * n_periods > 1.0 else max(1.0, n_periods)
-
-
-def _rates(points: Floats) -> Floats:
-    """Return the logarithms of the sizes of both multipliers, from three periods' points."""
-    logs, angles = points[:, observables.FIRST], points[:, observables.THIRD]
-    area = exp(float(points[1, observables.SECOND] - points[0, observables.SECOND]))
-    size = exp(logs - logs[0])
-    u, once, twice = np.stack([size * cos(angles), size * sin(angles)], axis=1)
-    trace = dot(twice + area * u, once) / dot(once, once)
-    half = 0.5 * trace
-    below = half * half - area
-    larger = abs(half) + math.sqrt(below) if below > 0.0 else math.sqrt(area)
-    smaller = abs(area) / larger if below > 0.0 else larger
-    return np.array([log(larger), log(smaller)])

@@ -59,15 +59,16 @@ _PLAIN: dict[int, Callable[..., float]] = {
 def _evaluated(which: int, *given: Any) -> Any:
     if all(isinstance(value, float | int) for value in given):
         return float(_PLAIN[which](*(float(value) for value in given)))
-    arrays = np.broadcast_arrays(*(np.asarray(value, dtype=np.float64) for value in given))
-    flat = [row_of(array) for array in arrays]
+    arrays = [np.asarray(value, dtype=np.float64) for value in given]
+    shape = np.broadcast_shapes(*(array.shape for array in arrays))
+    flat = [row_of(np.broadcast_to(array, shape)) for array in arrays]
     out = np.empty(flat[0].shape)
     if len(out) <= FEW:
         for i, values in enumerate(zip(*(array.tolist() for array in flat), strict=True)):
             out[i] = _PLAIN[which](*values)
     else:
         arithmetic.evaluate(which, flat[0], flat[-1], out)
-    return out.reshape(arrays[0].shape)[()]
+    return out.reshape(shape)[()]
 
 
 @overload

@@ -15,7 +15,7 @@ from percuss.model.exact import as_float
 from percuss.model.oscillator import Stop, Wall
 from percuss.plotting.direction_view import Drawable
 from percuss.plotting.samples import distinct_spans, within
-from percuss.plotting.style import BLUE, GREY, ORANGE, PURPLE, VERMILION
+from percuss.plotting.style import BLUE, GREY, ORANGE, PURPLE, VERMILION, figure_of
 
 # Share of the drawn range that lies beyond the motion on either side.
 MARGIN = 0.06
@@ -159,7 +159,7 @@ class Jumps(LineCollection):
     def draw(self, renderer: RendererBase) -> None:
         """Draw the lines; the offsets follow the size and the limits of the axes."""
         bottoms = [np.asarray(path.vertices)[0] for path in self.get_paths()]
-        figure = self.get_figure(root=True)
+        figure = figure_of(self)
         if bottoms and figure is not None:
             heights = self.get_transform().transform(np.array(bottoms))[:, 1]
             points = heights * 72.0 / figure.dpi

@@ -31,6 +31,7 @@ from percuss.plotting.style import (
     COLOUR_CYCLE,
     GREY,
     check_kind,
+    figure_of,
     picture,
     shared_docs,
     units_of,
@@ -372,7 +373,7 @@ def place_labels(ax: Axes, labels: list[Label], curves: list[Floats]) -> None:
     better. The curves, (n, 2) arrays, are all that is not to be covered.
     """
     # In points of 1/72 inch, as offsets of texts are.
-    figure = ax.get_figure(root=True)
+    figure = figure_of(ax)
     assert figure is not None
     # It gives the axes the place that they will have.
     figure.draw_without_rendering()

@@ -169,6 +169,12 @@ class ShownOnce(Figure):
         raise NotImplementedError
 
 
+def figure_of(artist: Artist) -> Figure | None:
+    """Return the whole figure in which an artist is; `get_figure(root=True)` of matplotlib 3.10."""
+    part = artist.get_figure()
+    return None if part is None else cast("Figure | None", part.figure)
+
+
 def offscreen_figure(width: float = 8.0, height: float = 9.0) -> Figure:
     """Return an empty figure for a file, which no window ever shows.
 

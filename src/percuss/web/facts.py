@@ -39,9 +39,6 @@ PATIENCE = 1.0
 TRANSIENT, PERIODS = 200, 1000
 # Events times harmonics in the run to the attractor: motions with more take too long.
 MOST_TERMS = 200_000
-# So many standard errors are no chance; and neighbours that separate by a power of the time, t^2
-# at most, seem to have the exponent 2 ln T / T after a time T.
-CERTAIN, POWER = 5.0, 2.0
 
 
 def answer_facts(request: PageRequest, running: RunningRequest | None = None) -> bytes:
@@ -116,6 +113,7 @@ def exponent_of(study: Study, run: Trajectory) -> dict[str, object] | None:
     True
     """
     from percuss.ensembles import lyapunov_exponents
+    from percuss.ensembles.decisions import sign_of_exponent
 
     force = study.forcing
     if force is None or force.period is None:
@@ -137,13 +135,12 @@ def exponent_of(study: Study, run: Trajectory) -> dict[str, object] | None:
         return None
     value, error = float(result.exponents[0]), float(result.errors[0])
     duration = PERIODS * force.period
-    growth = POWER * math.log(duration) / duration if duration > 1.0 else 0.0
-    least = max(CERTAIN * error, growth)
+    sign = sign_of_exponent(value, error, duration)
     return {
         "value": value if math.isfinite(value) else None,
         "error": error,
-        "is_chaotic": bool(value > least),
-        "is_settling": bool(value < -least),
+        "is_chaotic": sign > 0,
+        "is_settling": sign < 0,
         "n_periods": PERIODS,
     }
 

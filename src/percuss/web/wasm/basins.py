@@ -49,9 +49,9 @@ from percuss.ensembles.decisions import (
     is_near,
     kind_of,
     period_of_points,
-    rounded,
     share_in_cells,
 )
+from percuss.kernels.arithmetic import nearest
 from percuss.kernels.batch import Options, begin_member, follow
 from percuss.kernels.compile import kernel
 from percuss.kernels.law_columns import (
@@ -153,7 +153,7 @@ def follow_from(
     """
     run, plan, values = space.run, space.plan, space.values
     since, every, until = times
-    n_points = int(rounded((until - since) / every)) + 1
+    n_points = int(nearest((until - since) / every)) + 1
     clear(run.state, run.counters)
     run.state[X] = x
     run.state[V] = v
@@ -287,7 +287,7 @@ def settle(space: Space, t0: float, x: float, v: float, longest: int) -> tuple[i
         if n_first == 0:
             n_first = n_periods
             copy(strobes, n_first, space.cloud, 0)
-            n_impacts = rounded(values[IMPACTS] * n_first / (2 * longest))
+            n_impacts = nearest(values[IMPACTS] * n_first / (2 * longest))
             if values[CONTACTS] > 0.0:
                 n_impacts = math.inf
         if has_settled(strobes, n_periods):

@@ -20,7 +20,8 @@ from typing import Any
 from percuss.ensembles import decisions
 from percuss.kernels import batch, fill_law, law_columns, observables, record
 from percuss.kernels.compile import OPTIONS, is_portable
-from percuss.web.wasm import attractors, basins
+from percuss.web import facts
+from percuss.web.wasm import attractors, basins, exponents
 from percuss.web.wasm.entries import ENTRIES, SIGNATURES
 from percuss.web.wasm.sources import KERNELS_FILE, SECTION, sources_hash
 
@@ -65,6 +66,8 @@ COLUMNS = {
         "FOUND_KIND FOUND_PERIODS FOUND_IMPACTS FOUND_POINTS FOUND_FIRST FOUND_FRACTION "
         "FOUND_ERROR FOUND_ENTRIES MOST_FOUND MOST_POINTS MOST_STROBES NEEDS_PYTHON"
     ),
+    exponents: "OUT_VALUE OUT_ERROR OUT_SIGN OUT_ENTRIES",
+    facts: "PERIODS",
     fill_law: (
         "GIVEN_STIFFNESS GIVEN_DAMPING GIVEN_CONSTANT GIVEN_MASS GIVEN_STOPS GIVEN_HARMONICS "
         "GIVEN_PER_MASS STOP_AT STOP_STIFFNESS STOP_DAMPING STOP_SIDE STOP_RESTITUTION "

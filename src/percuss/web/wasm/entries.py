@@ -10,7 +10,7 @@ from percuss.kernels import fill_law as law_filling
 from percuss.kernels import march as engine
 from percuss.kernels import sample
 from percuss.kernels.record import MotionRecord, Run
-from percuss.web.wasm import attractors, basins, curve
+from percuss.web.wasm import attractors, basins, curve, exponents
 
 __all__ = ["ENTRIES", "SIGNATURES"]
 
@@ -33,6 +33,7 @@ SIGNATURES = {
     "attractor": "F2 F1 I1 F3 F2 I2 F2 F1 F1 F1 F1 F2 F2 F1 F3 F2",
     "classify": f"{SPACE} F1 F2 F2",
     "label": f"{SPACE} F1 F2 I1 F2 F2",
+    "exponent": f"{SPACE} F1 F1",
 }
 
 
@@ -206,7 +207,7 @@ def classify(
     best: Floats,
     scratch: Floats,
     rates: Floats,
-    exponents: Floats,
+    tangents: Floats,
     frame: Floats,
     cells: Integers,
     rules: Floats,
@@ -228,7 +229,7 @@ def classify(
         stops,
         loads,
         rates,
-        exponents,
+        tangents,
         frame,
         cells,
     )
@@ -254,7 +255,7 @@ def label(
     best: Floats,
     scratch: Floats,
     rates: Floats,
-    exponents: Floats,
+    tangents: Floats,
     frame: Floats,
     cells: Integers,
     rules: Floats,
@@ -278,11 +279,58 @@ def label(
         stops,
         loads,
         rates,
-        exponents,
+        tangents,
         frame,
         cells,
     )
     return basins.label(space, rules, classes, labels, found, drawn)
+
+
+def exponent(
+    law: Floats,
+    state: Floats,
+    counters: Integers,
+    phases: Floats,
+    events: Floats,
+    marks: Integers,
+    grazes: Floats,
+    plan: Floats,
+    values: Floats,
+    ring: Floats,
+    points: Floats,
+    strobes: Floats,
+    last: Floats,
+    cloud: Floats,
+    stops: Floats,
+    best: Floats,
+    scratch: Floats,
+    rates: Floats,
+    tangents: Floats,
+    frame: Floats,
+    cells: Integers,
+    start: Floats,
+    out: Floats,
+) -> int:
+    """Write the largest exponent of a motion; return 1 where there is one."""
+    run = Run(law, state, counters, phases[0], phases[1], phases[2], events, marks, grazes)
+    loads = attractors.loads_of(law, best, scratch)
+    space = basins.Space(
+        run,
+        plan,
+        values,
+        ring,
+        points,
+        strobes,
+        last,
+        cloud,
+        stops,
+        loads,
+        rates,
+        tangents,
+        frame,
+        cells,
+    )
+    return 1 if exponents.largest_exponent(space, start, out) else 0
 
 
 ENTRIES: dict[str, Callable[..., Any]] = {
@@ -303,5 +351,6 @@ ENTRIES: dict[str, Callable[..., Any]] = {
         attractor,
         classify,
         label,
+        exponent,
     )
 }

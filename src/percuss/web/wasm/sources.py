@@ -1,4 +1,7 @@
-"""The hash of the kernels' text from which the file of WebAssembly was made."""
+"""The hash of the kernels' text from which the file of WebAssembly was made.
+
+``python -m percuss.web.wasm.sources`` tells whether the file is that of the kernels as they are.
+"""
 
 from __future__ import annotations
 
@@ -7,10 +10,11 @@ import copy
 import functools
 import hashlib
 import json
+import sys
 from importlib import resources
 from importlib.resources.abc import Traversable
 
-__all__ = ["KERNELS_FILE", "kept_hash", "sources_hash"]
+__all__ = ["KERNELS_FILE", "kept_hash", "main", "sources_hash"]
 
 KERNELS_FILE = "kernels.wasm"
 # The custom section in which the file describes itself.
@@ -143,3 +147,15 @@ def _bare(node: ast.stmt) -> ast.stmt:
             if isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant):
                 part.body = part.body[1:] or [ast.Pass()]
     return bare
+
+
+def main() -> int:
+    """Return 1, and say so, where the file was made from other kernels."""
+    if kept_hash() == sources_hash():
+        return 0
+    sys.stderr.write(f"{KERNELS_FILE} is not that of the kernels as they are\n")
+    return 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

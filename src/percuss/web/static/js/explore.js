@@ -166,7 +166,6 @@ export class Explore {
   }
 
   #askFacts(study) {
-    if (this.app.options.isStatic) return;
     this.app.requests.put(
       "facts",
       { kind: "facts", study },
@@ -174,6 +173,10 @@ export class Explore {
         answer: (header, arrays) => {
           if (this.store.value.study !== study) return;
           this.known = { study, header, arrays };
+          if (this.app.options.isStatic) {
+            this.facts.showAlone(header);
+            return;
+          }
           this.facts.showOrbit(header.orbit, header.hits);
           if (this.study !== study) return;
           this.#takeOrbit();
@@ -181,8 +184,9 @@ export class Explore {
           this.#drawPortrait();
         },
         fault: () => {
+          if (this.app.options.isStatic) this.facts.showMissing();
           // After a wrong value the cards keep the facts of the motion before.
-          if (!this.root.classList.contains("stale")) this.facts.showOrbit(null);
+          else if (!this.root.classList.contains("stale")) this.facts.showOrbit(null);
         },
       },
     );
@@ -226,7 +230,7 @@ export class Explore {
     this.drawing.take(study, header, arrays, isHeld);
     this.facts.showMotion(header);
     this.facts.isKnown(known !== null);
-    if (known !== null) this.facts.showExponent(known.header);
+    if (known !== null && !this.app.options.isStatic) this.facts.showExponent(known.header);
     // Tests measure the delay of a slider by this event.
     this.root.dataset.drawn = String(performance.now());
     this.root.dispatchEvent(new CustomEvent("drawn", { detail: { asked: this.asked }, bubbles: true }));

@@ -44,16 +44,28 @@ export class Facts {
     this.#showTimes(header, events);
   }
 
-  /** Without a server the kinds of impact times and the orbit are not told. */
+  /** Without a server the kinds of impact times and the orbit are not told, and the exponent is only while it is known. */
   showMissing() {
     this.kind = "missing";
+    this.times.root.classList.remove("stale");
     this.times.show("not told here", NEEDED);
     this.orbit.show("not told here", NEEDED);
   }
 
+  /** Without a server the exponent stands alone. */
+  showAlone({ exponent }) {
+    if (!exponent) {
+      this.showMissing();
+      return;
+    }
+    const name = exponent.is_chaotic ? "chaotic" : exponent.is_settling || exponent.value === null ? "not chaotic" : "chaotic or not: too close to tell";
+    this.times.root.classList.remove("stale");
+    this.times.show(name, `${exponentText(exponent)}; whether they repeat, ${NEEDED}`);
+  }
+
   #showTimes(header, events) {
     // The server tells it once a slider rests; until then what is told is of an earlier motion.
-    this.times.root.classList.toggle("stale", header.impact_times === null && this.kind !== "missing");
+    this.times.root.classList.toggle("stale", header.impact_times === null);
     if (header.impact_times === null) {
       if (this.kind === undefined) this.times.show("…", "");
       this.#summarise(...events);

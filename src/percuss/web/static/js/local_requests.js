@@ -78,7 +78,8 @@ export class LocalRequests {
   }
 
   put(queue, message, handlers) {
-    if (!MOTIONS.has(message.kind)) {
+    // Facts hold the nearest orbit, too, where a server tells it.
+    if (!MOTIONS.has(message.kind) && (message.kind !== "facts" || this.server !== null)) {
       this.#elsewhere(queue, message, handlers);
       return;
     }

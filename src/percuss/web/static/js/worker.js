@@ -3,17 +3,19 @@
 import { loadKernels } from "./kernels.js";
 import { basinsOf, classesOf } from "./local_basins.js";
 import { diagramPart } from "./local_diagram.js";
+import { answerExponent } from "./local_exponent.js";
 import { answerMotion } from "./local_motion.js";
 
-// What is asked for a part of a longer answer; all else are motions.
-const PARTS = {
+// All other requests are for motions; these are for facts about one, or a part of a longer answer.
+const ANSWERS = {
+  facts: answerExponent,
   part: (kernels, { of, numbers }) => diagramPart(kernels, of, numbers),
   classes: (kernels, { of, starts }) => classesOf(kernels, of.study, starts),
   basins: (kernels, { of, classes }) => basinsOf(kernels, of.study, classes),
 };
 
 /** Return what the kernels answer, null where Python is needed. */
-export const answerTo = (kernels, request) => (PARTS[request.kind] ?? answerMotion)(kernels, request);
+export const answerTo = (kernels, request) => (ANSWERS[request.kind] ?? answerMotion)(kernels, request);
 
 /** Answer the messages to a worker's global object. */
 export function serve(scope) {
