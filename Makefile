@@ -100,7 +100,8 @@ numbers-of-grids:
 FLOOR_PYTHON = $(PYTHON)
 # Old packages use what newer ones, on which they depend, call deprecated.
 OLD = -W ignore::DeprecationWarning -W ignore::PendingDeprecationWarning
-FLOORS = tests/model tests/motion tests/io tests/ensembles tests/orbits tests/plotting tests/studies
+FLOORS = tests/model tests/motion tests/io tests/ensembles tests/orbits tests/optimization \
+	tests/plotting tests/studies
 floors:
 	uv venv --quiet --clear --python $(FLOOR_PYTHON) .venv-floors
 	uv pip install --quiet --python .venv-floors --resolution lowest-direct \

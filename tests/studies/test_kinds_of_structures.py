@@ -193,8 +193,9 @@ def test_the_orbits_of_a_search_are_those_of_python_and_are_written(tmp_path: Pa
     assert result.report["search"] == own.completeness()
     loaded = load_netcdf(tmp_path / "orbits.nc")
     assert [orbit.x0.tolist() for orbit in loaded] == [orbit.x0.tolist() for orbit in own]
-    rows = pandas.read_csv(tmp_path / "orbits.csv", float_precision="round_trip")
-    np.testing.assert_array_equal(rows.x0_1, [orbit.x0[1] for orbit in own])
+    rows = pandas.read_csv(tmp_path / "orbits.csv")
+    # pandas before 3 rounds decimals in its own way.
+    np.testing.assert_array_max_ulp(rows.x0_1.to_numpy(), np.array([orbit.x0[1] for orbit in own]))
     assert rows.is_stable.tolist() == [orbit.is_stable for orbit in own]
     assert (tmp_path / "orbits.png").stat().st_size > 10_000
 
@@ -215,8 +216,8 @@ def test_a_response_is_that_of_python_and_is_written(tmp_path: Path) -> None:
     assert loaded.to_xarray().equals(own.to_xarray())
     table = xarray.load_dataset(tmp_path / "response" / "response.nc")
     assert table.drop_attrs().equals(own.to_xarray().drop_attrs())
-    rows = pandas.read_csv(tmp_path / "response" / "response.csv", float_precision="round_trip")
-    np.testing.assert_array_equal(rows.amplitude, np.concatenate(own.amplitude))
+    rows = pandas.read_csv(tmp_path / "response" / "response.csv")
+    np.testing.assert_array_max_ulp(rows.amplitude.to_numpy(), np.concatenate(own.amplitude))
     np.testing.assert_array_equal(rows.n_periods, 1)
     special = pandas.read_csv(tmp_path / "response" / "special_points.csv")
     points = [point for branch in own.branches for point in branch.special_points]
