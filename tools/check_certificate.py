@@ -1,4 +1,4 @@
-"""Check a certificate of percuss: a run, a periodic orbit, a branch or chaos of an oscillator with stops.
+"""Check a certificate of percuss: a run, orbits, a branch or chaos of an oscillator with stops.
 
     python check_certificate.py certificate.json
 
@@ -10,8 +10,9 @@ Between two stops the displacement obeys x'' + 2 a x' + K x = c + sum of A cos(w
 K, a, c, A, w: of unit mass. An interval is a pair of integers, numbers of units of 2^-bits; each
 operation rounds outward. What is proven, and why it suffices, is section 11 of docs/theory/certified.md.
 
-Of its lines some 250 are arithmetic, 350 flights and the first event, 150 the reading of what could be
-misread; each kind of certificate adds 70 to 280. Only those of one kind are needed to trust that kind.
+Of its lines a quarter is arithmetic, a quarter flights and their first event, an eighth the reading of
+what could be misread; the rest are the kinds of certificates, 40 to 250 lines each, which do not need
+one another (but that lists have orbits).
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ import json
 import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from fractions import Fraction
 from itertools import groupby, pairwise
 from math import ceil, floor, gcd, isqrt
@@ -39,6 +40,9 @@ LONGEST, FLIGHT, PARTS = Fraction(1, 8), 1000, 3000
 # Parts are made smaller until a derivative is known on each to within this part of its largest entry:
 # the first of these that suffices.
 NARROW = tuple(Fraction(1, n) for n in (12, 100, 400, 1600))
+# Boxes of a complete list are not made smaller than this part of the region, and steps of flights in
+# which some of them may have an impact not shorter than this.
+SMALLEST_BOX, FINEST_STEP = Fraction(1, 2**24), Fraction(1, 64)
 # Each half of a strip of a branch is divided into so many parts along its coordinate.
 PARTS_OF_STRIP = (1, 3, 9, 27)
 
@@ -543,16 +547,17 @@ STRIP = {
     "along": "n", "begin": "q", "end": "q", "middle": ["q"], "tangent": ["q"], "sizes": ["q"],
     "stability": "w",
 }  # fmt: skip
+ORBIT = {
+    "periods": "n",
+    "events": [{"bound": "n", "region": "n", "t": PAIR, "v": PAIR}],
+    "stability": "w",
+}
 FORMS: dict[str, dict[str, Any]] = {
     "run": {
         "start": {"x": "q", "v": "q", "t": PAIR},
         "events": [{"bound": "n", "t": PAIR, "v_before": PAIR, "v_after": PAIR}],
     },
-    "orbit": {
-        "periods": "n",
-        "events": [{"bound": "n", "region": "n", "t": PAIR, "v": PAIR}],
-        "stability": "w",
-    },
+    "orbit": ORBIT,
     "branch": {
         "curves": [
             {
@@ -562,6 +567,14 @@ FORMS: dict[str, dict[str, Any]] = {
                 "points": [{"kind": "w", "before": "n", "after": "n"}],
             }
         ]
+    },
+    "list": {
+        "impacts": "n",
+        "periods": "n",
+        "speeds": PAIR,
+        "cycle": PAIR,
+        "orbits": [ORBIT],
+        "boxes": [{"cycle": PAIR, "v": PAIR}],
     },
     "chaos": {
         "bound": "n",
@@ -1063,6 +1076,194 @@ def _parameters_of(strips: Sequence[Strip]) -> tuple[Fraction, Fraction]:
     return min(low for low, _ in ranges), max(high for _, high in ranges)
 
 
+class Returns:
+    """The equations of motions that meet one wall n times in p periods and then come back.
+
+    From (t, v) after an impact: x(t + p T) is the wall, and an impact there leaves with v again. The
+    speeds after all impacts are between two.
+    """
+
+    def __init__(self, law: Law, n: int, p: int, speeds: tuple[Fraction, Fraction]) -> None:
+        self.law, self.n, self.duration, self.period = law, n, p * law.period(), law.period()
+        self.slow, self.fast = of(speeds[0]).low, of(speeds[1]).high
+        self.at, self.r = of(law.bounds[0].at), law.bounds[0].restitution
+        # The sign of velocities after an impact.
+        self.off = 1 if law.regions[0].lower == 0 else -1
+
+    def box(self, cycle: tuple[Fraction, Fraction], v: tuple[Fraction, Fraction]) -> State:
+        """Return the states whose t over the period, and speed, lie between two numbers each."""
+        return State(of(*cycle) * self.period, self.at, self.off * of(*v))
+
+    def missed(self, start: State) -> tuple[list[Interval], list[list[Interval]]]:
+        """Return by how much states fail to come back, and the derivative by t and v."""
+        t, v0, total = start.t, start.v, ((of(1), of(0)), (of(0), of(1)))
+        for _ in range(self.n - 1):
+            event = met(self.law, 0, start, 0)
+            total, start = product(event.derivative, total), after(self.law, event)
+        flight, tau = Flight(self.law, 0, start), t + self.duration - start.t
+        x, v = flight.at(tau)
+        begin = flight.acceleration(flight.force(of(0)), start.x, start.v)
+        x_x, v_x, x_v, v_v = flight.response(tau)
+        by_start = (
+            (-(start.v * x_x + begin * x_v), x_v),
+            (-(start.v * v_x + begin * v_v), v_v),
+        )
+        (a, b), (c, d) = product(by_start, total)
+        # The end is later by dt as well.
+        a, c = a + v, c + flight.acceleration(flight.force(tau), x, v)
+        return [x - self.at, -self.r * v - v0], [[a, b], [-self.r * c, -self.r * d - 1]]
+
+    def excludes(self, box: State) -> bool:
+        """Return whether no motion that is sought has an impact in a box."""
+        with suppress(NotProvenError):
+            if self.comes_to_nothing(box, 0, box):
+                return True
+        with suppress(NotProvenError):
+            return self.has_no_zero(box)
+        return False
+
+    def has_no_zero(self, box: State) -> bool:
+        """Return whether the mean value theorem shows that no state of a box comes back."""
+        middle = State(box.t.middle(), self.at, box.v.middle())
+        value, _ = self.missed(middle)
+        _, rows = self.missed(box)
+        spread = box.t - middle.t, box.v - middle.v
+        whole = [
+            e + row[0] * spread[0] + row[1] * spread[1] for e, row in zip(value, rows, strict=True)
+        ]
+        return any(part.least > 0 for part in whole)
+
+    def zero(self, box: State) -> State:
+        """Return a small box with the one zero of the equations in a box; prove that it is one."""
+        found = box
+        for _ in range(6):
+            middle = State(found.t.middle(), self.at, found.v.middle())
+            widths = [found.t - middle.t, found.v - middle.v]
+            _, rows = self.missed(found)
+            part = contracted(_inverse(rows), rows, widths, self.missed(middle)[0])
+            if found is box:
+                _check_inside(widths, part)
+            found = State(middle.t + part[0], self.at, middle.v + part[1])
+        return found
+
+    def is_left_at(self, start: State) -> bool:
+        """Return whether the motion from a small box is proven not to come back after n impacts."""
+        state = start
+        for _ in range(self.n):
+            state = after(self.law, met(self.law, 0, state, 0))
+        apart = state.t - start.t - self.duration, state.v - start.v
+        return any(part.least > 0 for part in apart)
+
+    def comes_to_nothing(self, start: State, k: int, begin: State) -> bool:
+        """Return whether no motion from a box after k impacts comes back, by intervals alone.
+
+        An impact that is too slow is none of a motion that is sought: the flight goes on, through the
+        wall. Where an impact may be, what follows it is looked at, and the flight without it as well.
+        """
+        flight, end = Flight(self.law, 0, start), begin.t + self.duration
+        if k == self.n - 1:
+            x, v = flight.at(end - start.t)
+            speed = -self.r * v * self.off
+            apart = (x - self.at).least > 0 or (speed * self.off - begin.v).least > 0
+            return bool(apart or speed.high < self.slow or speed.low > self.fast)
+        tau, h = Fraction(0), LONGEST
+        while (start.t + of(tau)).low <= end.high:
+            try:
+                x, v, since = flight.on_step(tau, h)
+            except NotProvenError:
+                h /= 2
+                if h < SHORTEST:
+                    return False
+                continue
+            inside = (since if tau == 0 else x - self.at) * self.off
+            speed = -self.r * v * self.off
+            if inside.low <= 0 and speed.high >= self.slow:
+                if h > FINEST_STEP or tau == 0:
+                    h /= 2
+                    if h < SHORTEST:
+                        return False
+                    continue
+                left = Interval(max(speed.low, self.slow), min(speed.high, self.fast))
+                if left.low <= left.high:
+                    state = State(start.t + of(tau, tau + h), self.at, left * self.off)
+                    if not self.comes_to_nothing(state, k + 1, begin):
+                        return False
+                if ((flight.at(of(tau + h))[0] - self.at) * self.off).high < 0:
+                    return True
+            tau, h = tau + h, min(2 * h, LONGEST)
+        return True
+
+
+def proven_list(law: Law, claims: Any) -> str:
+    """Prove that all orbits with some impacts in some periods are those of a list."""
+    n, p, (slow, fast), cycle = (claims[key] for key in ("impacts", "periods", "speeds", "cycle"))
+    if len(law.bounds) != 1 or law.bounds[0].restitution is None:
+        raise NotProvenError("a list is checked for one wall and no other stop")
+    if n < 1 or p < 1 or not 0 < slow < fast or not 0 <= cycle[0] < cycle[1] <= 1:
+        raise NotProvenError("the region of a list is empty, or reaches to speed 0")
+    if any(it[key][0] >= it[key][1] for it in claims["boxes"] for key in ("cycle", "v")):
+        raise NotProvenError("a box of the list is empty")
+    returns = Returns(law, n, p, (slow, fast))
+    said, events = [], []
+    for orbit in claims["orbits"]:
+        said.append(proven_orbit(law, orbit))
+        rounds = Fraction(n, len(orbit["events"]))
+        if rounds.denominator != 1 or rounds * orbit["periods"] != p:
+            raise NotProvenError("an orbit has not the impacts and periods of the list")
+        events += [(of(*event["t"]), of(*event["v"])) for event in orbit["events"]]
+    known = [returns.box(it["cycle"], it["v"]) for it in claims["boxes"]]
+    for box in known:
+        if not any(_holds_state(box, event, returns.period) for event in events) and not (
+            returns.is_left_at(returns.zero(box))
+        ):
+            raise NotProvenError(f"the box at t = {_told(box.t.fractions()[0])} may hold an orbit")
+        returns.zero(box)
+    n_boxes = _check_region(returns, known, (cycle, (slow, fast)))
+    head = (
+        f"Whatever periodic motion meets the wall with {_counted(n, 'impact')} in "
+        f"{_counted(p, 'period')} of the force, all of which it leaves with speeds of {slow} to {fast}, "
+        f"one of them at a t over the period, modulo 1, between {cycle[0]} and {cycle[1]}, is among "
+        f"{_counted(len(said), 'orbit')} (proven on {_counted(n_boxes, 'box', 'boxes')} of the region)"
+    )
+    return "\n".join([f"{head}{':' if said else ': there is none.'}", *said])
+
+
+def _counted(n: int, one: str, several: str = "") -> str:
+    return f"{n} {one if n == 1 else several or one + 's'}"
+
+
+def _holds_state(box: State, state: tuple[Interval, Interval], period: Interval) -> bool:
+    """Return whether a state lies in a box, whole periods earlier or later."""
+    t, v = state
+    turns = round(Fraction(box.t.middle().low - t.middle().low, period.low))
+    return box.t.holds(t + turns * period) and box.v.holds(v)
+
+
+def _check_region(returns: Returns, known: Sequence[State], region: Any) -> int:
+    """Prove that a region has no motion sought but those of the known boxes; count the boxes."""
+    stack, n_boxes = [region], 0
+    whole = [side[1] - side[0] for side in region]
+    while stack:
+        cycle, v = stack.pop()
+        n_boxes += 1
+        box = returns.box(cycle, v)
+        if any(_holds_state(one, (box.t, box.v), returns.period) for one in known):
+            continue
+        if returns.excludes(box):
+            continue
+        parts = [(side[1] - side[0]) / size for side, size in zip((cycle, v), whole, strict=True)]
+        if max(parts) < SMALLEST_BOX:
+            raise NotProvenError(
+                f"at t / period = {_told(cycle[0])}, speed {_told(v[0])} an orbit may be missing"
+            )
+        middle = sum(cycle) / 2, sum(v) / 2
+        if parts[0] >= parts[1]:
+            stack += [((cycle[0], middle[0]), v), ((middle[0], cycle[1]), v)]
+        else:
+            stack += [(cycle, (v[0], middle[1])), (cycle, (middle[1], v[1]))]
+    return n_boxes
+
+
 class Set(NamedTuple):
     """A parallelogram of (t, v): center +- unstable +- stable."""
 
@@ -1312,6 +1513,7 @@ KINDS: dict[str, Callable[[Any, Any], str]] = {
     "run": proven_run,
     "orbit": proven_orbit,
     "branch": proven_branch,
+    "list": proven_list,
     "chaos": proven_chaos,
 }
 

@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 
 import percuss as pc
-from percuss.certified import certificate, prove_chaos
+from percuss.certified import certificate, list_orbits, prove_chaos
 from percuss.errors import OutputError, ParameterError
 
 CHECKER = Path(__file__).parents[2] / "tools" / "check_certificate.py"
@@ -395,6 +395,80 @@ def test_dual_numbers_hold_the_derivatives_of_their_values() -> None:
             assert first - 1e-8 <= difference <= last + 1e-8
 
 
+@pytest.fixture(scope="module")
+def complete() -> dict[str, Any]:
+    return certificate(list_orbits(WALL, pc.cosine("14/5"), speeds=("1/5", 3)))
+
+
+@pytest.mark.parametrize(
+    ("osc", "kind", "n_orbits"),
+    [
+        (WALL, (1, 1), 1),
+        (WALL, (1, 2), 0),
+        pytest.param(WALL, (2, 2), 2, marks=pytest.mark.nightly),
+        (pc.impact_oscillator("7/10", damping="1/20", wall="41/20", side="above"), (1, 1), 2),
+    ],
+    ids=["one", "none", "two impacts", "wall above"],
+)
+def test_complete_lists_are_proven_again(
+    osc: pc.Oscillator, kind: tuple[int, int], n_orbits: int
+) -> None:
+    force = pc.cosine("14/5" if osc is WALL else "3/2")
+    found = list_orbits(osc, force, *kind, speeds=("1/5", 3))
+    assert len(found.orbits) + len(found.shorter) == n_orbits
+
+    words = check.theorem(json.dumps(certificate(found)))
+
+    assert f"is among {n_orbits} orbit" in words
+    assert words.count("There is one periodic orbit, and one only") == n_orbits
+
+
+def test_a_list_that_is_changed_anywhere_is_refused(complete: dict[str, Any]) -> None:
+    check.theorem(json.dumps(complete))
+
+    for path in leaves(complete):
+        if path[0] in ("speeds", "cycle"):
+            # A smaller region is another theorem, as true, and it is the one that is told.
+            end = json.loads(changed(complete, path))[path[0]][path[1]]
+            assert end in check.theorem(changed(complete, path)).splitlines()[0]
+            continue
+        with pytest.raises(check.NotProvenError):
+            check.theorem(changed(complete, path))
+
+
+def test_a_list_without_one_of_its_orbits_is_refused(complete: dict[str, Any]) -> None:
+    (orbit,) = complete["orbits"]
+    wide = {"cycle": ["1/2", "11/10"], "v": ["1/5", "3"]}
+    for change, reason in (
+        ({"orbits": []}, "may hold an orbit"),
+        ({"boxes": []}, "an orbit may be missing"),
+        ({"orbits": [], "boxes": []}, "an orbit may be missing"),
+        ({"boxes": [wide]}, "."),
+        ({"orbits": [orbit | {"periods": 2}]}, "."),
+        ({"impacts": 2}, "has not the impacts"),
+        ({"impacts": 0}, "region of a list is empty"),
+        ({"cycle": ["0", "2"]}, "region of a list is empty"),
+        ({"speeds": ["0", "3"]}, "reaches to speed 0"),
+    ):
+        with pytest.raises(check.NotProvenError, match=reason):
+            check.theorem(json.dumps(complete | change))
+    other = copy.deepcopy(complete)
+    other["law"]["regions"][0]["upper"] = 1
+    other["law"]["bounds"].append({"at": "9", "restitution": "1"})
+    with pytest.raises(check.NotProvenError, match="one wall and no other stop"):
+        check.theorem(json.dumps(other))
+
+
+def test_a_solution_that_passes_through_the_wall_is_no_orbit_of_a_list() -> None:
+    osc = pc.impact_oscillator("4/5", wall="1/5")
+    found = list_orbits(osc, pc.cosine("7/2"), speeds=("1/20", 2))
+    assert (len(found), found.n_formal) == (1, 1)
+
+    words = check.theorem(json.dumps(certificate(found)))
+
+    assert "is among 1 orbit (" in words
+
+
 def test_what_is_cut_off_or_of_another_version_is_refused(run: dict[str, Any]) -> None:
     text = json.dumps(run)
 
@@ -404,9 +478,9 @@ def test_what_is_cut_off_or_of_another_version_is_refused(run: dict[str, Any]) -
     with pytest.raises(check.NotProvenError, match="version 2; this program checks version 1"):
         check.theorem(json.dumps(run | {"certificate": 2}))
     with pytest.raises(
-        check.NotProvenError, match="'list'; this program checks run, orbit, branch, chaos"
+        check.NotProvenError, match="'basins'; this program checks run, orbit, branch, list, chaos"
     ):
-        check.theorem(json.dumps(run | {"kind": "list"}))
+        check.theorem(json.dumps(run | {"kind": "basins"}))
 
 
 @pytest.mark.parametrize(
@@ -637,7 +711,10 @@ def test_a_certificate_is_written_and_no_file_is_lost(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("result", "reason"),
     [
-        (lambda: 3, "not one of CertifiedRun, CertifiedOrbit, CertifiedBranch, CertifiedChaos"),
+        (
+            lambda: 3,
+            "not one of CertifiedRun, CertifiedOrbit, CertifiedBranch, CertifiedChaos, CompleteList",
+        ),
         (lambda: run_of(WALL, None, v0=1, t_end=1), "the run meets no stop"),
         (
             lambda: run_of(pc.impact_oscillator(0), pc.cosine(3), v0=1, t_end=9),

@@ -6,7 +6,7 @@ written as "p/q". docs/theory/certified.md, section 11, has the theorems.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 from functools import reduce
 from itertools import groupby, pairwise
@@ -22,6 +22,7 @@ from percuss.certified.chaos import CertifiedChaos, growth_of_loops
 from percuss.certified.fold import OrbitCurve
 from percuss.certified.march import Ending
 from percuss.certified.numbers import exact_value, precision
+from percuss.certified.orbit_list import CompleteList
 from percuss.certified.orbit_result import CertifiedOrbit
 from percuss.certified.results import CertifiedRun
 from percuss.certified.shooting import events_of
@@ -41,15 +42,15 @@ Json = dict[str, Any]
 
 
 def certificate(
-    result: CertifiedRun | CertifiedOrbit | CertifiedBranch | CertifiedChaos,
+    result: CertifiedRun | CertifiedOrbit | CertifiedBranch | CertifiedChaos | CompleteList,
 ) -> Json:
     """Return what a proof claims, and of what, as a dictionary for JSON.
 
     Parameters
     ----------
     result
-        Of `certify`, for a run, an orbit or a branch, or of `prove_chaos`. Of a branch, what is
-        proven of orbits that pass through no stop.
+        Of `certify`, for a run, an orbit or a branch, or of `prove_chaos` or `list_orbits`. Of a
+        branch, what is proven of orbits that pass through no stop.
 
     Returns
     -------
@@ -61,7 +62,8 @@ def certificate(
     ParameterError
         If nothing is proven; if numbers are irrational or an interval, the force has a record or a wall
         a table of restitutions; if a run holds a chatter or a contact, or an orbit has no events; if
-        the numbers of the equation of motion are not linear in the parameter of a branch.
+        the numbers of the equation of motion are not linear in the parameter of a branch; if a list
+        is not complete, or of more than one wall.
 
     Examples
     --------
@@ -72,16 +74,17 @@ def certificate(
     >>> claims["kind"], claims["law"]["bounds"], claims["stability"]
     ('orbit', [{'at': '0', 'restitution': '4/5'}], 'unstable')
     """
-    kinds = {
+    kinds: dict[type, Callable[[Any], Json]] = {
         CertifiedRun: _run,
         CertifiedOrbit: _orbit,
         CertifiedBranch: _branch,
         CertifiedChaos: _chaos,
+        CompleteList: _list,
     }
     for kind, written in kinds.items():
         if isinstance(result, kind):
             try:
-                return {"certificate": VERSION, **written(result)}  # type: ignore[operator]
+                return {"certificate": VERSION, **written(result)}
             except _NoCertificateError as error:
                 reason = f"without a certificate: {error}"
                 raise ParameterError("result", kind.__name__, reason) from None
@@ -340,6 +343,37 @@ def _rounded(value: Fraction, size: Fraction) -> Fraction:
     """Return a number with few digits, within a small part of a size."""
     unit = _unit(size)
     return round(value / unit) * unit
+
+
+def _list(found: CompleteList) -> Json:
+    if not found.complete:
+        raise _NoCertificateError(f"the list is not proven to be complete: {found.reason}")
+    system = system_of(found.oscillator, found.forcing)
+    if len(system.bounds) != 1 or system.bounds[0].wall is None:
+        raise _NoCertificateError("the program checks lists of one wall and no other stop")
+    periods = found.periods * _repeats(system)
+    orbits = [_orbit(orbit) for orbit in (*found.orbits, *found.shorter)]
+    return {
+        "kind": "list",
+        "law": _law(system),
+        "impacts": found.impacts,
+        "periods": periods,
+        "speeds": [str(Fraction(str(speed))) for speed in found.speeds],
+        "cycle": [str(Fraction(str(end))) for end in found.cycle],
+        "orbits": [
+            {key: orbit[key] for key in ("periods", "events", "stability")} for orbit in orbits
+        ],
+        "boxes": [
+            {"cycle": _smaller(a, b), "v": _smaller(*sorted((abs(c), abs(d))))}
+            for a, b, c, d in found.boxes.tolist()
+        ],
+    }
+
+
+def _smaller(low: float, high: float) -> list[str]:
+    """Return a part of an interval about its middle, with short ends."""
+    middle, half = (Fraction(low) + Fraction(high)) / 2, (Fraction(high) - Fraction(low)) / 6
+    return [str(_rounded(middle + sign * half, half)) for sign in (-1, 1)]
 
 
 def _chaos(chaos: CertifiedChaos) -> Json:

@@ -10,13 +10,19 @@ from percuss.io.files import OutputFiles
 
 if TYPE_CHECKING:
     # Needs python-flint.
-    from percuss.certified import CertifiedBranch, CertifiedChaos, CertifiedOrbit, CertifiedRun
+    from percuss.certified import (
+        CertifiedBranch,
+        CertifiedChaos,
+        CertifiedOrbit,
+        CertifiedRun,
+        CompleteList,
+    )
 
 __all__ = ["save_certificate"]
 
 
 def save_certificate(
-    result: CertifiedRun | CertifiedOrbit | CertifiedBranch | CertifiedChaos,
+    result: CertifiedRun | CertifiedOrbit | CertifiedBranch | CertifiedChaos | CompleteList,
     path: Path | str,
     *,
     force: bool = False,
@@ -26,7 +32,8 @@ def save_certificate(
     Parameters
     ----------
     result
-        Of `certify`, for a run, an orbit or a branch, or of `percuss.certified.prove_chaos`.
+        Of `certify`, for a run, an orbit or a branch, or of `percuss.certified.prove_chaos` or
+        `percuss.certified.list_orbits`.
     path
         The file.
     force

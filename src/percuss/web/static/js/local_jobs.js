@@ -7,7 +7,7 @@ const [FIRST_VALUES, FINER] = [64, 4];
 // Starts along a side of the first level of basins at most.
 const FIRST_STARTS = 64;
 // Values, and starts, that a worker computes between two messages.
-const [AT_ONCE, STARTS_AT_ONCE] = [8, 256];
+const [AT_ONCE, STARTS_AT_ONCE] = [8, 512];
 
 /** A long answer that is being computed, in pieces by whichever worker is free. */
 class LocalJob {
@@ -44,7 +44,8 @@ class LocalJob {
         if (!this.isCancelled) this.handlers.progress?.(this.done / this.total);
       }
     };
-    await Promise.all(this.workers.map(serve));
+    // One piece waits at each worker while it works on another.
+    await Promise.all([...this.workers, ...this.workers].map(serve));
     return isLocal ? parts : null;
   }
 }
