@@ -55,6 +55,20 @@ def test_the_motion_of_a_study_has_a_certificate_beside_it() -> None:
     assert len(json.loads(Path("study.certificate.json").read_text())["events"]) == 2
 
 
+def test_the_branch_of_a_study_has_a_certificate() -> None:
+    model = CHAOTIC.split("[start]", maxsplit=1)[0].replace("14/5", "5/2")
+    question = '[study]\nkind = "branch"\n[over]\n"forcing.omega" = [2.5, 2.51]\n'
+    Path("study.toml").write_text(model + question)
+
+    status, out, _ = prove("study.toml")
+
+    assert status == 0
+    assert "from end to end" in out
+    claims = json.loads(Path("study.certificate.json").read_text())
+    assert claims["kind"] == "branch"
+    assert claims["law"]["tones"][0]["omega"] == ["0", "1"]
+
+
 @pytest.mark.nightly  # tests/certified/test_certificates.py proves it by Python
 def test_chaos_of_the_studys_system() -> None:
     status, out, _ = prove("study.toml", "--chaos", "--out", "chaos.json")
@@ -68,7 +82,7 @@ def test_chaos_of_the_studys_system() -> None:
     ("text", "options", "said"),
     [
         (CHAOTIC.replace("max_impacts = 4", "t_end = 1"), (), "the run meets no stop"),
-        (template_text("sweep"), (), "not of kind motion or orbit, which alone have certificates"),
+        (template_text("sweep"), (), "not of kind motion, orbit or branch, which alone"),
         (template_text("structure"), (), "of a structure, of which there are no proofs"),
         (
             CHAOTIC.split("[[forcing", maxsplit=1)[0] + "[start]\nx0 = 1\nv0 = 0\n[run]\nt_end = 1",

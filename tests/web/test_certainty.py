@@ -94,6 +94,26 @@ def test_a_run_is_certified_and_another_one_is_not(page: Page) -> None:
     expect(page.locator("[data-file='certified.csv']")).to_be_visible()
 
 
+def test_chaos_is_proven_on_the_page(page: Page) -> None:
+    pytest.importorskip("flint")
+    set_box(page, "oscillator.damping", "0")
+    set_box(page, "oscillator.stops.0.at", "0")
+    page.get_by_role("button", name="certify …").click()
+    strip = page.locator("section[aria-label='Certify this run']")
+    strip.get_by_role("button", name="Prove chaos").click()
+    expect(strip.locator(".status")).to_have_text("proven", timeout=WAIT)
+    rows = strip.locator(".proof-rows")
+    expect(rows).to_contain_text("Topological entropy")
+    expect(rows).to_contain_text("for every order of loops of 1 and ")
+
+    # Of another system nothing is said.
+    set_box(page, "forcing.harmonics.0.omega", "2.5")
+    expect(rows).to_be_empty()
+    strip.get_by_role("button", name="Prove chaos").click()
+    expect(strip.locator(".status")).to_have_text("not proven", timeout=WAIT)
+    expect(rows).to_contain_text("no saddle with one impact a period was found")
+
+
 def test_a_proof_is_cancelled_and_one_that_ends_early_is_marked(
     page: Page, monkeypatch: pytest.MonkeyPatch
 ) -> None:

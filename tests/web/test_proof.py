@@ -10,6 +10,7 @@ import pytest
 from tests.web.frames import read_frame
 
 import percuss as pc
+from percuss.certified import prove_chaos
 from percuss.web import proof
 from percuss.web.proof import answer_certify
 from percuss.web.request import BadRequest, PageRequest, RunningRequest
@@ -76,6 +77,39 @@ def test_the_time_is_bounded_and_what_is_proven_by_then_is_told(
     assert "interrupted" in header["report"]["proof"]
     assert header["n_impacts"] > 0
     assert 0.0 < header["until"] < 4000 * 2.25
+
+
+def chaos_of(study: dict[str, Any]) -> dict[str, Any]:
+    request = PageRequest(4, "certify", study, {"of": "chaos"})
+    (answer,) = answer_certify(request, RunningRequest())
+    return read_frame(answer)[0]
+
+
+def test_chaos_is_proven_as_prove_chaos_does(study: dict[str, Any]) -> None:
+    header = chaos_of(chaotic(study, 40))
+
+    assert header["complete"]
+    proven = prove_chaos(pc.impact_oscillator("0.8", wall=0, side="above"), pc.cosine("2.8"))
+    assert proven
+    assert f"at least {proven.entropy.mid():.6g} an impact" in header["report"]["entropy"]
+    assert str(len(proven.loops[-1])) in header["report"]["certified"]
+    assert f"between {len(proven.sets)} sets" in header["report"]["proof"]
+
+
+def test_where_chaos_is_not_proven_it_says_why(study: dict[str, Any]) -> None:
+    study["forcing"]["harmonics"][0]["omega"] = "2.5"
+    calm = chaos_of(chaotic(study, 40))
+    free = {key: table for key, table in study.items() if key != "forcing"}
+    still = chaos_of(free | {"run": {"t_end": 40}})
+
+    assert not calm["complete"]
+    assert "no saddle with one impact a period was found" in calm["report"]["certified"]
+    assert "saddle=" not in calm["report"]["certified"]
+    assert not still["complete"]
+    assert "without forcing" in still["report"]["certified"]
+    request = PageRequest(4, "certify", study, {"of": "peace"})
+    with pytest.raises(BadRequest, match="of is none of run, chaos"):
+        list(answer_certify(request, RunningRequest()))
 
 
 def test_where_nothing_can_be_decided_it_says_why(study: dict[str, Any]) -> None:

@@ -174,7 +174,7 @@ def run(
 @app.command()
 def prove(
     study: Annotated[
-        Path, typer.Argument(metavar="STUDY", help="A study of a motion or an orbit.")
+        Path, typer.Argument(metavar="STUDY", help="A study of a motion, an orbit or a branch.")
     ],
     *,
     chaos: Annotated[
@@ -190,7 +190,7 @@ def prove(
     changes: SetOption = None,
     quiet: QuietOption = False,
 ) -> None:
-    """Prove a study's motion or orbit, or chaos, and write a certificate that others can check.
+    """Prove a study's motion, orbit or branch, or chaos, and write a certificate that others can check.
 
     tools/check_certificate.py of the sources checks it, without percuss.
     """

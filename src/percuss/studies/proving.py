@@ -13,22 +13,40 @@ from numpy.typing import NDArray
 from percuss.errors import ParameterError
 from percuss.execution import Execution
 from percuss.model.oscillator import Oscillator, Wall
+from percuss.orbits.bifurcations.branch import Branch
 from percuss.progress import Report
 from percuss.studies.study import counted
 
 if TYPE_CHECKING:
     # Needs python-flint.
-    from percuss.certified import Ball, CertifiedChaos, CertifiedOrbit, CertifiedPoint, CertifiedRun
+    from percuss.certified import (
+        Ball,
+        CertifiedBranch,
+        CertifiedChaos,
+        CertifiedOrbit,
+        CertifiedPoint,
+        CertifiedRun,
+    )
     from percuss.motion.trajectory import Trajectory
     from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
     from percuss.studies.study import Study
 
-__all__ = ["STEM", "ProofOfStudy", "check_certify", "draw_proof", "proof_of", "proven"]
+__all__ = [
+    "STEM",
+    "ProofOfStudy",
+    "chaos_of",
+    "chaos_rows",
+    "check_certify",
+    "draw_proof",
+    "proof_of",
+    "proven",
+]
 
 # Of the files: certified.csv, certified.png.
 STEM = "certified"
 # Digits of a number in the table beyond those asked for, and at least.
 MORE_DIGITS, LEAST_DIGITS = 4, 17
+OF_STRUCTURE = "of a structure, of which there are no proofs"
 # Digits of a number in the report, at most.
 MOST_SHOWN = 30
 
@@ -101,15 +119,15 @@ def proof_of(study: Study, answer: Any, progress: Report) -> ProofOfStudy:
 
 def proven(
     study: Study, digits: int, progress: Report = None, *, chaos: bool = False
-) -> CertifiedRun | CertifiedOrbit | CertifiedChaos:
-    """Prove the motion or the orbit of a study, or that motions of its system are chaotic.
+) -> CertifiedRun | CertifiedOrbit | CertifiedBranch | CertifiedChaos:
+    """Prove the motion, the orbit or the branch of a study, or that motions of its system are chaotic.
 
     Parameters
     ----------
     study
-        Of kind motion or orbit; for chaos of any kind.
+        Of kind motion, orbit or branch; for chaos of any kind.
     digits
-        Digits of the enclosures.
+        Digits of the enclosures of a motion or an orbit.
     progress
         True shows a line on the error stream; a function is called as in `certify`.
     chaos
@@ -117,30 +135,63 @@ def proven(
 
     Returns
     -------
-    CertifiedRun, CertifiedOrbit or CertifiedChaos
+    CertifiedRun, CertifiedOrbit, CertifiedBranch or CertifiedChaos
         What has a certificate, or says what is open.
 
     Raises
     ------
     ParameterError
-        If the study has a structure, no motion and no orbit, or no forcing that chaos needs.
+        If the study has a structure, no motion, orbit or branch, or no forcing that chaos needs.
     MissingExtraError
         If python-flint is not installed.
     """
-    from percuss.certified import certify, prove_chaos
+    from percuss.certified import certify
+
+    if chaos:
+        return chaos_of(study, progress)
+    if study.structure is not None:
+        raise ParameterError("study", study.kind, OF_STRUCTURE)
+    if study.kind not in ("motion", "orbit", "branch"):
+        reason = (
+            "not of kind motion, orbit or branch, which alone have certificates, but for --chaos"
+        )
+        raise ParameterError("study", study.kind, reason)
+    answer: Trajectory | PeriodicOrbit | Branch
+    answer = study.question.answer(study, Execution(progress=progress))
+    return certify(answer) if isinstance(answer, Branch) else certify(answer, digits)
+
+
+def chaos_of(study: Study, progress: Report = None) -> CertifiedChaos:
+    """Prove that motions of a study's system are chaotic.
+
+    Raises
+    ------
+    ParameterError
+        If the study has a structure or no forcing, or no saddle is found.
+    MissingExtraError
+        If python-flint is not installed.
+    """
+    from percuss.certified import prove_chaos
 
     if study.structure is not None:
-        raise ParameterError("study", study.kind, "of a structure, of which there are no proofs")
-    if chaos:
-        if study.forcing is None:
-            raise ParameterError("study", study.kind, "without forcing, by which chaos is proven")
-        return prove_chaos(study.oscillator, study.forcing, progress=progress)
-    if study.kind not in ("motion", "orbit"):
-        reason = "not of kind motion or orbit, which alone have certificates, but for --chaos"
-        raise ParameterError("study", study.kind, reason)
-    answer: Trajectory | PeriodicOrbit
-    answer = study.question.answer(study, Execution(progress=progress))
-    return certify(answer, digits)
+        raise ParameterError("study", study.kind, OF_STRUCTURE)
+    if study.forcing is None:
+        raise ParameterError("study", study.kind, "without forcing, by which chaos is proven")
+    return prove_chaos(study.oscillator, study.forcing, progress=progress)
+
+
+def chaos_rows(chaos: CertifiedChaos) -> dict[str, str]:
+    """Return what is proven of chaos in a few lines: words by their names."""
+    if not chaos:
+        return {"certified": f"nothing: {chaos.reason}"}
+    lengths = " and ".join(str(len(loop)) for loop in chaos.loops)
+    return {
+        "certified": f"for every order of loops of {lengths} impacts there is a motion that follows "
+        "it; for every order that repeats itself, a periodic one",
+        "entropy": f"of the impact map at least {chaos.entropy.mid():.6g} an impact",
+        "proof": f"{counted(len(chaos.transitions), 'covering relation')} between "
+        f"{counted(len(chaos.sets), 'set')} that have no common state",
+    }
 
 
 def draw_proof(proof: ProofOfStudy, study: Study, figure: Any) -> None:

@@ -1,4 +1,4 @@
-"""A motion proven in ball arithmetic, within the time that the page waits."""
+"""A motion, or chaos, proven in ball arithmetic within the time that the page waits."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from percuss.errors import ParameterError
 from percuss.motion.trajectory import Trajectory
-from percuss.studies.proving import ProofOfStudy, check_certify, proof_of
+from percuss.studies.proving import ProofOfStudy, chaos_of, chaos_rows, check_certify, proof_of
 from percuss.studies.study import Study
 from percuss.studies.tables import Certify
 from percuss.web.explore import followed
@@ -51,12 +52,12 @@ def proof_in_time(
 
 
 def answer_certify(request: PageRequest, running: RunningRequest) -> Iterator[bytes]:
-    """Yield what is proven of a motion.
+    """Yield what is proven of a motion, or that motions of its system are chaotic.
 
     Parameters
     ----------
     request
-        With the option ``digits``.
+        With the option ``of``, "run" or "chaos", and for a run ``digits``.
     running
         State of the answer.
 
@@ -65,13 +66,17 @@ def answer_certify(request: PageRequest, running: RunningRequest) -> Iterator[by
     bytes
         One frame: `report`, lines of what is proven by their names; `until`, the time up to which
         it is (None: for ever); `lines`, the last impacts in all their digits; `followed`, how many
-        of the impacts and until when double precision agrees.
+        of the impacts and until when double precision agrees. Of chaos `report` and `complete`
+        alone.
 
     Raises
     ------
     PercussError, BadRequest
         If there is no such motion.
     """
+    if request.choice("of", ("run", "chaos")) == "chaos":
+        yield from _answer_chaos(request, running)
+        return
     digits = digits_of(request)
     study = replace(study_of(request.tables), certify=Certify(digits or 12))
     run = followed(study, running).run
@@ -82,6 +87,7 @@ def answer_certify(request: PageRequest, running: RunningRequest) -> Iterator[by
     header = {
         "id": request.id,
         "kind": "certify",
+        "of": "run",
         "done": True,
         "share": 1.0,
         "digits": proven.wanted_digits,
@@ -94,6 +100,20 @@ def answer_certify(request: PageRequest, running: RunningRequest) -> Iterator[by
         "patience": PATIENCE,
     }
     yield frame(header)
+
+
+def _answer_chaos(request: PageRequest, running: RunningRequest) -> Iterator[bytes]:
+    study = study_of(request.tables)
+    try:
+        found = chaos_of(study, running.progress(0.0, 1.0, PATIENCE))
+        report = chaos_rows(found)
+        is_proven = bool(found)
+    except ParameterError as error:
+        report, is_proven = {"certified": f"nothing: {error.reason.partition(';')[0]}"}, False
+    if running.is_cancelled:
+        return
+    header = {"id": request.id, "kind": "certify", "of": "chaos", "done": True, "share": 1.0}
+    yield frame(header | {"report": report, "complete": is_proven})
 
 
 def _lines(proven: CertifiedRun) -> list[list[str]]:

@@ -1,10 +1,10 @@
-// A run proven in ball arithmetic: its digits, how far it is proven, and why no further.
+// A run proven in ball arithmetic: its digits, how far it is proven, and why no further; or chaos.
 
 import { button, element, shown } from "./dom.js";
 
 const DIGITS = 12;
 const MOST_DIGITS = 100;
-const NAMES = { certified: "Proven", proof: "The proof", digits: "Digits" };
+const NAMES = { certified: "Proven", proof: "The proof", digits: "Digits", entropy: "Topological entropy" };
 
 /** The strip under the cards; hidden until it is opened. */
 export class Certify {
@@ -25,7 +25,8 @@ export class Certify {
       { class: "proof panel", "aria-label": "Certify this run", hidden: !this.isDue },
       element("form", { class: "job", onsubmit: (event) => this.#submit(event) },
         element("label", { for: id }, "Certify this run to"), this.box, element("span", {}, "digits"),
-        element("button", { type: "submit", class: "primary" }, "Certify"), this.stop, this.bar, this.status),
+        element("button", { type: "submit", class: "primary" }, "Certify"),
+        button("Prove chaos", () => this.#ask({ of: "chaos" }), { title: "prove that motions of this system are chaotic, whatever their start" }), this.stop, this.bar, this.status),
       this.rows,
     );
     this.opener = button("certify …", () => this.#open(), { title: "prove this run in ball arithmetic", "aria-controls": `${app.prefix}-proof`, "aria-expanded": String(this.isDue) });
@@ -59,14 +60,18 @@ export class Certify {
   #run() {
     this.isDue = false;
     const digits = this.box.valueAsNumber;
-    const { study } = this.app.store.value;
     // The digits are in the link, in study.toml and in the code from now on.
     this.app.store.set({ digits }, "digits");
+    this.#ask({ digits });
+  }
+
+  #ask(options) {
+    const { study } = this.app.store.value;
     this.#clear();
     this.status.textContent = "proving …";
     this.stop.hidden = this.bar.hidden = false;
     this.bar.removeAttribute("value");
-    this.app.requests.replace("certify", { kind: "certify", study, digits }, {
+    this.app.requests.replace("certify", { kind: "certify", study, ...options }, {
       answer: (header) => {
         if (this.app.store.value.study === study) this.#show(header);
       },
@@ -108,15 +113,25 @@ export class Certify {
   }
 
   #show(header) {
+    if (header.of === "chaos") {
+      this.#say(header.complete ? "proven" : "not proven");
+      this.#list(Object.entries(header.report));
+      return;
+    }
     const isStopped = header.report.proof?.includes("interrupted");
     this.#say(header.complete ? "proven" : isStopped ? `stopped after ${shown(header.patience)} s` : "proven in part");
-    const rows = Object.entries(header.report).map(([name, text]) => [NAMES[name] ?? name, tidy(text)]);
+    const rows = Object.entries(header.report);
     const last = header.lines.map(([number, t, v]) => element("div", {}, element("b", {}, `${number}: `), `t = ${tidy(t)}, v = ${tidy(v)}`));
     if (last.length > 0) rows.push([last.length > 1 ? "Last impacts" : "Last impact", ...last]);
     if (header.followed) rows.push(["The plots", followedText(header)]);
-    this.rows.replaceChildren(...rows.flatMap(([name, ...parts]) => [element("dt", {}, name), element("dd", {}, ...parts)]));
+    this.#list(rows);
     this.until = header.until;
     this.onProven(header.until);
+  }
+
+  #list(rows) {
+    const tidied = (part) => (typeof part === "string" ? tidy(part) : part);
+    this.rows.replaceChildren(...rows.flatMap(([name, ...parts]) => [element("dt", {}, NAMES[name] ?? name), element("dd", {}, ...parts.map(tidied))]));
   }
 }
 
