@@ -73,12 +73,12 @@ def test_weakly_damped_motions_on_all_sides_of_an_orbit_go_to_it(
 ) -> None:
     """They are as far from it as may be when they seem periodic: only the orbit itself is near all."""
     # In resonance they come nearer straight, from x = 0, v = 909 above and below.
-    osc, starts = pc.Oscillator(1.0, 4.9e-4), {"x0": [-200.0, 200.0], "v0": [400.0, 1400.0]}
-    found = pc.basins(osc, pc.cosine(1.0), **starts, periods=4000)
+    osc, x0, v0 = pc.Oscillator(1.0, 4.9e-4), [-200.0, 200.0], [400.0, 1400.0]
+    found = pc.basins(osc, pc.cosine(1.0), x0=x0, v0=v0, periods=4000)
     assert found.basin.values.ravel().tolist() == [0] * 4
 
     # Those of a motion that still settles are not.
     monkeypatch.setattr(attractors, "has_settled", lambda _points, _p: True)
-    early = pc.basins(osc, pc.cosine(1.0), **starts, periods=4000)
+    early = pc.basins(osc, pc.cosine(1.0), x0=x0, v0=v0, periods=4000)
     assert early.sizes["attractor"] > 1 or (early.basin.values == -1).any()
     assert not has_settled(np.array([[1.0, 0.0], [1.0 + 1e-7, 0.0]]), 1)
