@@ -286,6 +286,27 @@ def test_stores_that_hold_no_fit_are_refused(tmp_path: Path) -> None:
         fitted(data, store=tmp_path / "none" / "rig.fit")
 
 
+@pytest.mark.parametrize("is_structure", [False, True])
+def test_a_start_beyond_the_wall_of_the_model_is_right_where_its_range_holds_it(
+    is_structure: bool,
+) -> None:
+    t = np.linspace(0, 30, 400)
+    x, _ = pc.simulate(rig(at=0.5), pc.cosine(2), x0=0.4, t_end=30)(t)
+    x += NOISE * np.random.default_rng(1).standard_normal(400)
+    model: Any = rig(at=0.2)
+    start: Any = (0.4, 0)
+    gap = GAP
+    if is_structure:
+        model = pc.Structure([1], [1], [["0.1"]], model.stops)
+        start, gap = ([0.4], [0]), GAP.replace("oscillator", "structure")
+
+    found = pc.fit({"t": t, "displacement": x}, model, pc.cosine(2), noise=NOISE,
+                   free={gap: (0.1, 0.9)}, start=start)  # fmt: skip
+
+    assert found.converged
+    assert abs(found.values[gap] - 0.5) < 4 * found.errors[gap]
+
+
 @pytest.mark.parametrize(
     ("data", "more", "words"),
     [
@@ -301,6 +322,7 @@ def test_stores_that_hold_no_fit_are_refused(tmp_path: Path) -> None:
         (3.0, {}, "none of a Dataset, a DataFrame"),
         (None, {"start": (0, 0, 1)}, "before the start at t0 = 1"),
         (None, {"start": (0.3, 0)}, "above the wall"),
+        (None, {"start": (0.3, 0), "free": {GAP: (0.1, 0.2)}}, "above the wall at x = 0.2"),
         (None, {"start": "given"}, 'neither "free" nor a start'),
         (None, {"free": {}}, "no parameter"),
         (None, {"free": {GAP: (0.5, 0.1)}}, "not a range"),

@@ -141,6 +141,7 @@ chi2 0.966>
     """
     records = _records(data, osc, force, start, (noise, columns))
     names, low, high, ranged = _box(osc, records, free)
+    _check_starts(osc, records, names, np.where(ranged, [low, high], [*names.values()]))
     priors = _priors(osc, records, prior, names)
     _check_count(osc, records, names)
     _check_walls(osc, records, names)
@@ -202,7 +203,7 @@ def _records(
         is_free = its_start is None or _is_free(its_start)
         begin: Start | StructureStart | None = None
         if isinstance(osc, Structure):
-            begin = None if is_free else structure_start(osc, its_start)
+            begin = None if is_free else structure_start(replace(osc, stops=()), its_start)
             if not len(samples):
                 reason = "alone say too little of a structure; give samples beside them"
                 raise ParameterError("data", IMPACT_TIMES, reason)
@@ -210,14 +211,32 @@ def _records(
             System.of(osc, its_force)
             begin = None if is_free else start_of(its_start)
         record = MeasuredRecord(samples, impacts, its_force, begin)
-        if begin is not None:
-            if isinstance(osc, Oscillator) and isinstance(begin, Start):
-                raise_first(wall_faults(osc, "start.x0", begin.x0))
-            if record.begin < as_float(begin.t0):
-                reason = f"before the start at t0 = {begin.t0}"
-                raise ParameterError("data.t", record.begin, reason)
+        if begin is not None and record.begin < as_float(begin.t0):
+            reason = f"before the start at t0 = {begin.t0}"
+            raise ParameterError("data.t", record.begin, reason)
         records.append(record)
     return records
+
+
+def _check_starts(
+    osc: Oscillator | Structure,
+    records: Sequence[MeasuredRecord],
+    names: Mapping[str, float],
+    ends: Floats,
+) -> None:
+    """Refuse a start inside a wall; one whose place is free is where it leaves the most room."""
+    free = {name.partition(".")[2]: ends[:, k].tolist() for k, name in enumerate(names)}
+    stops = []
+    for i, stop in enumerate(osc.stops):
+        places = free.get(f"stops.{i}.at")
+        far = 1 if stop.side == "above" else 0
+        stops.append(stop if places is None else replace(stop, at=places[far]))
+    placed = replace(osc, stops=tuple(stops))
+    for record in records:
+        if isinstance(placed, Structure) and record.start is not None:
+            structure_start(placed, record.start)
+        elif isinstance(placed, Oscillator) and isinstance(record.start, Start):
+            raise_first(wall_faults(placed, "start.x0", record.start.x0))
 
 
 def _check_walls(
@@ -265,10 +284,10 @@ def _box(
             raise ParameterError(f"free.{path}", given, "not a range (least, largest)")
         for end in ends:
             _check_value(osc, records, path, name, end)
-        guesses[name] = 0.5 * (ends[0] + ends[-1])
         natural = _natural_bounds(osc, first, name)
         low.append(max(ends[0], natural[0]) if is_range else natural[0])
         high.append(min(ends[-1], natural[1]) if is_range else natural[1])
+        guesses[name] = 0.5 * (low[-1] + high[-1]) if is_range else ends[0]
         ranged.append(is_range)
     return guesses, np.array(low), np.array(high), np.array(ranged)
 
