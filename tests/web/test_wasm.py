@@ -202,11 +202,8 @@ def assert_basins_are(found: dict[str, Any], data: Any) -> None:
         np.testing.assert_allclose(points, wanted, rtol=0, atol=1e-5 * abs(wanted).max(initial=1))
 
 
-@needs_node
-def test_basins_have_the_cells_and_the_attractors_of_python() -> None:
-    size = 18
-    simple = [it for it in all_studies() if len(it["forcing"].get("harmonics", [])) == 1]
-    studies = [*simple, HELD, GROWING, STRONG]
+def assert_basins_of(studies: list[dict[str, Any]], size: int) -> None:
+    """Compare the basins of studies, among which are all kinds of long motions."""
     answers = in_node("basins", [WINDOW | {"study": it, "starts": size} for it in studies])
     kinds: set[str] = set()
     for tables, found in zip(studies, answers, strict=True):
@@ -216,6 +213,19 @@ def test_basins_have_the_cells_and_the_attractors_of_python() -> None:
         kinds |= {it["kind"] for it in last["attractors"]}
         kinds |= {it["name"] for it in last["attractors"] if "inf" in it["name"]}
     assert {"periodic", "chaotic", "rest", "unbounded", "(inf, 1)"} <= kinds
+
+
+@needs_node
+def test_basins_have_the_cells_and_the_attractors_of_python() -> None:
+    named = {row.name: json.loads(json.dumps(row.tables)) for row in presets()}
+    assert_basins_of([named["chaos"], named["chatter"], named["two_attractors"], HELD, GROWING], 5)
+
+
+@needs_node
+@pytest.mark.nightly
+def test_basins_of_all_studies_are_those_of_python() -> None:
+    simple = [it for it in all_studies() if len(it["forcing"].get("harmonics", [])) == 1]
+    assert_basins_of([*simple, HELD, GROWING, STRONG], 18)
 
 
 @needs_node
