@@ -1021,8 +1021,9 @@ def _check_range(text: Any, curve: Any) -> None:
     """
     ranges = [_parameters(claim, 2 * len(curve["events"])) for claim in curve["strips"]]
     low, high = min(low for low, _ in ranges), max(high for _, high in ranges)
-    for p in (low, (low + high) / 2, high):
-        law_of(text, p)
+    laws = [law_of(text, p) for p in (low, (low + high) / 2, high)]
+    if len({tuple(tone.omega / law.base for tone in law.tones) for law in laws}) > 1:
+        raise NotProvenError("the frequencies are not the same multiples of their base throughout")
 
 
 def _parameters(claim: Any, n: int) -> tuple[Fraction, Fraction]:

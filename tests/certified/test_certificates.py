@@ -366,6 +366,31 @@ def test_a_law_without_a_meaning_on_a_branch_is_refused(branch: dict[str, Any]) 
             check.theorem(json.dumps(other))
 
 
+def test_a_frequency_that_leaves_its_base_on_a_branch_is_refused() -> None:
+    law = two_walls("1") | {
+        "tones": [
+            {"omega": "1", "amplitude": "1", "phase": ["0", "0"]},
+            {"omega": ["0", "1"], "amplitude": "1", "phase": ["0", "0"]},
+        ],
+        "base": "1",
+    }
+    # At p = 1, 2 and 3 it is a multiple, but not between.
+    strip = {
+        "along": 2, "begin": "1", "end": "3", "middle": ["0", "1", "2"], "tangent": ["0", "0", "1"],
+        "sizes": ["1/9", "1/9", "0"], "stability": "undecided",
+    }  # fmt: skip
+    curve = {
+        "periods": 1,
+        "events": [{"bound": 0, "region": 0}],
+        "strips": [strip],
+        "points": [],
+    }
+    claims = {"certificate": 1, "kind": "branch", "law": law, "curves": [curve]}
+
+    with pytest.raises(check.NotProvenError, match="the same multiples of their base"):
+        check.theorem(json.dumps(claims))
+
+
 def test_a_number_that_depends_on_a_parameter_is_none_of_an_orbit(orbit: dict[str, Any]) -> None:
     other = copy.deepcopy(orbit)
     other["law"]["regions"][0]["stiffness"] = ["1", "0"]
