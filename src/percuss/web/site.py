@@ -37,8 +37,8 @@ importTexts(modules).then((page) => page.begin(document.getElementById("percuss"
 def write_site(folder: Path, *, force: bool = False) -> list[Path]:
     """Write the workbench as static files.
 
-    Explore and the gallery work without a server: their motions are computed by the kernels in the
-    browser. What needs Python says so.
+    Explore, the gallery, diagrams and basins work without a server: they are computed by the kernels
+    in the browser. What needs Python says so.
 
     Parameters
     ----------
