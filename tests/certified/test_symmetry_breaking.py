@@ -10,6 +10,7 @@ import pytest
 from flint import arb, ctx
 
 import percuss as pc
+from percuss.certified import CertifiedBranch, certificate
 from percuss.certified.properties import monodromy_of
 from percuss.certified.shooting import Shooting, shooting_of
 from percuss.certified.special import symmetry_function
@@ -40,6 +41,55 @@ def test_a_symmetry_breaking_is_enclosed(breaking: pc.SpecialPoint, digits: int)
     assert abs(proven.value.mid() - breaking.value) < 1e-11
     assert proven.value.digits() >= digits
     assert "without the symmetry branch off" in proven.statement
+
+
+@pytest.fixture(scope="module")
+def whole(branch: pc.Branch) -> CertifiedBranch:
+    return pc.certify(branch)
+
+
+def test_a_branch_of_symmetric_orbits_is_one_curve_through_it(
+    whole: CertifiedBranch, breaking: pc.SpecialPoint
+) -> None:
+    assert whole.complete, whole.reason
+    assert [s.stability for s in whole.stretches] == ["asymptotic", "undecided", "unstable"]
+    (point,) = whole.special_points
+    assert point.kind == "symmetry_breaking"
+    assert point.value.arb.contains(pc.certify(breaking, digits=30).value.arb)
+    assert float(point.value.radius()) < 1e-4
+    with pytest.raises(pc.ParameterError, match="halves of symmetric orbits"):
+        certificate(whole)
+
+
+@pytest.mark.parametrize("row", [3, -3])
+def test_orbits_proven_alone_lie_in_the_strips_of_the_symmetric_ones(
+    branch: pc.Branch, whole: CertifiedBranch, row: int
+) -> None:
+    # At the last one orbits without the symmetry are stable.
+    alone = pc.certify(branch[row], digits=30)
+    assert (alone.stability == "unstable") == (row < 0)
+    ((t, v),) = whole.events_at(float(branch.values[row]))
+
+    assert len(t) == len(alone.events) == 2
+    period = alone.period.arb
+    for own_t, own_v in (state for _, state in alone.events):
+        assert any(
+            box_v.contains(own_v)
+            and any(box_t.contains(own_t + turn * period) for turn in (-1, 0, 1))
+            for box_t, box_v in zip(t.arbs, v.arbs, strict=True)
+        )
+
+
+def test_orbits_without_the_symmetry_are_no_curve_through_it() -> None:
+    """They begin at the breaking, where their own equations are singular: the proof has a gap."""
+    orbit = pc.find_orbit(OSC, pc.cosine("1.5", amplitude="0.62"), 2, 1)
+    branch = pc.continue_orbit(orbit, over={"forcing.amplitude": (0.58, 0.63)})
+    assert [point.kind for point in branch.special_points] == ["symmetry_breaking"]
+
+    proven = pc.certify(branch)
+
+    assert not proven.complete
+    assert proven.special_points == ()
 
 
 def test_its_enclosures_at_two_precisions_agree(breaking: pc.SpecialPoint) -> None:

@@ -255,8 +255,10 @@ def _branch(branch: CertifiedBranch) -> Json:
             (chain, list(strips))
             for chain in branch.chains
             for admissible, strips in groupby(chain.slender(), lambda strip: strip.admissible)
-            if admissible
+            if admissible and not chain.curve.mirrored
         ]
+    if not parts and any(chain.curve.mirrored for chain in branch.chains):
+        raise _NoCertificateError("the program does not check halves of symmetric orbits")
     if not parts:
         reason = branch.reason or "no orbit is proven to pass through no stop"
         raise _NoCertificateError(f"nothing is proven of the branch: {reason}")

@@ -15,7 +15,8 @@ from percuss.certified.ball_arithmetic import Ball, Balls, Undecided
 from percuss.certified.fold import OrbitCurve
 from percuss.certified.numbers import ball, precision
 from percuss.certified.results import doubles_of, in_words
-from percuss.certified.shooting import OrbitEvent, events_of, guess_of, vector_of
+from percuss.certified.shooting import OrbitEvent, events_of, guess_of, pairs, vector_of
+from percuss.certified.special import check_mirrored, check_symmetric_over
 from percuss.certified.strips import Strip, StripChain, chain_of
 from percuss.certified.system import system_of
 from percuss.errors import ParameterError
@@ -34,6 +35,8 @@ BITS = 96
 # Width of strips that are not divided any more, as a part of the range of the parameter and of the
 # period and the greatest speed: as far as to this, special points are told apart.
 FINEST = 2.0**-20
+# Halves of an orbit of floats are each other's images to this part of the period and the speed.
+SAME = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +72,7 @@ class EnclosedPoint:
     Attributes
     ----------
     kind
-        "period_doubling", "fold" or "grazing".
+        "period_doubling", "fold", "symmetry_breaking" or "grazing".
     value
         A ball that holds its parameter.
     statement
@@ -156,11 +159,14 @@ class CertifiedBranch:
         """
         at, found = as_fraction(value), []
         with precision(self.precision):
-            for tube in (strip.tube for strip in self._strips()):
-                low, high = tube.parameters
-                if low <= at <= high:
-                    box = tube.end(at) if tube.is_along_parameter else tube.box()
-                    found.append((Balls.of(box[:-1:2]), Balls.of(box[1:-1:2])))
+            for part in self.chains:
+                for tube in (strip.tube for strip in part.strips):
+                    low, high = tube.parameters
+                    if low <= at <= high:
+                        box = tube.end(at) if tube.is_along_parameter else tube.box()
+                        equations = part.curve.equations(box[-1])
+                        states = vector_of(equations.whole(pairs(box[:-1]))[1])
+                        found.append((Balls.of(states[::2]), Balls.of(states[1::2])))
         if not found:
             ends = ", ".join(f"{s.low:.9g} to {s.high:.9g}" for s in self.stretches) or "nothing"
             raise ParameterError("value", value, f"no strip has an orbit there; proven is {ends}")
@@ -232,9 +238,13 @@ def certify_branch(branch: Branch, report: Report = None) -> CertifiedBranch:
         sections = list(_sections(branch, reasons))
         for events, rows in sections:
             orbit = branch.orbits[rows[0]]
+            mirrored = _is_mirrored(branch, events, rows, path)
             curve = OrbitCurve(system_of(first.oscillator, first.forcing), events,
-                               orbit.n_periods, path)  # fmt: skip
+                               orbit.n_periods, path, mirrored=mirrored)  # fmt: skip
             points = [_point(branch.orbits[row], float(branch.values[row])) for row in rows]
+            if mirrored:
+                # The states of half of each orbit, and the parameter.
+                points = [[*point[: len(events)], point[-1]] for point in points]
             scale = _scale(orbit, points, high - low)
             begin = 0
             while begin + 1 < len(points) and not progress.is_stopped:
@@ -296,6 +306,30 @@ def _sections(branch: Branch, reasons: list[str]) -> Iterator[tuple[list[OrbitEv
                 yield list(found), numbers
             else:
                 reasons.append(f"the orbit of row {numbers[0]} alone has its events")
+
+
+def _is_mirrored(branch: Branch, events: list[OrbitEvent], rows: list[int], path: str) -> bool:
+    """Return whether orbits are symmetric, and a breaking of the symmetry lies among them."""
+    if not any(point.kind == "symmetry_breaking" for point in branch.special_points):
+        return False
+    first = branch.orbits[rows[0]]
+    system = system_of(first.oscillator, first.forcing)
+    try:
+        check_mirrored(system, events, first.n_periods)
+        check_symmetric_over(system, path, as_fraction(float(branch.values[rows[0]])))
+    except Undecided:
+        return False
+    return all(_mirrors_itself(branch.orbits[row]) for row in rows)
+
+
+def _mirrors_itself(orbit: PeriodicOrbit) -> bool:
+    """Return whether the second half of an orbit is the mirror image of the first, by floats."""
+    states = [(float(t), float(v)) for t, v in guess_of(orbit)]
+    half, fastest = len(states) // 2, max(abs(v) for _, v in states)
+    return all(
+        abs(u - t - orbit.period / 2) < SAME * orbit.period and abs(v + w) < SAME * fastest
+        for (t, v), (u, w) in zip(states[:half], states[half:], strict=True)
+    )
 
 
 def _point(orbit: PeriodicOrbit, value: float) -> list[float]:
@@ -373,6 +407,13 @@ def _points(
     if "fold" in kinds:
         reason = f"a multiplier goes through 1 on the curve, along which {path} is extremal"
         yield EnclosedPoint("fold", value, reason)
+    along = all(strip.tube.is_along_parameter for strip in (*ends, *between))
+    if "symmetry_breaking" in kinds and along:
+        reason = (
+            "a multiplier of the map over half an orbit goes through -1 on a smooth curve of symmetric "
+            "orbits: others without the symmetry branch off"
+        )
+        yield EnclosedPoint("symmetry_breaking", value, reason)
     if {end.admissible for end in ends} == {True, False}:
         yield EnclosedPoint(
             "grazing", value, "the orbits on one side of it are motions, on the other formal"

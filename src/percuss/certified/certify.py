@@ -210,7 +210,8 @@ def certify(
     - The parameter of a special point is enclosed: of a fold, period doubling, symmetry breaking,
       strong resonance, graze or corner.
     - A branch is proven whole: the curve of orbits goes on without a gap between one end of a
-      stretch and the other, through folds, with the stability and admissibility of all of them.
+      stretch and the other, through folds and symmetry breakings, with the stability and
+      admissibility of all of them.
 
     Parameters
     ----------

@@ -7,7 +7,7 @@ its sign the parameter is extremal.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 
 import numpy as np
@@ -57,12 +57,15 @@ class OrbitCurve:
         The system, and the path of the parameter in it.
     events, n_periods
         Those of the orbits.
+    mirrored
+        Whether the orbits are symmetric, and the coordinates those of half of each.
     """
 
     system: BallSystem
     events: list[OrbitEvent]
     n_periods: int
     path: str
+    mirrored: bool = field(default=False, kw_only=True)
 
     def equations(self, value: arb) -> Shooting:
         """Return the equations for a ball of the parameter."""
@@ -72,7 +75,11 @@ class OrbitCurve:
         else:
             radius = exact_value(value.rad().upper()) * 2
             system = system_over(self.system, self.path, middle - radius, middle + radius)
-        return Shooting.of(system, self.events, self.n_periods)
+        return self.equations_of(system)
+
+    def equations_of(self, system: BallSystem) -> Shooting:
+        """Return the equations of a system."""
+        return Shooting.of(system, self.events, self.n_periods, mirrored=self.mirrored)
 
     @staticmethod
     def coarse() -> int:
@@ -89,7 +96,8 @@ class OrbitCurve:
             images = [self._flight_by_parameter(equations, law, states, i)
                       for i in range(len(states))]  # fmt: skip
             by_t, by_v = images[-1]
-            images[-1] = by_t - _slope(law.period(self.n_periods)), by_v
+            later = _slope(law.period(self.n_periods))
+            images[-1] = (by_t - later / 2, -by_v) if self.mirrored else (by_t - later, by_v)
         finally:
             ctx.cap = cap
         # The last flight leads to the first event.

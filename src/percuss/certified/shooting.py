@@ -338,6 +338,13 @@ class Shooting:
         period = law_of(system).period(n_periods)
         return cls(system, events, period / 2 if mirrored else period, mirrored)
 
+    def whole(self, states: States) -> tuple[Shooting, States]:
+        """Return the equations of all of an orbit, and its states, from those of half of it."""
+        if not self.mirrored:
+            return self, states
+        images = [(t + self.period, -v) for t, v in states]
+        return Shooting(self.system, self.events, 2 * self.period), [*states, *images]
+
     def next_event(self, i: int) -> OrbitEvent:
         """Return the event after event i."""
         return self.events[(i + 1) % len(self.events)]

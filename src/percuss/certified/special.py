@@ -34,6 +34,8 @@ from percuss.orbits.orbit.symmetry import is_symmetric_system
 __all__ = [
     "CertifiedPoint",
     "certify_point",
+    "check_mirrored",
+    "check_symmetric_over",
     "crossing_of",
     "symmetry_breaking_of",
     "symmetry_function",
@@ -232,15 +234,15 @@ def symmetry_breaking_of(point: SpecialPoint, path: str, digits: int) -> tuple[a
     orbit = point.orbit
     system = system_of(orbit.oscillator, orbit.forcing)
     events, value = events_of(system, orbit), Fraction(point.value)
-    _check_mirrored(system, events, orbit.n_periods)
-    _check_parameter(system, path, value)
+    check_mirrored(system, events, orbit.n_periods)
+    check_symmetric_over(system, path, value)
     equations = partial(Shooting.of, events=events, n_periods=orbit.n_periods, mirrored=True)
     branch = ParameterBranch(system, path, equations)
     guess = guess_of(orbit)[: len(events) // 2]
     return branch.enclosed_zero(symmetry_function, value, guess, digits)
 
 
-def _check_mirrored(system: BallSystem, events: list[OrbitEvent], n_periods: int) -> None:
+def check_mirrored(system: BallSystem, events: list[OrbitEvent], n_periods: int) -> None:
     """Refuse an orbit whose events are not each other's mirror images."""
     half, odd = divmod(len(events), 2)
     bounds, regions = len(system.bounds) - 1, len(system.regions) - 1
@@ -252,7 +254,7 @@ def _check_mirrored(system: BallSystem, events: list[OrbitEvent], n_periods: int
             raise Undecided("symmetry", "the events do not come in two mirrored halves")
 
 
-def _check_parameter(system: BallSystem, path: str, value: Fraction) -> None:
+def check_symmetric_over(system: BallSystem, path: str, value: Fraction) -> None:
     """Refuse a parameter that breaks the symmetry itself: at three values of it, exactly."""
     for part in (Fraction(0), Fraction(1, 10**6), Fraction(-1, 10**6)):
         changed = system_at(system, path, value * (1 + part) if value else part)

@@ -21,7 +21,15 @@ from percuss.certified.branch import system_over
 from percuss.certified.fold import OrbitCurve
 from percuss.certified.numbers import ball, exact_value, span
 from percuss.certified.properties import admissible_of, monodromy_of
-from percuss.certified.shooting import Image, Shooting, Vector, matrix_of, pairs, residual_of
+from percuss.certified.shooting import (
+    Image,
+    Shooting,
+    Vector,
+    derivative_over,
+    matrix_of,
+    pairs,
+    residual_of,
+)
 from percuss.errors import ParameterError
 
 __all__ = ["Strip", "StripChain", "Tube", "chain_of"]
@@ -126,6 +134,8 @@ class Strip:
         Of their monodromy.
     stability, admissible
         As of `CertifiedOrbit`.
+    half
+        Of symmetric orbits det(1 - H') with the mirrored map H over half of each; else None.
     """
 
     tube: Tube
@@ -134,6 +144,7 @@ class Strip:
     determinant: arb
     stability: str
     admissible: bool | None
+    half: arb | None = None
 
     @property
     def is_decided(self) -> bool:
@@ -148,9 +159,18 @@ class Strip:
 
     def points_before(self, other: Strip) -> list[str]:
         """Return the kinds of special points that lie on the curve between this strip and another."""
-        kinds = {"period_doubling": 1, "fold": -1}
-        return [kind for kind, sign in kinds.items()
-                if _change(*(1 + sign * s.trace + s.determinant for s in (self, other)))]  # fmt: skip
+        both = self, other
+        # det(1 - M) for the map M over the orbit.
+        fold = [1 - strip.trace + strip.determinant for strip in both]
+        if self.half is None or other.half is None:
+            doubling = [1 + strip.trace + strip.determinant for strip in both]
+            functions = {"period_doubling": doubling, "fold": fold}
+        else:
+            # M = H^2, so that det(1 - M) = det(1 - H') det(1 + H').
+            half = [self.half, other.half]
+            breaking = [whole / part for whole, part in zip(fold, half, strict=True)]
+            functions = {"symmetry_breaking": breaking, "fold": half}
+        return [kind for kind, pair in functions.items() if _change(*pair)]
 
 
 def _change(one: arb, other: arb) -> bool:
@@ -194,7 +214,7 @@ class _CurveEquations:
         """Note the equations between two values of the parameter, for a ball that holds them."""
         curve = self.curve
         system = system_over(curve.system, curve.path, low, high)
-        self._keep(value, Shooting.of(system, curve.events, curve.n_periods))
+        self._keep(value, curve.equations_of(system))
 
     def _keep(self, value: arb, equations: Shooting) -> None:
         self._known = [*self._known[-3:], (value, equations)]
@@ -496,6 +516,13 @@ class _Walk:
         """Return the strip of a tube."""
         box = tube.box()
         equations, states = self.equations.at(box[-1]), pairs(box[:-1])
+        half: arb | None = None
+        if equations.mirrored:
+            half = arb.nan()
+            with suppress(Undecided):
+                ((a, b), (c, d)), _ = derivative_over(equations, states)
+                half = (1 - a) * (1 - d) - b * c
+            equations, states = equations.whole(states)
         trace = determinant = arb.nan()
         stability = "undecided"
         with suppress(Undecided):
@@ -503,7 +530,7 @@ class _Walk:
             trace, determinant = monodromy.trace, monodromy.determinant
             stability = monodromy.stability
         admissible = admissible_of(equations, states)[0]
-        return Strip(tube, end, trace, determinant, stability, admissible)
+        return Strip(tube, end, trace, determinant, stability, admissible, half)
 
 
 def _mid(box: Vector) -> Vector:
