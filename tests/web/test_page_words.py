@@ -38,7 +38,7 @@ def test_a_share_of_all_starts_tells_what_the_number_of_starts_allows(page: Page
         }"""
     )
     # By the rule of three: with 3 / n at 95 %.
-    assert said == ["> 99.995 %", "50 % ± 0.2 %", "> 98 %"]
+    assert said == ["> 99.995 %", "50.00 ± 0.20 %", "> 98 %"]
 
 
 def test_stops_are_counted_from_one_and_only_where_there_are_several(page: Page) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import http.server
 import json
+import math
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -159,9 +160,12 @@ def test_basins_are_computed_without_a_server(site: Page) -> None:
     window = {name: float(field(view, label).input_value()) for name, label in WINDOW.items()}
     asked = study_of_view(PageRequest(1, "basins", tables, window | {"starts": 96}))
     data = asked.question.answer(asked, Execution())
-    for name, share in zip(data.name.values, data.fraction.values, strict=True):
+    columns = (data.name.values, data.fraction.values, data.fraction_error.values)
+    for name, share, error in zip(*columns, strict=True):
         row = view.locator(".legend li", has_text=f"periodic {name}")
-        expect(row).to_contain_text(f"{100 * share:.3g} %")
+        # The error has two digits, and the share as many decimals.
+        places = 1 - math.floor(math.log10(100 * error))
+        expect(row).to_contain_text(f"{100 * share:.{places}f} ± {100 * error:.{places}f} %")
     # Their saddles are Python's.
     expect(view.locator(".legend")).to_contain_text("percuss serve")
 

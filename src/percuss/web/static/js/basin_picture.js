@@ -1,6 +1,6 @@
 // Basins as layers of a plot, and their legend.
 
-import { element, shown } from "./dom.js";
+import { element } from "./dom.js";
 import { asCanvas } from "./draw.js";
 
 // The same colours as in the files, of the largest basin first; after them undecided and impossible starts.
@@ -73,11 +73,14 @@ export function legendOf(header, basin, theme) {
 }
 
 const packed = ([r, g, b]) => ((255 << 24) | (b << 16) | (g << 8) | r) >>> 0;
-const percent = (share) => `${shown(100 * share, 3)} %`;
 
 /** Say what part of the starts goes there; that all of n do leaves, at 95 %, up to 3 / n for others. */
 export function shareText({ fraction, error }, n) {
-  if (fraction < 1) return `${percent(fraction)} ± ${percent(error)}`;
+  if (fraction < 1) {
+    // As many decimals as two digits of the error have.
+    const places = Math.min(20, Math.max(0, 1 - Math.floor(Math.log10(100 * error))));
+    return `${(100 * fraction).toFixed(places)} ± ${(100 * error).toFixed(places)} %`;
+  }
   const digits = Math.max(0, Math.ceil(Math.log10(n / 300)));
   return `> ${Math.floor((100 - 300 / n) * 10 ** digits) / 10 ** digits} %`;
 }
