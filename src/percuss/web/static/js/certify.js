@@ -26,7 +26,7 @@ export class Certify {
       element("form", { class: "job", onsubmit: (event) => this.#submit(event) },
         element("label", { for: id }, "Certify this run to"), this.box, element("span", {}, "digits"),
         element("button", { type: "submit", class: "primary" }, "Certify"),
-        button("Prove chaos", () => this.#ask({ of: "chaos" }), { title: "prove that motions of this system are chaotic, whatever their start" }), this.stop, this.bar, this.status),
+        button("Prove chaos", () => this.#ask({ of: "chaos" }), { title: "prove that this system has chaotic motions, whatever the start that is set" }), this.stop, this.bar, this.status),
       this.rows,
     );
     this.opener = button("certify …", () => this.#open(), { title: "prove this run in ball arithmetic", "aria-controls": `${app.prefix}-proof`, "aria-expanded": String(this.isDue) });
