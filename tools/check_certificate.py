@@ -1,4 +1,4 @@
-"""Check a certificate of percuss: a run, orbits, a branch or chaos of an oscillator with stops.
+"""Check a certificate of percuss, of an oscillator with stops: a run, orbits, a branch, a list or chaos.
 
     python check_certificate.py certificate.json
 
