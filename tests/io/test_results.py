@@ -218,7 +218,7 @@ def test_pandas_and_spreadsheets_find_the_header_first(run: Trajectory, tmp_path
 
     # What xarray brings along, untyped.
     pandas: Any = importlib.import_module("pandas")
-    # Its versions before 3 round decimals in their own way.
+    # Its versions before 3.1 round decimals in their own way.
     found = pandas.read_csv(tmp_path / "run.csv", dtype=str).astype(float)
 
     assert list(found.columns) == ["t", "x", "v", "stop_force_0", "stop_force_1"]

@@ -194,7 +194,7 @@ def test_the_orbits_of_a_search_are_those_of_python_and_are_written(tmp_path: Pa
     loaded = load_netcdf(tmp_path / "orbits.nc")
     assert [orbit.x0.tolist() for orbit in loaded] == [orbit.x0.tolist() for orbit in own]
     rows = pandas.read_csv(tmp_path / "orbits.csv")
-    # pandas before 3 rounds decimals in its own way.
+    # pandas before 3.1 rounds decimals in its own way.
     np.testing.assert_array_max_ulp(rows.x0_1.to_numpy(), np.array([orbit.x0[1] for orbit in own]))
     assert rows.is_stable.tolist() == [orbit.is_stable for orbit in own]
     assert (tmp_path / "orbits.png").stat().st_size > 10_000
