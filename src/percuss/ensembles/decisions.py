@@ -118,13 +118,19 @@ def repeats(points: Floats, p: int, most: float) -> bool:
 
 
 @kernel
-def has_settled(points: Floats, p: int) -> bool:
-    """Return whether strobes that come again after p periods are those of the orbit itself."""
+def size_of(points: Floats) -> float:
+    """Return the largest absolute value of strobes (n, d)."""
     size = 0.0
     for i in range(points.shape[0]):
         for column in range(points.shape[1]):
             size = max(size, abs(points[i, column]))
-    return repeats(points, p, CLOSE * size)
+    return size
+
+
+@kernel
+def has_settled(points: Floats, p: int) -> bool:
+    """Return whether strobes that come again after p periods are those of the orbit itself."""
+    return repeats(points, p, CLOSE * size_of(points))
 
 
 @kernel
@@ -371,10 +377,7 @@ NEAR = 3e-4
 @kernel
 def is_near(strobe: Floats, orbit: Floats) -> bool:
     """Return whether a strobe is one of an orbit's (n, d)."""
-    size = 0.0
-    for k in range(orbit.shape[0]):
-        for column in range(orbit.shape[1]):
-            size = max(size, abs(orbit[k, column]))
+    size = size_of(orbit)
     most = NEAR * (size if size > 0.0 else 1.0)
     for k in range(orbit.shape[0]):
         same = True

@@ -136,6 +136,24 @@ class Space(NamedTuple):
 
 
 @kernel
+def space_of(
+    run: Run,
+    followed: tuple[Floats, Floats, Floats, Floats],
+    compared: tuple[Floats, Floats, Floats, Floats, Floats, Floats],
+    cells: Integers,
+    stops: Floats,
+    loads: LoadSpace,
+) -> Space:
+    """Return the space of arrays in which motions are followed, and those that are compared."""
+    plan, values, ring, points = followed
+    strobes, last, cloud, rates, exponents, frame = compared
+    return Space(
+        run, plan, values, ring, points, strobes, last, cloud, stops, loads, rates, exponents,
+        frame, cells,
+    )  # fmt: skip
+
+
+@kernel
 def copy(points: Floats, n: int, to: Floats, first: int) -> None:
     """Write x and v of the first n points from a row on."""
     for k in range(n):

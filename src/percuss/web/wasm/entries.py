@@ -217,22 +217,9 @@ def classify(
     """Write the classes of starts."""
     run = Run(law, state, counters, phases[0], phases[1], phases[2], events, marks, grazes)
     loads = attractors.loads_of(law, best, scratch)
-    space = basins.Space(
-        run,
-        plan,
-        values,
-        ring,
-        points,
-        strobes,
-        last,
-        cloud,
-        stops,
-        loads,
-        rates,
-        tangents,
-        frame,
-        cells,
-    )
+    followed = (plan, values, ring, points)
+    compared = (strobes, last, cloud, rates, tangents, frame)
+    space = basins.space_of(run, followed, compared, cells, stops, loads)
     return basins.classify_starts(space, rules, starts, classes)
 
 
@@ -267,22 +254,9 @@ def label(
     """Write the number of each start's attractor, and the attractors."""
     run = Run(law, state, counters, phases[0], phases[1], phases[2], events, marks, grazes)
     loads = attractors.loads_of(law, best, scratch)
-    space = basins.Space(
-        run,
-        plan,
-        values,
-        ring,
-        points,
-        strobes,
-        last,
-        cloud,
-        stops,
-        loads,
-        rates,
-        tangents,
-        frame,
-        cells,
-    )
+    followed = (plan, values, ring, points)
+    compared = (strobes, last, cloud, rates, tangents, frame)
+    space = basins.space_of(run, followed, compared, cells, stops, loads)
     return basins.label(space, rules, classes, labels, found, drawn)
 
 
@@ -314,22 +288,9 @@ def exponent(
     """Write the largest exponent of a motion; return 1 where there is one."""
     run = Run(law, state, counters, phases[0], phases[1], phases[2], events, marks, grazes)
     loads = attractors.loads_of(law, best, scratch)
-    space = basins.Space(
-        run,
-        plan,
-        values,
-        ring,
-        points,
-        strobes,
-        last,
-        cloud,
-        stops,
-        loads,
-        rates,
-        tangents,
-        frame,
-        cells,
-    )
+    followed = (plan, values, ring, points)
+    compared = (strobes, last, cloud, rates, tangents, frame)
+    space = basins.space_of(run, followed, compared, cells, stops, loads)
     return 1 if exponents.largest_exponent(space, start, out) else 0
 
 
