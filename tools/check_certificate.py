@@ -1,4 +1,4 @@
-"""Check a certificate of percuss, of an oscillator with stops: a run, orbits, a branch, a list or chaos.
+"""Check a certificate of percuss, of an oscillator with stops: of runs, orbits, branches, basins, chaos.
 
     python check_certificate.py certificate.json
 
@@ -23,7 +23,7 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from fractions import Fraction
-from itertools import groupby, pairwise
+from itertools import groupby, islice, pairwise
 from math import ceil, floor, gcd, isqrt
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -36,13 +36,18 @@ RUN_BITS = (256, 512, 1024, 2048, 4096, 8192)
 # A step in which nothing is met is not made shorter than this: a graze, or an interval too wide.
 SHORTEST = Fraction(1, 2**40)
 # The longest step, the longest flight, and parts into which a set of a chaos proof is divided.
-LONGEST, FLIGHT, PARTS = Fraction(1, 8), 1000, 3000
+LONGEST, FLIGHT, PARTS = Fraction(1, 2), 1000, 3000
+# The shortest step of a set of states, as a part of its width.
+FINE = Fraction(1, 256)
 # Parts are made smaller until a derivative is known on each to within this part of its largest entry:
 # the first of these that suffices.
 NARROW = tuple(Fraction(1, n) for n in (12, 100, 400, 1600))
 # Boxes of a complete list are not made smaller than this part of the region, and steps of flights in
 # which some of them may have an impact not shorter than this.
 SMALLEST_BOX, FINEST_STEP = Fraction(1, 2**24), Fraction(1, 64)
+# Bits with which sets of motions of a basin are followed, the smallest part of a rectangle that is tried,
+# and events after which they have come to their orbit.
+SET_BITS, SMALLEST_PART, MOST_EVENTS = 64, Fraction(1, 2**10), 60
 # Each half of a strip of a branch is divided into so many parts along its coordinate.
 PARTS_OF_STRIP = (1, 3, 9, 27)
 
@@ -73,10 +78,11 @@ class Interval(NamedTuple):
     high: int
 
     def __add__(self, other: Any) -> Any:
-        if isinstance(other, Dual):
-            return NotImplemented
-        low, high = of(other)
-        return Interval(self.low + low, self.high + high)
+        if type(other) is not Interval:
+            if isinstance(other, Dual):
+                return NotImplemented
+            other = of(other)
+        return Interval(self[0] + other[0], self[1] + other[1])
 
     def __neg__(self) -> Interval:
         return Interval(-self.high, -self.low)
@@ -88,10 +94,13 @@ class Interval(NamedTuple):
         return -self + other
 
     def __mul__(self, other: Any) -> Any:
-        if isinstance(other, Dual):
-            return NotImplemented
-        a, b, c, d = (p * q for p in self for q in of(other))
-        return Interval(min(a, b, c, d) >> BITS, -(-max(a, b, c, d) >> BITS))
+        if type(other) is not Interval:
+            if isinstance(other, Dual):
+                return NotImplemented
+            other = of(other)
+        (p, q), (r, s) = self, other
+        ends = p * r, p * s, q * r, q * s
+        return Interval(min(ends) >> BITS, -(-max(ends) >> BITS))
 
     def __radd__(self, other: Any) -> Any:
         return self + other
@@ -142,7 +151,9 @@ def of(low: Any, high: Fraction | int | None = None) -> Any:
     """Return the interval of a rational number, or of all between two; an interval as it is."""
     if isinstance(low, Interval | Dual):
         return low
-    return Interval(floor(low * (1 << BITS)), ceil((low if high is None else high) * (1 << BITS)))
+    n, d = low.as_integer_ratio()
+    p, q = (n, d) if high is None else high.as_integer_ratio()
+    return Interval((n << BITS) // d, -((-p << BITS) // q))
 
 
 class Dual(NamedTuple):
@@ -251,7 +262,12 @@ def exponential(y: Any) -> Any:
 
 def pi() -> Any:
     """Return pi = 16 arctan(1/5) - 4 arctan(1/239), whose series alternate."""
-    return 16 * _arctan(5) - 4 * _arctan(239)
+    if BITS not in PI:
+        PI[BITS] = 16 * _arctan(5) - 4 * _arctan(239)
+    return PI[BITS]
+
+
+PI: dict[int, Interval] = {}
 
 
 def _arctan(q: int) -> Interval:
@@ -327,7 +343,10 @@ class State(NamedTuple):
     v: Interval
 
 
-Matrix = tuple[tuple[Interval, Interval], tuple[Interval, Interval]]
+Pair = tuple[Interval, Interval]
+Matrix = tuple[Pair, Pair]
+# A bound, its side, and between which tau it is passed.
+Landing = tuple[int, int, Fraction, Fraction]
 
 
 def product(a: Matrix, b: Matrix) -> Matrix:
@@ -336,14 +355,34 @@ def product(a: Matrix, b: Matrix) -> Matrix:
     return (p * e + q * g, p * f + q * h), (r * e + s * g, r * f + s * h)
 
 
+def applied(a: Matrix, b: Pair) -> Pair:
+    (p, q), (r, s) = a
+    return p * b[0] + q * b[1], r * b[0] + s * b[1]
+
+
+def root(value: Interval) -> Interval:
+    """Return a bound of the square root, from above and, so that it is one, from below by zero."""
+    return Interval(0, isqrt(max(value.high, 0) << BITS) + 1)
+
+
 class Flight:
     """The motion in one region from states; tau is the time since the start."""
 
     def __init__(self, law: Law, number: int, start: State) -> None:
         self.law, self.start = law, start
         self.region = law.regions[number]
+        self.waves = [self._wave(tone) for tone in law.tones]
         p, q = self._particular(of(0), start.t)
         self.free = start.x - p, start.v - q
+
+    def _wave(self, tone: Tone) -> tuple[Any, Any] | None:
+        """Return p and q of the motion p cos + q sin under a tone, None at resonance."""
+        w = tone.omega
+        first, second = self.region.stiffness - w * w, 2 * self.region.damping * w
+        size = first * first + second * second
+        if size == 0:
+            return None
+        return of(tone.amplitude * first / size), of(tone.amplitude * second / size)
 
     def _particular(self, tau: Interval, t: Interval) -> tuple[Any, Any]:
         """Return a motion under the force, and its velocity."""
@@ -354,13 +393,11 @@ class Flight:
             x, v = c / (2 * a) * tau, of(c / (2 * a))
         else:
             x, v = c / 2 * tau * tau, c * tau
-        for tone in self.law.tones:
+        for tone, wave in zip(self.law.tones, self.waves, strict=True):
             cos, sin = self.law.cycles(tone, t)
             w = tone.omega
-            first, second = k - w * w, 2 * a * w
-            size = first * first + second * second
-            if size != 0:
-                p, q = of(tone.amplitude * first / size), of(tone.amplitude * second / size)
+            if wave is not None:
+                p, q = wave
                 x, v = x + p * cos + q * sin, v + w * (q * cos - p * sin)
             else:
                 p = of(tone.amplitude / (2 * w))
@@ -411,19 +448,22 @@ class Flight:
             x, v = next_x.wider(), next_v.wider()
         raise NotProvenError("a step is too long")
 
-    def landing(self, departed: int | None) -> tuple[int, int, Fraction, Fraction]:
+    def landing(self, departed: int | None, *, may_settle: bool = False) -> Landing | None:
         """Return the bound that all motions meet first, its side, and between which tau.
 
         On each step before, x keeps off both bounds; on the last one it passes the bound and v keeps
-        its sign, so that each motion passes it once. ``departed`` is the bound of the start.
+        its sign, so that each motion passes it once. ``departed`` is the bound of the start. With
+        ``may_settle`` None says that all motions are proven to meet no bound any more.
         """
         begin, h = Fraction(0), LONGEST
+        # Steps that are short beside the width of the states are of no use.
+        wide = Fraction(max(value.width for value in self.start), 1 << BITS)
         while begin < FLIGHT:
             try:
                 met = self._met_on(begin, h, departed)
             except NotProvenError:
                 h /= 2
-                if h < SHORTEST:
+                if h < max(SHORTEST, wide * FINE):
                     raise NotProvenError(
                         f"which event comes next is open {_told(begin)} after an event"
                     ) from None
@@ -431,7 +471,27 @@ class Flight:
             if met is not None:
                 return (*met, begin, begin + h)
             begin, h = begin + h, min(2 * h, LONGEST)
+            if may_settle and self._settles(begin):
+                return None
         raise NotProvenError(f"no event within {FLIGHT}")
+
+    def _settles(self, tau: Fraction) -> bool:
+        """Return whether the norm of free motion and the waves keep x off the bounds from tau on.
+
+        With K, a > 0 the norm (y^2 + y'^2/K)^(1/2) does not grow.
+        """
+        k, a, c, lower, upper = self.region
+        x_x, v_x, x_v, v_v = self.response(of(tau))
+        p, q = self.free
+        y, dy = p * x_x + q * x_v, p * v_x + q * v_v
+        reach = root(y * y + dy * dy / k)
+        for tone in self.law.tones:
+            first, second = k - tone.omega * tone.omega, 2 * a * tone.omega
+            reach = reach + root(of(tone.amplitude**2 / (first * first + second * second)))
+        return all(
+            bound is None or (sign * (self.law.bounds[bound].at - of(c / k)) - reach).low > 0
+            for bound, sign in ((lower, -1), (upper, 1))
+        )
 
     def _met_on(self, begin: Fraction, h: Fraction, departed: int | None) -> tuple[int, int] | None:
         """Return the bound that all motions meet on a step, and its side, or None if they meet none."""
@@ -458,6 +518,7 @@ class Event(NamedTuple):
 
     bound: int
     region: int
+    tau: Interval
     t: Interval
     v_before: Interval
     v: Interval
@@ -466,9 +527,15 @@ class Event(NamedTuple):
     slopes: tuple[Interval, Interval]
 
 
-def met(law: Law, number: int, start: State, departed: int | None) -> Event:
-    """Return the next event of states, proven to be the first one, with interval Newton steps."""
-    bound, sign, low, high = _landing(law, number, start, departed)
+def met(
+    law: Law, number: int, start: State, departed: int | None, landing: Landing | None = None
+) -> Event:
+    """Return the next event of states, proven to be the first one, with interval Newton steps.
+
+    Its derivative is by t and v after the event at the start or, where there was none, by x and v.
+    ``landing`` is that of a set with these states, where it is known.
+    """
+    bound, sign, low, high = landing or _landing(law, number, start, departed)
     flight = Flight(law, number, start)
     at = of(law.bounds[bound].at)
     tau = of(low, high)
@@ -488,7 +555,10 @@ def met(law: Law, number: int, start: State, departed: int | None) -> Event:
     a = flight.acceleration(flight.force(tau), at, v)
     begin = flight.acceleration(flight.force(of(0)), start.x, start.v)
     x_x, v_x, x_v, v_v = flight.response(tau)
-    x_t, v_t = -(start.v * x_x + begin * x_v), -(start.v * v_x + begin * v_v)
+    if departed is None:
+        x_t, v_t = x_x, v_x
+    else:
+        x_t, v_t = -(start.v * x_x + begin * x_v), -(start.v * v_x + begin * v_v)
     t_t, t_v = -(x_t / v), -(x_v / v)
     restitution = law.bounds[bound].restitution
     kept, region = (of(1), number + sign) if restitution is None else (of(-restitution), number)
@@ -502,17 +572,17 @@ def met(law: Law, number: int, start: State, departed: int | None) -> Event:
         v_p = kept * (v_p + a * t_p)
         if restitution is not None:
             v_p = v_p - dual(there.restitution).slope * v
-    return Event(bound, region, start.t + tau, v, kept * v, derivative, (t_p, v_p))
+    return Event(bound, region, tau, start.t + tau, v, kept * v, derivative, (t_p, v_p))
 
 
-def _landing(
-    law: Law, number: int, start: State, departed: int | None
-) -> tuple[int, int, Fraction, Fraction]:
+def _landing(law: Law, number: int, start: State, departed: int | None) -> Landing:
     """Return `Flight.landing`, found with few bits."""
     shift = max(0, BITS - COARSE)
     few = State(*(Interval(value.low >> shift, -(-value.high >> shift)) for value in start))
     with bits(BITS - shift):
-        return Flight(law, number, few).landing(departed)
+        found = Flight(law, number, few).landing(departed)
+    assert found is not None
+    return found
 
 
 def after(law: Law, event: Event) -> State:
@@ -575,6 +645,17 @@ FORMS: dict[str, dict[str, Any]] = {
         "cycle": PAIR,
         "orbits": [ORBIT],
         "boxes": [{"cycle": PAIR, "v": PAIR}],
+    },
+    "basins": {
+        "t": PAIR,
+        "orbits": [
+            {
+                "orbit": ORBIT,
+                "traps": [{"event": "n", "axes": (PAIR, PAIR), "rounds": "n", "stages": ["q"]}],
+            }
+        ],
+        "steady": ["n"],
+        "cells": [{"x": PAIR, "v": PAIR, "to": "n"}],
     },
     "chaos": {
         "bound": "n",
@@ -1265,6 +1346,287 @@ def _check_region(returns: Returns, known: Sequence[State], region: Any) -> int:
     return n_boxes
 
 
+class Carried(NamedTuple):
+    """A set after an event: all of it lies in image + derivative spread, if 0 belongs to the spread."""
+
+    event: Event
+    image: Pair
+    derivative: Matrix
+
+
+def carried(
+    law: Law,
+    number: int,
+    departed: int | None,
+    middle: State,
+    axes: Matrix,
+    spread: Pair,
+    settling: int | None = None,
+) -> Iterator[Carried]:
+    """Yield the events of all motions from the states middle + axes spread, the same for all.
+
+    The states are t and v after an event at a bound or, where there was none, x and v at one instant.
+    By the mean value theorem, with the derivatives on all of the set. It ends where all motions are
+    proven to meet no bound any more in region ``settling``, or after the most events.
+    """
+    total, whole, point = axes, _around(middle, departed, applied(axes, spread)), middle
+    for _ in range(MOST_EVENTS):
+        landing = Flight(law, number, whole).landing(departed, may_settle=number == settling)
+        if landing is None:
+            return
+        event = met(law, number, whole, departed, landing)
+        alone = met(law, number, point, departed, (*landing[:2], *event.tau.fractions()))
+        total = product(event.derivative, total)
+        image = alone.t, alone.v
+        yield Carried(event, image, total)
+        near = applied(total, spread)
+        t, v = (_both(x, p + d) for x, p, d in zip((event.t, event.v), image, near, strict=True))
+        at = of(law.bounds[event.bound].at)
+        whole, point = State(t, at, v), after(law, alone)
+        number, departed = event.region, event.bound
+    raise NotProvenError("the motions have not settled")
+
+
+def _around(middle: State, departed: int | None, by: Pair) -> State:
+    first, dv = by
+    if departed is None:
+        return State(middle.t, middle.x + first, middle.v + dv)
+    return State(middle.t + first, middle.x, middle.v + dv)
+
+
+def _both(one: Interval, other: Interval) -> Interval:
+    """Return what is in both of two intervals that have a point in common."""
+    return Interval(max(one.low, other.low), min(one.high, other.high))
+
+
+class Trap(NamedTuple):
+    """The states z + E w, abs(w) < 1, after events of a kind: z, in a box, is an event of an orbit."""
+
+    bound: int
+    region: int
+    z: Pair
+    inverse: Matrix
+
+    def holds(self, law: Law, found: Carried, spread: Pair) -> bool:
+        """Return whether all of a set lies inside, whole periods later or not."""
+        event, (t, v), _ = found
+        if (event.bound, event.region) != (self.bound, self.region):
+            return False
+        period = law.period()
+        turns = round(Fraction(t.low - self.z[0].low, period.low))
+        c, d = applied(self.inverse, (t - turns * period - self.z[0], v - self.z[1]))
+        (e, f), (g, h) = product(self.inverse, found.derivative)
+        # The norm is convex: it is largest at a corner.
+        corners = [(p, q) for p in _ends(spread[0]) for q in _ends(spread[1])]
+        norms = [_squared(c + e * p + f * q) + _squared(d + g * p + h * q) for p, q in corners]
+        return all(norm.high < 1 << BITS for norm in norms)
+
+
+def _ends(value: Interval) -> tuple[Interval, Interval]:
+    return Interval(value.low, value.low), Interval(value.high, value.high)
+
+
+def _squared(value: Interval) -> Interval:
+    return Interval(0, (value * value).high)
+
+
+Rectangle = tuple[tuple[Fraction, Fraction], tuple[Fraction, Fraction]]
+
+
+def on_parts(whole: Rectangle, holds: Callable[[Rectangle], bool], said: str) -> int:
+    """Prove what is to hold on all parts of a rectangle, smaller where need be; count them."""
+    parts, done = [whole], 0
+    least = (whole[0][1] - whole[0][0]) * SMALLEST_PART
+    while parts:
+        part = parts.pop()
+        with suppress(NotProvenError):
+            if holds(part):
+                done += 1
+                continue
+        (a, b), (c, d) = part
+        if b - a < least:
+            raise NotProvenError(f"{said}, at {_told((a + b) / 2)}, {_told((c + d) / 2)}")
+        x, y = (a + b) / 2, (c + d) / 2
+        parts += [(first, second) for first in ((a, x), (x, b)) for second in ((c, y), (y, d))]
+    return done
+
+
+def _middle(part: Rectangle) -> tuple[Pair, Pair]:
+    """Return the middle of a rectangle, and all vectors from there to its points."""
+    (a, b), (c, d) = part
+    x, y = (of((low - high) / 2, (high - low) / 2) for low, high in part)
+    return (of((a + b) / 2), of((c + d) / 2)), (x, y)
+
+
+def trap_of(law: Law, orbit: Any, claim: Any) -> Trap:
+    """Return a set about an event of a proven orbit from which all motions approach the orbit.
+
+    On parts of a parallelogram about the innermost ellipse the derivative of the map from an event to
+    the same one some rounds of the orbit later makes all vectors shorter, by the norm of the ellipse.
+    From each stage, a multiple of it, all motions come into the one before.
+    """
+    if claim["event"] >= len(orbit["events"]) or claim["rounds"] < 1:
+        raise NotProvenError("a trap has no event of its orbit, or no rounds")
+    event, ((a, b), (c, d)) = orbit["events"][claim["event"]], claim["axes"]
+    kind, size = (event["bound"], event["region"]), a * d - b * c
+    if size == 0:
+        raise NotProvenError("the axes of a trap are parallel")
+    axes = (of(a), of(b)), (of(c), of(d))
+    inverse = (of(d / size), of(-b / size)), (of(-c / size), of(a / size))
+    trap = Trap(*kind, (of(*event["t"]), of(*event["v"])), inverse)
+    n = claim["rounds"] * sum((it["bound"], it["region"]) == kind for it in orbit["events"])
+    middle = trap.z[0].middle(), trap.z[1].middle()
+    off = applied(inverse, (trap.z[0] - middle[0], trap.z[1] - middle[1]))
+
+    def carried_from(part: Rectangle, by: Matrix) -> tuple[Iterator[Carried], Pair]:
+        center, spread = _middle(part)
+        t, v = (p + q for p, q in zip(middle, applied(by, center), strict=True))
+        start = departing(law, kind[1], kind[0], (t, v))
+        return carried(law, kind[1], kind[0], start, by, spread), spread
+
+    def shrinks(part: Rectangle) -> bool:
+        of_kind = (
+            found for found in carried_from(part, axes)[0]
+            if (found.event.bound, found.event.region) == kind
+        )  # fmt: skip
+        (p, q), (r, s) = product(inverse, next(islice(of_kind, n - 1, None)).derivative)
+        # Both singular values of a matrix are below 1 if (1 - s^2)(1 - S^2) > 0 and s S < 1.
+        size, det = p * p + q * q + r * r + s * s, p * s - q * r
+        least = det.least * det.least >> BITS
+        return bool(size.high < (1 << BITS) + least and det.size < 1 << BITS)
+
+    # The ellipse is about z, which is not the middle of its box.
+    reach = 1 + Fraction(off[0].size + off[1].size, 1 << BITS)
+    whole = ((-reach, reach), (-reach, reach))
+    on_parts(whole, shrinks, "a trap is not proven to be mapped into itself")
+    for stage in claim["stages"]:
+        if stage < 1:
+            raise NotProvenError(f"a stage of {stage} of a trap is below 1")
+        wider = tuple((stage * p, stage * q) for p, q in axes)
+        inner = trap
+
+        def comes_in(part: Rectangle, by: Any = wider, inner: Trap = inner) -> bool:
+            nearest = (max(low, -high, Fraction(0)) for low, high in part)
+            if sum(x * x for x in nearest) > reach * reach:
+                return True
+            motions, spread = carried_from(part, by)
+            return any(inner.holds(law, found, spread) for found in motions)
+
+        on_parts(whole, comes_in, f"from stage {stage} of a trap motions are not proven to come in")
+        (p, q), (r, s) = inverse
+        trap = trap._replace(inverse=((p / stage, q / stage), (r / stage, s / stage)))
+    return trap
+
+
+def proven_basins(law: Law, claims: Any) -> str:
+    """Prove of rectangles of starts that all motions from them approach the orbit that is claimed."""
+    cells, orbits, steady = claims["cells"], claims["orbits"], claims["steady"]
+    if not cells:
+        raise NotProvenError("no cell is claimed")
+    for it in cells:
+        if it["x"][0] >= it["x"][1] or it["v"][0] >= it["v"][1]:
+            raise NotProvenError(f"{_cell_said(it)} has no area")
+        if it["to"] >= len(orbits) + len(steady):
+            raise NotProvenError(f"{_cell_said(it)} goes to an orbit that is not there")
+    _check_disjoint(cells)
+    said = [proven_orbit(law, it["orbit"]) for it in orbits]
+    _check_different(law, [it["orbit"] for it in orbits])
+    for number in steady:
+        if number >= len(law.regions) or steady.count(number) > 1:
+            raise NotProvenError(f"region {number} is none, or stands twice")
+        region = law.regions[number]
+        if region.stiffness <= 0 or region.damping <= 0:
+            raise NotProvenError(f"in region {number} motions do not decay")
+        said.append(f"The motion in region {number} that repeats itself and meets no stop.")
+    with bits(SET_BITS):
+        traps = [[trap_of(law, it["orbit"], trap) for trap in it["traps"]] for it in orbits]
+        fates: list[Any] = [*traps, *steady]
+        n_parts = sum(_check_cell(law, claims["t"], it, fates[it["to"]]) for it in cells)
+    areas = [Fraction(0)] * len(fates)
+    for it in cells:
+        (a, b), (c, d) = it["x"], it["v"]
+        areas[it["to"]] += (b - a) * (d - c)
+    head = (
+        f"From all starts at t = {_phase(claims['t'])} in {_counted(len(cells), 'rectangle')} of the "
+        f"plane of x and v, which share no area, motions approach the orbits that are said, whole periods "
+        f"of the force later or not (proven on {_counted(n_parts, 'part')} of the rectangles). Nothing is "
+        f"claimed of other starts."
+    )
+    lines = [head]
+    for k, (orbit, area) in enumerate(zip(said, areas, strict=True)):
+        own = [it for it in cells if it["to"] == k]
+        if own:
+            (a, b), (c, d) = (
+                (_told(min(it[key][0] for it in own)), _told(max(it[key][1] for it in own)))
+                for key in "xv"
+            )
+            lines.append(
+                f"Orbit {k}: {orbit}\n  {_counted(len(own), 'rectangle')} with an area of {_told(area)}, "
+                f"rounded down, from x = {a} to {b} and v = {c} to {d}, about, go to orbit {k}."
+            )
+    return "\n".join(lines)
+
+
+def _cell_said(cell: Any) -> str:
+    return f"the rectangle at x = {_told(cell['x'][0])}, v = {_told(cell['v'][0])}"
+
+
+def _check_disjoint(cells: Sequence[Any]) -> None:
+    open_ones: list[Any] = []
+    for cell in sorted(cells, key=lambda it: it["x"][0]):
+        open_ones = [it for it in open_ones if it["x"][1] > cell["x"][0]]
+        for it in open_ones:
+            if it["v"][0] < cell["v"][1] and cell["v"][0] < it["v"][1]:
+                raise NotProvenError(f"{_cell_said(cell)} overlaps another one")
+        open_ones.append(cell)
+
+
+def _check_different(law: Law, orbits: Sequence[Any]) -> None:
+    """Prove that no two orbits are one, whole periods later or not: one has an event of its own."""
+    states = [[(of(*it["t"]), of(*it["v"])) for it in orbit["events"]] for orbit in orbits]
+    for i, first in enumerate(states):
+        for j in range(i):
+            if any(_may_be_one(law.period(), first[0], other) for other in states[j]):
+                raise NotProvenError(f"orbits {j} and {i} may be one")
+
+
+def _may_be_one(period: Interval, one: Pair, other: Pair) -> bool:
+    """Return whether two events may be the same, whole periods apart."""
+    t, v = one[0] - other[0], one[1] - other[1]
+    n = round(Fraction(t.low, period.low))
+    is_wide = 2 * (one[0].width + other[0].width) > period.low
+    return v.least == 0 and (is_wide or any((t - k * period).least == 0 for k in (n - 1, n, n + 1)))
+
+
+def _check_cell(law: Law, instant: Any, cell: Any, fate: Any) -> int:
+    """Prove where all motions from a rectangle go, by parts of it; count these."""
+    (low, high), t = cell["x"], angle(instant)
+    ends = [(law.bounds[i].at if i is not None else None) for it in law.regions for i in it[3:]]
+    number = next(
+        (
+            k for k, (lower, upper) in enumerate(zip(ends[::2], ends[1::2], strict=True))
+            if (lower is None or lower < low) and (upper is None or high < upper)
+        ),
+        None,
+    )  # fmt: skip
+    if number is None:
+        raise NotProvenError(f"{_cell_said(cell)} lies on a stop or beyond a wall")
+    region, is_steady = number, isinstance(fate, int)
+    axes = (of(1), of(0)), (of(0), of(1))
+
+    def goes_there(part: Rectangle) -> bool:
+        (x, v), spread = _middle(part)
+        settling = fate if is_steady else None
+        motions = carried(law, region, None, State(t, x, v), axes, spread, settling)
+        if is_steady:
+            # They end where all motions settle.
+            return all(True for _ in motions)
+        return any(trap.holds(law, found, spread) for found in motions for trap in fate)
+
+    said = f"the starts of {_cell_said(cell)} are not proven to go where it says"
+    return on_parts((cell["x"], cell["v"]), goes_there, said)
+
+
 class Set(NamedTuple):
     """A parallelogram of (t, v): center +- unstable +- stable."""
 
@@ -1515,6 +1877,7 @@ KINDS: dict[str, Callable[[Any, Any], str]] = {
     "orbit": proven_orbit,
     "branch": proven_branch,
     "list": proven_list,
+    "basins": proven_basins,
     "chaos": proven_chaos,
 }
 

@@ -3,38 +3,22 @@
 from __future__ import annotations
 
 import copy
-import importlib.util
 import json
 import re
 import subprocess
 import sys
-from collections.abc import Iterator
 from fractions import Fraction
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import flint
 import numpy as np
 import pytest
+from tests.certified.checker import CHECKER, changed, check, leaves
 
 import percuss as pc
 from percuss.certified import certificate, list_orbits, prove_chaos
 from percuss.errors import OutputError, ParameterError
-
-CHECKER = Path(__file__).parents[2] / "tools" / "check_certificate.py"
-
-
-def loaded() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("check_certificate", CHECKER)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-check: Any = loaded()
 
 WALL = pc.impact_oscillator("4/5")
 TWO_WALLS = pc.Oscillator(
@@ -164,36 +148,6 @@ def test_chaos_is_proven_again(chaos: dict[str, Any]) -> None:
 
     assert "chaotic" in words
     assert "at least 0.180" in words
-
-
-def leaves(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
-    items = value.items() if isinstance(value, dict) else enumerate(value)
-    for key, part in items:
-        if isinstance(part, dict | list):
-            yield from leaves(part, (*path, key))
-        else:
-            yield *path, key
-
-
-def changed(claims: dict[str, Any], path: tuple[Any, ...]) -> str:
-    """Return a certificate with another value in a place, so far off that no claim allows it."""
-    other = copy.deepcopy(claims)
-    parent: Any = other
-    for key in path[:-1]:
-        parent = parent[key]
-    value = parent[path[-1]]
-    if isinstance(value, int):
-        parent[path[-1]] = value + 1
-    elif value is None:
-        parent[path[-1]] = 0
-    elif value in ("asymptotic", "unstable"):
-        parent[path[-1]] = "unstable" if value == "asymptotic" else "asymptotic"
-    elif isinstance(value, str) and value[-1].isdigit():
-        # The lower end of an interval goes up, the upper end down.
-        parent[path[-1]] = str(Fraction(value) + (-1 if path[-1] == 1 else 1) * Fraction(3, 7))
-    else:
-        parent[path[-1]] = f"{value}?"
-    return json.dumps(other)
 
 
 def test_a_run_that_is_changed_anywhere_is_refused(run: dict[str, Any]) -> None:
@@ -503,9 +457,10 @@ def test_what_is_cut_off_or_of_another_version_is_refused(run: dict[str, Any]) -
     with pytest.raises(check.NotProvenError, match="version 2; this program checks version 1"):
         check.theorem(json.dumps(run | {"certificate": 2}))
     with pytest.raises(
-        check.NotProvenError, match="'basins'; this program checks run, orbit, branch, list, chaos"
+        check.NotProvenError,
+        match="'weather'; this program checks run, orbit, branch, list, basins, chaos",
     ):
-        check.theorem(json.dumps(run | {"kind": "basins"}))
+        check.theorem(json.dumps(run | {"kind": "weather"}))
 
 
 @pytest.mark.parametrize(

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+from fractions import Fraction
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
+import percuss as pc
 from percuss.cli import app
 from percuss.studies import template_text
 
@@ -69,6 +71,43 @@ def test_the_branch_of_a_study_has_a_certificate() -> None:
     assert claims["law"]["tones"][0]["omega"] == ["0", "1"]
 
 
+def test_all_orbits_of_the_studys_system_have_a_certificate() -> None:
+    status, out, _ = prove("study.toml", "--list", "1", "1", "--speeds", "1/5", "3", "-o", "a.json")
+
+    assert status == 0
+    assert "all that there are with speeds 0.2 to 3" in out
+    claims = json.loads(Path("a.json").read_text())
+    assert (claims["kind"], claims["impacts"], claims["periods"]) == ("list", 1, 1)
+    assert claims["speeds"] == ["1/5", "3"]
+    # Speeds from the orbits that a search finds.
+    assert prove("study.toml", "--list", "1", "1", "-o", "b.json")[0] == 0
+    (orbit,) = pc.find_orbits(pc.impact_oscillator("4/5"), pc.cosine("14/5"), 1, 1)
+    low, high = (float(Fraction(v)) for v in json.loads(Path("b.json").read_text())["speeds"])
+    assert 5.0 * low < orbit.impacts.v_after[0] < high < 2.0 * orbit.impacts.v_after[0]
+
+
+def test_the_basins_of_a_study_have_a_certificate() -> None:
+    model = CHAOTIC.split("[start]", maxsplit=1)[0].replace("14/5", "11/5").replace("4/5", "3/5")
+    axes = "x0 = {from = 0.1, to = 0.3, count = 3}\nv0 = [0.25, 0.4]\n"
+    Path("study.toml").write_text(f'{model}[study]\nkind = "basins"\n[basins]\n{axes}')
+
+    status, out, _ = prove("study.toml")
+
+    assert status == 0
+    assert "2 cells, proven basins of 100.0 % of the area" in out
+    claims = json.loads(Path("study.certificate.json").read_text())
+    assert claims["kind"] == "basins"
+    (cell,) = claims["cells"]
+    assert [float(Fraction(x)) for x in cell["x"]] == [0.1, 0.3]
+    # Of starts on the wall there are none.
+    Path("study.toml").write_text(
+        f'{model}[study]\nkind = "basins"\n[basins]\ncycle = [0, 0.5]\nv = [0.25, 0.4]\n'
+    )
+    status, _, err = prove("study.toml", "--force")
+    assert status == 2
+    assert "of starts on a wall" in err
+
+
 @pytest.mark.nightly  # tests/certified/test_certificates.py proves it by Python
 def test_chaos_of_the_studys_system() -> None:
     status, out, _ = prove("study.toml", "--chaos", "--out", "chaos.json")
@@ -82,7 +121,17 @@ def test_chaos_of_the_studys_system() -> None:
     ("text", "options", "said"),
     [
         (CHAOTIC.replace("max_impacts = 4", "t_end = 1"), (), "the run meets no stop"),
-        (template_text("sweep"), (), "not of kind motion, orbit or branch, which alone"),
+        (template_text("sweep"), (), "not of kind motion, orbit, branch or basins, which alone"),
+        (CHAOTIC, ("--speeds", "1/5", "3"), "a list of orbits, which is not asked for"),
+        (CHAOTIC, ("--chaos", "--list", "1", "1"), "prove one, then the other"),
+        (CHAOTIC, ("--list", "1", "1", "--speeds", "0", "3"), "give a least speed above 0"),
+        (CHAOTIC, ("--list", "1", "1", "--speeds", "2", "1"), "speeds"),
+        (CHAOTIC, ("--list", "0", "1"), "impacts"),
+        (
+            CHAOTIC.replace("at = 0", "at = -50"),
+            ("--list", "1", "1"),
+            "give the least and the greatest",
+        ),
         (template_text("structure"), (), "of a structure, of which there are no proofs"),
         (
             CHAOTIC.split("[[forcing", maxsplit=1)[0] + "[start]\nx0 = 1\nv0 = 0\n[run]\nt_end = 1",

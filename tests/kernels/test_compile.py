@@ -18,6 +18,7 @@ from numba.core.types.functions import BaseFunction
 from tests.kernels.uncompiled import python_of
 
 from percuss.kernels import compile as compile_module
+from percuss.kernels.arithmetic import product_error
 
 LEAF = """
 from throwaway.compile import kernel
@@ -334,6 +335,32 @@ def test_a_cold_kernel_stays_a_call_of_its_caller() -> None:
         calls = [line for line in text.splitlines() if " call " in line]
         assert any("of_a_cold_path" in line for line in calls)
         assert not any("of_a_warm_one" in line for line in calls)
+
+
+def test_code_for_other_processors_has_no_part_that_was_made_for_this_one() -> None:
+    if not compile_module.has_fused_products():
+        pytest.skip("both are made of the same instructions")
+
+    @compile_module.kernel
+    def error(x: float) -> float:
+        return product_error(x, x, x * x)
+
+    def errors(x: float) -> float:
+        return error(x) + error(x + 1.0)
+
+    njit: Any = numba.njit
+    here, portable = njit(errors), njit(errors)
+    value = here(1.1)
+    token = compile_module.is_portable.set(True)
+    try:
+        assert portable(1.1) == value
+    finally:
+        compile_module.is_portable.reset(token)
+
+    (text,) = here.inspect_llvm().values()
+    assert "llvm.fma" in text
+    (text,) = portable.inspect_llvm().values()
+    assert "llvm.fma" not in text
 
 
 def test_an_operator_is_looked_up_once_for_its_types_and_numba_is_left_as_it_was(

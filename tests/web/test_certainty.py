@@ -113,6 +113,15 @@ def test_chaos_is_proven_on_the_page(page: Page) -> None:
     expect(strip.locator(".status")).to_have_text("not proven", timeout=WAIT)
     expect(rows).to_contain_text("no saddle with one impact a period was found")
 
+    strip.get_by_role("button", name="Prove all orbits").click()
+    expect(strip.locator(".status")).to_have_text("proven", timeout=WAIT)
+    expect(rows).to_contain_text("1 orbit with 1 impact in 1 forcing period")
+    set_box(page, "oscillator.stops.0.restitution", "0.6")
+    set_box(page, "forcing.harmonics.0.omega", "2.2")
+    strip.get_by_role("button", name="Prove basins").click()
+    expect(strip.locator(".status")).to_have_text("proven in part", timeout=WAIT)
+    expect(rows).to_contain_text("1 impact in 1 period")
+
 
 def test_a_proof_is_cancelled_and_one_that_ends_early_is_marked(
     page: Page, monkeypatch: pytest.MonkeyPatch

@@ -108,8 +108,56 @@ def test_where_chaos_is_not_proven_it_says_why(study: dict[str, Any]) -> None:
     assert not still["complete"]
     assert "without forcing" in still["report"]["certified"]
     request = PageRequest(4, "certify", study, {"of": "peace"})
-    with pytest.raises(BadRequest, match="of is none of run, chaos"):
+    with pytest.raises(BadRequest, match="of is none of run, chaos, orbits, basins"):
         list(answer_certify(request, RunningRequest()))
+
+
+def of_system(study: dict[str, Any], of: str, **options: Any) -> dict[str, Any]:
+    request = PageRequest(4, "certify", study, {"of": of, **options})
+    (answer,) = answer_certify(request, RunningRequest())
+    return read_frame(answer)[0]
+
+
+def test_all_orbits_are_proven_as_list_orbits_does(study: dict[str, Any]) -> None:
+    header = of_system(chaotic(study, 40), "orbits")
+
+    assert header["complete"]
+    (orbit,) = pc.find_orbits(
+        pc.impact_oscillator("0.8", wall=0, side="above"), pc.cosine("2.8"), 1, 1
+    )
+    assert "1 orbit with 1 impact in 1 forcing period" in header["report"]["certified"]
+    v = float(re.findall(r"v_after = \[?(-?[\d.]+)", header["report"]["orbit 1"])[0])
+    assert v == pytest.approx(orbit.impacts.v_after[0], rel=1e-9)
+    assert header["report"]["orbit 1"].endswith("unstable")
+    free = {key: table for key, table in study.items() if key != "forcing"}
+    still = of_system(free | {"run": {"t_end": 40}}, "orbits")
+    assert not still["some"]
+    assert "without forcing" in still["report"]["certified"]
+
+
+def test_basins_are_proven_in_the_square_of_starts(
+    study: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(proof, "CELLS", 3)
+    study = chaotic(study, 40)
+    study["oscillator"]["stops"][0] |= {"side": "below", "restitution": "0.6"}
+    study["forcing"]["harmonics"][0]["omega"] = "2.2"
+    study["start"] = {"x0": "0.2", "v0": 0}
+    square = {"x_low": 0.1, "x_high": 0.3, "v_low": 0.25, "v_high": 0.4}
+
+    header = of_system(study, "basins", **square)
+    wide = of_system(study, "basins", **square | {"x_low": -0.1})
+    grazing = of_system(study, "basins", x_low=0.001, x_high=0.002, v_low=-0.001, v_high=9)
+
+    assert header["complete"]
+    assert "of 9 cells of starts all motions go to one orbit" in header["report"]["certified"]
+    assert header["report"]["attractor 0"].startswith("1 impact in 1 period: 100.0% of the area")
+    assert wide["some"]
+    assert not wide["complete"]
+    assert not grazing["some"]
+    assert grazing["report"]["certified"].startswith("nothing: of no cell")
+    with pytest.raises(BadRequest, match="is not below"):
+        of_system(study, "basins", x_low=1, x_high=0)
 
 
 def test_where_nothing_can_be_decided_it_says_why(study: dict[str, Any]) -> None:

@@ -13,6 +13,7 @@ from itertools import groupby, pairwise
 from math import gcd, lcm
 from typing import Any
 
+import numpy as np
 from flint import arb
 
 from percuss.certified.ball_arithmetic import Ball
@@ -24,10 +25,12 @@ from percuss.certified.march import Ending
 from percuss.certified.numbers import exact_value, precision
 from percuss.certified.orbit_list import CompleteList
 from percuss.certified.orbit_result import CertifiedOrbit
+from percuss.certified.proven_basins import CertifiedBasins
 from percuss.certified.results import CertifiedRun
 from percuss.certified.shooting import events_of
 from percuss.certified.strips import Strip
 from percuss.certified.system import BallSystem, Region, system_of
+from percuss.certified.trapping import Trap
 from percuss.errors import ParameterError
 from percuss.model.exact import Phase, angle, as_fraction
 
@@ -42,15 +45,20 @@ Json = dict[str, Any]
 
 
 def certificate(
-    result: CertifiedRun | CertifiedOrbit | CertifiedBranch | CertifiedChaos | CompleteList,
+    result: CertifiedRun
+    | CertifiedOrbit
+    | CertifiedBranch
+    | CertifiedChaos
+    | CompleteList
+    | CertifiedBasins,
 ) -> Json:
     """Return what a proof claims, and of what, as a dictionary for JSON.
 
     Parameters
     ----------
     result
-        Of `certify`, for a run, an orbit or a branch, or of `prove_chaos` or `list_orbits`. Of a
-        branch, what is proven of orbits that pass through no stop.
+        Of `certify`, for a run, an orbit or a branch, or of `prove_chaos`, `list_orbits` or
+        `prove_basins`. Of a branch, what is proven of orbits that pass through no stop.
 
     Returns
     -------
@@ -63,7 +71,7 @@ def certificate(
         If nothing is proven; if numbers are irrational or an interval, the force has a record or a wall
         a table of restitutions; if a run holds a chatter or a contact, or an orbit has no events; if
         the numbers of the equation of motion are not linear in the parameter of a branch; if a list
-        is not complete, or of more than one wall.
+        is not complete, or of more than one wall; if no cell of a basin is proven.
 
     Examples
     --------
@@ -80,6 +88,7 @@ def certificate(
         CertifiedBranch: _branch,
         CertifiedChaos: _chaos,
         CompleteList: _list,
+        CertifiedBasins: _basins,
     }
     for kind, written in kinds.items():
         if isinstance(result, kind):
@@ -376,6 +385,72 @@ def _smaller(low: float, high: float) -> list[str]:
     """Return a part of an interval about its middle, with short ends."""
     middle, half = (Fraction(low) + Fraction(high)) / 2, (Fraction(high) - Fraction(low)) / 6
     return [str(_rounded(middle + sign * half, half)) for sign in (-1, 1)]
+
+
+def _basins(basins: CertifiedBasins) -> Json:
+    system = system_of(basins.oscillator, basins.forcing)
+    orbits = [k for k, fate in enumerate(basins.fates) if not isinstance(fate, int)]
+    # In a certificate motions without impacts come last.
+    numbers = sorted(range(len(basins.fates)), key=lambda k: (k not in orbits, k))
+    cells = [
+        {"x": [str(Fraction(x)) for x in (a, b)], "v": [str(Fraction(v)) for v in (c, d)], "to": to}
+        for label, (a, b, c, d) in _rectangles(basins)
+        for to in [numbers.index(label)]
+    ]
+    if not cells:
+        raise _NoCertificateError("no cell is proven")
+    return {
+        "kind": "basins",
+        "law": _law(system),
+        "t": _phase(basins.t0),
+        "orbits": [
+            _trapping(basins.attractors[k], fate)
+            for k, fate in enumerate(basins.fates)
+            if not isinstance(fate, int)
+        ],
+        "steady": [basins.fates[k] for k in numbers[len(orbits) :]],
+        "cells": cells,
+    }
+
+
+def _rectangles(basins: CertifiedBasins) -> Iterator[tuple[int, tuple[float, ...]]]:
+    """Yield what is proven with its labels: blocks of cells of one label, and parts of cells."""
+    blocks = [tuple((0, n) for n in basins.labels.shape)]
+    while blocks:
+        ((i, j), (k, l)) = blocks.pop()
+        labels = set(basins.labels[i:j, k:l].flat)
+        if len(labels) == 1:
+            (label,) = labels
+            if label >= 0:
+                ends = basins.x0[[i, j]], basins.v0[[k, l]]
+                yield int(label), tuple(np.concatenate(ends).tolist())
+            continue
+        blocks += [(rows, columns) for rows in _halves(i, j) for columns in _halves(k, l)]
+    for label, part in zip(basins.labels_of_parts, basins.parts, strict=True):
+        yield int(label), tuple(part.tolist())
+
+
+def _halves(begin: int, end: int) -> list[tuple[int, int]]:
+    middle = (begin + end) // 2
+    return [(begin, middle), (middle, end)] if begin < middle else [(begin, end)]
+
+
+def _trapping(attractor: CertifiedOrbit, traps: Sequence[Trap]) -> Json:
+    orbit = _orbit(attractor)
+    kind = traps[0].event
+    places = [k for k, (event, _) in enumerate(attractor.events) if event == kind]
+    return {
+        "orbit": {key: orbit[key] for key in ("periods", "events", "stability")},
+        "traps": [
+            {
+                "event": place,
+                "axes": [[str(exact_value(x)) for x in row] for row in trap.within],
+                "rounds": trap.rounds,
+                "stages": [str(Fraction(stage)) for stage in trap.stages],
+            }
+            for place, trap in zip(places, traps, strict=True)
+        ],
+    }
 
 
 def _chaos(chaos: CertifiedChaos) -> Json:

@@ -81,6 +81,14 @@ class _Cell(NamedTuple):
         return (self.x_high - self.x_low) * (self.v_high - self.v_low)
 
 
+class _Row(NamedTuple):
+    """What is proven of a row of cells: labels, areas of each label, and proven parts of open cells."""
+
+    labels: list[int]
+    areas: dict[int, float]
+    parts: list[tuple[int, _Cell]]
+
+
 @dataclass(frozen=True)
 class _Fates:
     """Where the motions from cells settle.
@@ -109,23 +117,24 @@ class _Fates:
     depth: int
     most_impacts: int
 
-    def row(self, cells: Sequence[_Cell]) -> tuple[list[int], dict[int, float]]:
-        """Return the labels of cells, and the area of each label, parts of open cells among them."""
+    def row(self, cells: Sequence[_Cell]) -> _Row:
+        """Return the labels of cells, and what is proven of parts of those that are open."""
         system = system_of(self.oscillator, self.forcing)
-        areas: dict[int, float] = {}
-        labels = []
+        row = _Row([], {}, [])
         with precision(BITS):
             for cell in cells:
-                found: set[int] = set()
-                for label, area in self._parts(system, cell, self.depth):
-                    areas[label] = areas.get(label, 0.0) + area
-                    found.add(label)
+                parts = list(self._parts(system, cell, self.depth))
+                for label, part in parts:
+                    row.areas[label] = row.areas.get(label, 0.0) + part.area
+                found = {label for label, _ in parts}
                 # A part beyond the wall has no motions.
                 inside = found - {NO_START} or {NO_START}
-                labels.append(inside.pop() if len(inside) == 1 else OPEN)
-        return labels, areas
+                row.labels.append(inside.pop() if len(inside) == 1 else OPEN)
+                if len(found) > 1:
+                    row.parts.extend((label, part) for label, part in parts if label >= 0)
+        return row
 
-    def _parts(self, system: BallSystem, cell: _Cell, depth: int) -> Iterator[tuple[int, float]]:
+    def _parts(self, system: BallSystem, cell: _Cell, depth: int) -> Iterator[tuple[int, _Cell]]:
         try:
             label = self._label(system, cell)
         except Undecided:
@@ -134,7 +143,7 @@ class _Fates:
             for quarter in cell.quarters():
                 yield from self._parts(system, quarter, depth - 1)
         else:
-            yield label, cell.area
+            yield label, cell
 
     def _label(self, system: BallSystem, cell: _Cell) -> int:
         """Return the attractor of all starts of a cell.
@@ -234,9 +243,15 @@ class CertifiedBasins:
         Area of the proven basin of each attractor in the plane [length^2/time], with parts of cells.
     open_area
         Area of which nothing is proven.
+    parts
+        (n, 4) array: ends of x0 and of v0 of the proven parts of cells that are open.
+    labels_of_parts
+        (n,) array: the numbers of their attractors.
     traps
         For each attractor arrays (n, 2) of (cycle, v): outlines of sets after its impacts into which
         motions come and which they never leave.
+    fates
+        These sets as their proof has them, and the regions in which motions without impacts attract.
     """
 
     oscillator: Oscillator
@@ -248,7 +263,10 @@ class CertifiedBasins:
     labels: Integers = field(repr=False)
     areas: tuple[float, ...]
     open_area: float
+    parts: Floats = field(repr=False)
+    labels_of_parts: Integers = field(repr=False)
     traps: tuple[tuple[Floats, ...], ...] = field(repr=False)
+    fates: tuple[tuple[Trap, ...] | int, ...] = field(repr=False)
 
     @property
     def decided(self) -> float:
@@ -376,11 +394,12 @@ def prove_basins(
     labels = np.full((nx, nv), OPEN)
     areas: dict[int, float] = {}
     reported = Progress(progress, nx, "rows of cells")
-    done = 0
-    for row, (found, parts) in enumerate(_each(fates, rows, n_workers)):
-        labels[row] = found
-        done = row + 1
-        for label, area in parts.items():
+    done, pieces = 0, list[tuple[int, _Cell]]()
+    for i, row in enumerate(_each(fates, rows, n_workers)):
+        labels[i] = row.labels
+        pieces += row.parts
+        done = i + 1
+        for label, area in row.areas.items():
             areas[label] = areas.get(label, 0.0) + area
         if not reported.advance():
             break
@@ -397,17 +416,24 @@ def prove_basins(
         labels=labels,
         areas=tuple(areas.get(k, 0.0) for k in range(len(orbits))),
         open_area=areas.get(OPEN, 0.0) + left,
+        parts=np.array([part for _, part in pieces], dtype=float).reshape(-1, 4),
+        labels_of_parts=np.array([label for label, _ in pieces], dtype=int),
         traps=tuple(
             tuple(_outline(trap, period) for trap, label in traps if label == k)
+            for k in range(len(orbits))
+        ),
+        fates=tuple(
+            next(
+                (region for region, label in steady if label == k),
+                tuple(trap for trap, label in traps if label == k),
+            )
             for k in range(len(orbits))
         ),
     )
 
 
-def _each(
-    fates: _Fates, rows: list[list[_Cell]], n_workers: int
-) -> Iterator[tuple[list[int], dict[int, float]]]:
-    """Yield the labels of rows of cells in their order."""
+def _each(fates: _Fates, rows: list[list[_Cell]], n_workers: int) -> Iterator[_Row]:
+    """Yield what is proven of rows of cells in their order."""
     if n_workers == 1:
         yield from map(fates.row, rows)
         return
@@ -418,7 +444,7 @@ def _each(
             pool.shutdown(cancel_futures=True)
 
 
-def _row(fates: _Fates, cells: list[_Cell]) -> tuple[list[int], dict[int, float]]:
+def _row(fates: _Fates, cells: list[_Cell]) -> _Row:
     return fates.row(cells)
 
 

@@ -28,12 +28,17 @@ ROUNDS = (1, 3)
 MOST_PARTS = 96
 # Stretches shorter than this part of the spread of a set are not worth a try.
 SHORTEST = 0.25
+# From a set that is wider by this all motions are proven to come into the set before; parts into which
+# it is divided for that, the smallest of their sides, and the events after which they should be there.
+WIDER, MOST_PARTS_OF_STAGE, SMALLEST_SIDE, MOST_RETURNS = 1.25, 400, 2.0**-6, 20
 # By how much the set on which the derivatives are known is larger, for the radius of its middle.
 MARGIN = 2.0**-20
 
 
 class Trap(NamedTuple):
     """The ellipse of states z + E w, abs(w) < 1, after an event; z is a point of an orbit exactly.
+
+    Motions from it come into the ellipse z + F w and do not leave that; E is a multiple of F.
 
     Attributes
     ----------
@@ -43,12 +48,21 @@ class Trap(NamedTuple):
         Balls that hold z: instant and velocity.
     axes, inverse
         E, exact, and balls of its inverse.
+    within
+        F, exact.
+    rounds
+        Rounds of the orbit after which the ellipse of F is mapped into itself.
+    stages
+        Multiples of F, from each of which motions are proven to come into the one before: E last.
     """
 
     event: OrbitEvent
     state: BallPair
     axes: BallMatrix
     inverse: BallMatrix
+    within: BallMatrix
+    rounds: int
+    stages: tuple[float, ...] = ()
 
     def holds(self, event: OrbitEvent, cloud: Cloud, period: arb) -> bool:
         """Return whether all states of a set after an event lie inside, whole periods later or not."""
@@ -119,7 +133,7 @@ def traps_about(system: BallSystem, orbit: CertifiedOrbit) -> list[Trap]:
     states = [state for event, state in events if event == kind]
     back = _Return(ImpactSurface(system, kind), len(states))
     scale = float(back.surface.period), max(float(abs(v)) for _, v in states)
-    return [_trap(back, state, scale) for state in states]
+    return [_wider(back.surface, _trap(back, state, scale)) for state in states]
 
 
 def _trap(back: _Return, state: BallPair, scale: tuple[float, float]) -> Trap:
@@ -130,7 +144,7 @@ def _trap(back: _Return, state: BallPair, scale: tuple[float, float]) -> Trap:
     for rounds in ROUNDS:
         radius = LARGEST
         while radius > least:
-            trap = _scaled(back.surface.event, state, axes, radius)
+            trap = _scaled(back.surface.event, state, axes, radius, rounds)
             if _is_mapped_into_itself(replace(back, n=rounds * back.n), trap):
                 best, least = trap, radius
                 break
@@ -175,12 +189,68 @@ def _eigenvector(a: arb, b: arb, c: arb, d: arb, value: arb) -> BallPair:
     return first if sizes[0] > sizes[1] else second
 
 
-def _scaled(event: OrbitEvent, state: BallPair, axes: BallMatrix, radius: float) -> Trap:
+def _scaled(
+    event: OrbitEvent, state: BallPair, axes: BallMatrix, radius: float, rounds: int
+) -> Trap:
     (a, b), (c, d) = (((radius * x).mid(), (radius * y).mid()) for x, y in axes)
     size = a * d - b * c
     if size.contains(0):
         raise Undecided("precision", "the axes of the orbit's derivative are parallel")
-    return Trap(event, state, ((a, b), (c, d)), ((d / size, -b / size), (-c / size, a / size)))
+    inverse = (d / size, -b / size), (-c / size, a / size)
+    return Trap(event, state, ((a, b), (c, d)), inverse, ((a, b), (c, d)), rounds)
+
+
+def _wider(surface: ImpactSurface, trap: Trap) -> Trap:
+    """Return the largest ellipse, by stages, from which all motions are proven to come into a trap."""
+    while True:
+        stage = WIDER ** (len(trap.stages) + 1)
+        scaled = _scaled(trap.event, trap.state, trap.within, stage, trap.rounds)
+        wider = scaled._replace(within=trap.within, stages=(*trap.stages, stage))
+        try:
+            if not _all_come_into(surface, wider, trap):
+                return trap
+        except Undecided:
+            return trap
+        trap = wider
+
+
+def _all_come_into(surface: ImpactSurface, outer: Trap, inner: Trap) -> bool:
+    """Return whether all motions from an ellipse are proven to come into another one."""
+    middle = outer.state[0].mid(), outer.state[1].mid()
+    unit = arb(0, 1.0 + 2.0 * MARGIN)
+    parts, done = [Cloud(middle, outer.axes, (unit, unit))], 0
+    while parts:
+        part = parts.pop()
+        done += 1
+        if _is_outside(outer, middle, part) or _comes_into(surface, part, inner):
+            continue
+        sides = [float(side.rad()) for side in part.spread]
+        if done + len(parts) > MOST_PARTS_OF_STAGE or max(sides) < SMALLEST_SIDE:
+            return False
+        parts += halves_of(part)
+    return True
+
+
+def _is_outside(trap: Trap, middle: BallPair, part: Cloud) -> bool:
+    """Return whether a part of a parallelogram about an ellipse has no state of it."""
+    off = applied(trap.inverse, (part.middle[0] - middle[0], part.middle[1] - middle[1]))
+    near = [
+        (abs(value) - side.rad()).lower().max(arb(0))
+        for value, side in zip(off, part.spread, strict=True)
+    ]
+    return bool(near[0] ** 2 + near[1] ** 2 > (1.0 + 4.0 * MARGIN) ** 2)
+
+
+def _comes_into(surface: ImpactSurface, cloud: Cloud, trap: Trap) -> bool:
+    for _ in range(MOST_RETURNS):
+        try:
+            image = surface.image(cloud, _finest(cloud))
+        except Undecided:
+            return False
+        cloud = cloud.image(image.middle, image.derivative)
+        if trap.holds(surface.event, cloud, surface.period):
+            return True
+    return False
 
 
 def _is_mapped_into_itself(back: _Return, trap: Trap) -> bool:

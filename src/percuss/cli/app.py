@@ -174,13 +174,29 @@ def run(
 @app.command()
 def prove(
     study: Annotated[
-        Path, typer.Argument(metavar="STUDY", help="A study of a motion, an orbit or a branch.")
+        Path,
+        typer.Argument(metavar="STUDY", help="A study of a motion, an orbit, a branch or basins."),
     ],
     *,
     chaos: Annotated[
         bool,
         typer.Option("--chaos", help="Prove that motions of the study's system are chaotic."),
     ] = False,
+    orbits: Annotated[
+        tuple[int, int] | None,
+        typer.Option(
+            "--list",
+            metavar="IMPACTS PERIODS",
+            help="Find all orbits of the study's system with so many impacts in so many periods.",
+        ),
+    ] = None,
+    speeds: Annotated[
+        tuple[str, str] | None,
+        typer.Option(
+            metavar="LEAST GREATEST",
+            help="With --list: speeds after impacts; default: about those of the orbits found.",
+        ),
+    ] = None,
     digits: Annotated[int, typer.Option("--digits", help="Digits of the enclosures.")] = 15,
     out: Annotated[
         Path | None,
@@ -190,9 +206,9 @@ def prove(
     changes: SetOption = None,
     quiet: QuietOption = False,
 ) -> None:
-    """Prove a study's motion, orbit or branch, or chaos, and write a certificate that others can check.
+    """Prove a study's motion, orbit, branch or basins, chaos or all orbits, and write a certificate.
 
-    tools/check_certificate.py of the sources checks it, without percuss.
+    Others can check it: tools/check_certificate.py of the sources does so without percuss.
     """
     with faults_on_stderr():
         from percuss.cli.terminal import ProgressBar
@@ -204,7 +220,7 @@ def prove(
         check_output([file], force=force)
         with ProgressBar("proving", is_quiet=quiet) as progress:
             given = load_study(study, changes=tuple(changes or ()))
-            result = proven(given, digits, progress, chaos=chaos)
+            result = proven(given, digits, progress, chaos=chaos, orbits=orbits, speeds=speeds)
         typer.echo(result)
         save_certificate(result, file, force=force)
         typer.echo(f"wrote {file}; check it with: python tools/check_certificate.py {file}")

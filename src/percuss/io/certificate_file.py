@@ -11,6 +11,7 @@ from percuss.io.files import OutputFiles
 if TYPE_CHECKING:
     # Needs python-flint.
     from percuss.certified import (
+        CertifiedBasins,
         CertifiedBranch,
         CertifiedChaos,
         CertifiedOrbit,
@@ -22,7 +23,12 @@ __all__ = ["save_certificate"]
 
 
 def save_certificate(
-    result: CertifiedRun | CertifiedOrbit | CertifiedBranch | CertifiedChaos | CompleteList,
+    result: CertifiedRun
+    | CertifiedOrbit
+    | CertifiedBranch
+    | CertifiedChaos
+    | CompleteList
+    | CertifiedBasins,
     path: Path | str,
     *,
     force: bool = False,
@@ -32,8 +38,8 @@ def save_certificate(
     Parameters
     ----------
     result
-        Of `certify`, for a run, an orbit or a branch, or of `percuss.certified.prove_chaos` or
-        `percuss.certified.list_orbits`.
+        Of `certify`, for a run, an orbit or a branch, or of `percuss.certified.prove_chaos`,
+        `percuss.certified.list_orbits` or `percuss.certified.prove_basins`.
     path
         The file.
     force

@@ -12,20 +12,25 @@ from numpy.typing import NDArray
 
 from percuss.errors import ParameterError
 from percuss.execution import Execution
+from percuss.model.exact import Exact, Phase, as_float
+from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator, Wall
 from percuss.orbits.bifurcations.branch import Branch
 from percuss.progress import Report
+from percuss.studies.axes import axis_values
 from percuss.studies.study import counted
 
 if TYPE_CHECKING:
     # Needs python-flint.
     from percuss.certified import (
         Ball,
+        CertifiedBasins,
         CertifiedBranch,
         CertifiedChaos,
         CertifiedOrbit,
         CertifiedPoint,
         CertifiedRun,
+        CompleteList,
     )
     from percuss.motion.trajectory import Trajectory
     from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
@@ -34,10 +39,14 @@ if TYPE_CHECKING:
 __all__ = [
     "STEM",
     "ProofOfStudy",
+    "basins_of",
+    "basins_rows",
     "chaos_of",
     "chaos_rows",
     "check_certify",
     "draw_proof",
+    "list_of",
+    "list_rows",
     "proof_of",
     "proven",
 ]
@@ -46,6 +55,10 @@ __all__ = [
 STEM = "certified"
 # Digits of a number in the table beyond those asked for, and at least.
 MORE_DIGITS, LEAST_DIGITS = 4, 17
+# Impacts and periods of the attractors that are looked for.
+MOST_IMPACTS = MOST_PERIODS = 2
+# Speeds of a complete list, from the slowest and the fastest impact of the orbits that are found.
+SLOWER, FASTER = 0.1, 1.5
 OF_STRUCTURE = "of a structure, of which there are no proofs"
 # Digits of a number in the report, at most.
 MOST_SHOWN = 30
@@ -118,42 +131,70 @@ def proof_of(study: Study, answer: Any, progress: Report) -> ProofOfStudy:
 
 
 def proven(
-    study: Study, digits: int, progress: Report = None, *, chaos: bool = False
-) -> CertifiedRun | CertifiedOrbit | CertifiedBranch | CertifiedChaos:
-    """Prove the motion, the orbit or the branch of a study, or that motions of its system are chaotic.
+    study: Study,
+    digits: int,
+    progress: Report = None,
+    *,
+    chaos: bool = False,
+    orbits: tuple[int, int] | None = None,
+    speeds: tuple[Exact, Exact] | None = None,
+) -> (
+    CertifiedRun
+    | CertifiedOrbit
+    | CertifiedBranch
+    | CertifiedBasins
+    | CertifiedChaos
+    | CompleteList
+):
+    """Prove the motion, orbit, branch or basins of a study, or chaos or all orbits of its system.
 
     Parameters
     ----------
     study
-        Of kind motion, orbit or branch; for chaos of any kind.
+        Of kind motion, orbit, branch or basins; for chaos and all orbits of any kind.
     digits
         Digits of the enclosures of a motion or an orbit.
     progress
         True shows a line on the error stream; a function is called as in `certify`.
     chaos
         Whether chaos is to be proven.
+    orbits, speeds
+        Impacts and periods of the orbits of which all are to be found, and the range of speeds after
+        impacts, as in `list_of`.
 
     Returns
     -------
-    CertifiedRun, CertifiedOrbit, CertifiedBranch or CertifiedChaos
+    CertifiedRun, CertifiedOrbit, CertifiedBranch, CertifiedBasins, CertifiedChaos or CompleteList
         What has a certificate, or says what is open.
 
     Raises
     ------
     ParameterError
-        If the study has a structure, no motion, orbit or branch, or no forcing that chaos needs.
+        If the study has a structure, no motion, orbit, branch or basins, or no forcing that chaos and
+        lists need; if speeds are given without the orbits, or these together with chaos.
     MissingExtraError
         If python-flint is not installed.
     """
     from percuss.certified import certify
 
+    if orbits is None and speeds is not None:
+        raise ParameterError("speeds", speeds, "those of a list of orbits, which is not asked for")
+    if chaos and orbits is not None:
+        raise ParameterError(
+            "chaos", chaos, "together with a list of orbits; prove one, then the other"
+        )
     if chaos:
         return chaos_of(study, progress)
+    if orbits is not None:
+        return list_of(study, *orbits, speeds=speeds, progress=progress)
     if study.structure is not None:
         raise ParameterError("study", study.kind, OF_STRUCTURE)
+    if study.kind == "basins":
+        return _basins_of_study(study, progress)
     if study.kind not in ("motion", "orbit", "branch"):
         reason = (
-            "not of kind motion, orbit or branch, which alone have certificates, but for --chaos"
+            "not of kind motion, orbit, branch or basins, which alone have certificates, but for "
+            "--chaos and --list"
         )
         raise ParameterError("study", study.kind, reason)
     answer: Trajectory | PeriodicOrbit | Branch
@@ -173,11 +214,169 @@ def chaos_of(study: Study, progress: Report = None) -> CertifiedChaos:
     """
     from percuss.certified import prove_chaos
 
+    force = _forcing_of(study, "by which chaos is proven")
+    return prove_chaos(study.oscillator, force, progress=progress)
+
+
+def _forcing_of(study: Study, why: str) -> Forcing:
     if study.structure is not None:
         raise ParameterError("study", study.kind, OF_STRUCTURE)
     if study.forcing is None:
-        raise ParameterError("study", study.kind, "without forcing, by which chaos is proven")
-    return prove_chaos(study.oscillator, study.forcing, progress=progress)
+        raise ParameterError("study", study.kind, f"without forcing, {why}")
+    if study.forcing.period is None:
+        raise ParameterError("study", study.kind, f"without a period of the forcing, {why}")
+    return study.forcing
+
+
+def list_of(
+    study: Study,
+    impacts: int,
+    periods: int,
+    *,
+    speeds: tuple[Exact, Exact] | None = None,
+    progress: Report = None,
+) -> CompleteList:
+    """Find and prove all orbits of a study's system with so many impacts in so many periods.
+
+    Parameters
+    ----------
+    study
+        Of an oscillator.
+    impacts, periods, speeds
+        As in `list_orbits`. Without speeds they go from a tenth of the slowest impact of the orbits
+        that a search finds to one and a half times the fastest.
+    progress
+        As in `list_orbits`.
+
+    Raises
+    ------
+    ParameterError
+        If the study has a structure or no periodic forcing, or if no speeds are given and no such
+        orbit is found.
+    MissingExtraError
+        If python-flint is not installed.
+    """
+    from percuss.certified import list_orbits
+    from percuss.orbits import find_orbits
+
+    force = _forcing_of(study, "by which orbits repeat themselves")
+    if speeds is None:
+        found = find_orbits(study.oscillator, force, impacts, periods)
+        impacts_found = [abs(orbit.impacts.v_after) for orbit in found if len(orbit.impacts)]
+        slowest = min((float(min(v)) for v in impacts_found), default=0.0)
+        if not slowest > 0.0:
+            reason = "missing, and no orbit is found from which to take them; give the least and the greatest"
+            raise ParameterError("speeds", speeds, reason)
+        fastest = max(float(max(v)) for v in impacts_found)
+        speeds = f"{SLOWER * slowest:.2g}", f"{FASTER * fastest:.2g}"
+    return list_orbits(study.oscillator, force, impacts, periods, speeds=speeds, progress=progress)
+
+
+def list_rows(found: CompleteList) -> dict[str, str]:
+    """Return what is proven of all orbits in a few lines: words by their names."""
+    low, high = (f"{float(speed):g}" for speed in found.speeds)
+    kind = f"{counted(found.impacts, 'impact')} in {counted(found.periods, 'forcing period')}"
+    scope = f"with {kind}, all of speeds from {low} to {high} after an impact"
+    if not found.complete:
+        return {"certified": f"not all orbits {scope}: {found.reason}"}
+    orbits = [*found.orbits, *found.shorter]
+    rows = {
+        "certified": f"{counted(len(orbits), 'orbit')} {scope}, and no others"
+        if orbits
+        else f"no orbit {scope}"
+    }
+    for number, orbit in enumerate(orbits, start=1):
+        t, v = (
+            _shown(part[0], orbit.wanted_digits)
+            for part in (orbit.impacts.t, orbit.impacts.v_after)
+        )
+        rows[f"orbit {number}"] = f"at t = {t}, v_after = {v}; {orbit.stability}"
+    return rows
+
+
+def _basins_of_study(study: Study, progress: Report) -> CertifiedBasins:
+    """Prove basins between the first and the last values of the axes of a study of basins."""
+    from percuss.studies.kinds.basins import Basins
+
+    assert isinstance(study.question, Basins)
+    if study.question.cycle is not None:
+        reason = "of starts on a wall; basins are proven over x0 and v0"
+        raise ParameterError("study", study.kind, reason)
+    x0, v0 = (
+        [as_float(value) for value in axis_values(axis)]
+        for axis in study.question.of_states
+        if axis is not None
+    )
+    if len(x0) < 2 or len(v0) < 2:
+        raise ParameterError("study", study.kind, "of one line of starts, which has no cells")
+    return basins_of(
+        study,
+        (min(x0), max(x0)), (min(v0), max(v0)),
+        t0=study.question.begin, cells=(len(x0) - 1, len(v0) - 1), progress=progress,
+    )  # fmt: skip
+
+
+def basins_of(
+    study: Study,
+    x0: tuple[Exact, Exact],
+    v0: tuple[Exact, Exact],
+    *,
+    t0: Phase,
+    cells: tuple[int, int],
+    depth: int = 2,
+    progress: Report = None,
+) -> CertifiedBasins:
+    """Prove the basins of the stable orbits of a study's system that a search finds.
+
+    Parameters
+    ----------
+    study
+        Of an oscillator.
+    x0, v0, t0, cells, depth
+        As in `prove_basins`.
+    progress
+        As in `prove_basins`.
+
+    Raises
+    ------
+    ParameterError
+        If the study has a structure or no periodic forcing, if no stable orbit without contacts is
+        found, or one is not proven.
+    MissingExtraError
+        If python-flint is not installed.
+    """
+    from percuss.certified import prove_basins
+    from percuss.orbits import find_orbits
+
+    force = _forcing_of(study, "by which basins are proven")
+    orbits = [
+        orbit
+        for orbit in find_orbits(study.oscillator, force, MOST_IMPACTS, MOST_PERIODS)
+        if orbit.is_stable and math.isfinite(orbit.n_impacts)
+    ]
+    if not orbits:
+        reason = (
+            f"without a stable orbit of up to {MOST_IMPACTS} impacts in {MOST_PERIODS} periods, "
+            "about which a basin is proven"
+        )
+        raise ParameterError("study", study.kind, reason)
+    return prove_basins(orbits, x0=x0, v0=v0, t0=t0, cells=cells, depth=depth, progress=progress)
+
+
+def basins_rows(basins: CertifiedBasins) -> dict[str, str]:
+    """Return what is proven of basins in a few lines: words by their names."""
+    total = sum(basins.areas) + basins.open_area
+    n_proven = int((basins.labels >= 0).sum())
+    if n_proven == 0:
+        return {"certified": "nothing: of no cell all motions are proven to go to one orbit"}
+    rows = {
+        "certified": f"of {n_proven:,} cells of starts all motions go to one orbit, told by cell; "
+        f"of {int((basins.labels == -1).sum()):,} it is open"
+    }
+    for number, (attractor, area) in enumerate(zip(basins.attractors, basins.areas, strict=True)):
+        kind = f"{counted(len(attractor.impacts), 'impact')} in {counted(attractor.n_periods, 'period')}"
+        rows[f"attractor {number}"] = f"{kind}: {area / total:.1%} of the area of starts is proven"
+    return rows
 
 
 def chaos_rows(chaos: CertifiedChaos) -> dict[str, str]:

@@ -1,4 +1,4 @@
-"""A motion, or chaos, proven in ball arithmetic within the time that the page waits."""
+"""A motion, chaos, all orbits or basins, proven in ball arithmetic while the page waits."""
 
 from __future__ import annotations
 
@@ -11,12 +11,30 @@ import numpy as np
 
 from percuss.errors import ParameterError
 from percuss.motion.trajectory import Trajectory
-from percuss.studies.proving import ProofOfStudy, chaos_of, chaos_rows, check_certify, proof_of
+from percuss.studies.proving import (
+    ProofOfStudy,
+    basins_of,
+    basins_rows,
+    chaos_of,
+    chaos_rows,
+    check_certify,
+    list_of,
+    list_rows,
+    proof_of,
+)
 from percuss.studies.study import Study
 from percuss.studies.tables import Certify
 from percuss.web.explore import followed
 from percuss.web.frame import frame
-from percuss.web.request import MOST_DIGITS, PageRequest, RunningRequest, digits_of, study_of
+from percuss.web.request import (
+    MOST_DIGITS,
+    PageRequest,
+    RunningRequest,
+    digits_of,
+    motion_of,
+    range_of,
+    study_of,
+)
 
 if TYPE_CHECKING:
     # Needs python-flint.
@@ -26,6 +44,8 @@ __all__ = ["MOST_DIGITS", "answer_certify", "can_certify", "proof_in_time"]
 
 # A proof may take so long [s]; what is proven by then is shown.
 PATIENCE = 10.0
+# Cells along a side of the square of starts of which basins are proven.
+CELLS = 60
 # Number of impacts that are shown in all their digits: the last ones.
 SHOWN = 3
 # Double precision follows the motion while its impacts are so near the proven [forcing periods].
@@ -52,12 +72,13 @@ def proof_in_time(
 
 
 def answer_certify(request: PageRequest, running: RunningRequest) -> Iterator[bytes]:
-    """Yield what is proven of a motion, or that motions of its system are chaotic.
+    """Yield what is proven of a motion, or of chaos, all orbits or basins of its system.
 
     Parameters
     ----------
     request
-        With the option ``of``, "run" or "chaos", and for a run ``digits``.
+        With the option ``of``, "run", "chaos", "orbits" or "basins"; for a run ``digits``, for basins
+        ``x_low``, ``x_high``, ``v_low`` and ``v_high``.
     running
         State of the answer.
 
@@ -66,16 +87,17 @@ def answer_certify(request: PageRequest, running: RunningRequest) -> Iterator[by
     bytes
         One frame: `report`, lines of what is proven by their names; `until`, the time up to which
         it is (None: for ever); `lines`, the last impacts in all their digits; `followed`, how many
-        of the impacts and until when double precision agrees. Of chaos `report` and `complete`
-        alone.
+        of the impacts and until when double precision agrees. Of all else `report`, `complete` and
+        `some`: whether all or some of what was asked for is proven.
 
     Raises
     ------
     PercussError, BadRequest
         If there is no such motion.
     """
-    if request.choice("of", ("run", "chaos")) == "chaos":
-        yield from _answer_chaos(request, running)
+    of = request.choice("of", ("run", "chaos", "orbits", "basins"))
+    if of != "run":
+        yield from _answer_of_system(of, request, running)
         return
     digits = digits_of(request)
     study = replace(study_of(request.tables), certify=Certify(digits or 12))
@@ -102,18 +124,32 @@ def answer_certify(request: PageRequest, running: RunningRequest) -> Iterator[by
     yield frame(header)
 
 
-def _answer_chaos(request: PageRequest, running: RunningRequest) -> Iterator[bytes]:
-    study = study_of(request.tables)
+def _answer_of_system(of: str, request: PageRequest, running: RunningRequest) -> Iterator[bytes]:
+    study, progress = study_of(request.tables), running.progress(0.0, 1.0, PATIENCE)
     try:
-        found = chaos_of(study, running.progress(0.0, 1.0, PATIENCE))
-        report = chaos_rows(found)
-        is_proven = bool(found)
+        if of == "chaos":
+            chaos = chaos_of(study, progress)
+            report, is_complete, is_some = chaos_rows(chaos), bool(chaos), bool(chaos)
+        elif of == "orbits":
+            found = list_of(study, 1, 1, progress=progress)
+            report, is_complete, is_some = list_rows(found), found.complete, found.complete
+        else:
+            ends = (
+                range_of(request, *(f"{name}_{end}" for end in ("low", "high"))) for name in "xv"
+            )
+            begin = motion_of(study).start.t0
+            proven = basins_of(
+                study, *ends, t0=begin, cells=(CELLS, CELLS), depth=0, progress=progress
+            )
+            report, is_complete = basins_rows(proven), proven.open_area == 0.0
+            is_some = bool((proven.labels >= 0).any())
     except ParameterError as error:
-        report, is_proven = {"certified": f"nothing: {error.reason.partition(';')[0]}"}, False
+        report = {"certified": f"nothing: {error.reason.partition(';')[0]}"}
+        is_complete = is_some = False
     if running.is_cancelled:
         return
-    header = {"id": request.id, "kind": "certify", "of": "chaos", "done": True, "share": 1.0}
-    yield frame(header | {"report": report, "complete": is_proven})
+    header = {"id": request.id, "kind": "certify", "of": of, "done": True, "share": 1.0}
+    yield frame(header | {"report": report, "complete": is_complete, "some": is_some})
 
 
 def _lines(proven: CertifiedRun) -> list[list[str]]:

@@ -12,7 +12,7 @@ import numpy as np
 
 from percuss.arrays import Floats
 from percuss.kernels.arithmetic import ULP, later
-from percuss.kernels.compile import formula, kernel
+from percuss.kernels.compile import cold, formula, kernel
 from percuss.kernels.contact import SLOW
 from percuss.kernels.event_location import GRAZE, NONE
 from percuss.kernels.next_event import PAUSE
@@ -130,26 +130,22 @@ def march(run: StructureRun, t_end: float, max_impacts: int, patience: int) -> i
         if event[0] == NONE or event[1] > longest:
             if not to_knot < longest:
                 return REACHED_END
-            arrive(flight, to_knot, run.begin)
-            state[T], state[T_LOW] = knot
-            clear_orders(run)
-            note(run, KNOT, -1, 0.0, 0.0)
-            flight = set_off(run)
-            continue
-        if event[0] == GRAZE:
+            pass_knot(run, to_knot, knot[0], knot[1])
+        elif event[0] == GRAZE:
             t, t_low = later(state[T], state[T_LOW], event[1])
             note_graze(run, (t, t_low), event[2], event[3], event[4])
             continue
-        if not abs(event[3]) < HUGE:
+        elif not abs(event[3]) < HUGE:
             return OVERFLOW
-        status = carry_out(run, flight, event)
-        if status != MOVING:
-            # The search is repeated as it was: no bit depends on which sets are known, or on how
-            # many rows there are.
-            for i in range(run.free.shape[0]):
-                run.free[i] = run.scratch[7, i, SEARCHED]
-            return status
-        flight = flight_of(run)
+        else:
+            status = carry_out(run, flight, event)
+            if status != MOVING:
+                # The search is repeated as it was: no bit depends on which sets are known, or on
+                # how many rows there are.
+                for i in range(run.free.shape[0]):
+                    run.free[i] = run.scratch[7, i, SEARCHED]
+                return status
+        flight = set_off(run)
     return SPENT
 
 
@@ -177,8 +173,17 @@ def begin(run: StructureRun) -> int:
             clear_orders(run)
             return NEW_SET
         keep(run, 0)
-    set_off(run)
     return MOVING
+
+
+@cold
+def pass_knot(run: StructureRun, s: float, t: float, t_low: float) -> None:
+    """Go to a knot of a record, a time s after the last event."""
+    arrive(flight_of(run), s, run.begin)
+    run.state[T] = t
+    run.state[T_LOW] = t_low
+    clear_orders(run)
+    note(run, KNOT, -1, 0.0, 0.0)
 
 
 @formula
@@ -194,57 +199,38 @@ def carry_out(
     _, s, i, speed, s_low = event
     bit = 1 << i
     key = sets.keys[counters[SET]]
-    is_wall = sets.stops[i, IS_WALL] == 1.0
-    if not is_wall or key & bit:
-        # The edge of a soft stop, or a release.
-        b = find(sets, key ^ bit)
-        if b < 0:
-            counters[WANTED] = key ^ bit
-            return NEW_SET
-        order = 3.0 if is_wall else 1.0
-        at_rest = run.order[i] >= 2.0
-        if s == 0.0:
-            order = max(order, run.order[i])
-        step_to(run, flight, s, s_low)
-        change_set(run, b)
-        clear_orders(run)
-        run.order[i] = order
-        if counters[N_EVENTS] == 1 and s == 0.0 and at_rest:
-            # From rest at an edge the motion begins within the stop: nothing is crossed.
-            keep(run, 0)
-        elif is_wall:
-            note(run, RELEASE, i, 0.0, 0.0)
-        else:
-            side = 1.0 if key & bit else -1.0
-            counters[N_IMPACTS] += 1 if side < 0.0 else 0
-            note(run, CROSSING, i, speed, side)
-        set_off(run)
-        return MOVING
+    is_impact = sets.stops[i, IS_WALL] == 1.0 and key & bit == 0
     # What holds the structure lets go for the instant of an impact.
-    b = find(sets, key & ~walls_of(sets))
+    wanted = key & ~walls_of(sets) if is_impact else key ^ bit
+    b = find(sets, wanted)
     if b < 0:
-        counters[WANTED] = key & ~walls_of(sets)
+        counters[WANTED] = wanted
         return NEW_SET
     before = (state[T], state[T_LOW], state[FASTEST])
     old_set = counters[SET]
     impacts = counters[N_IMPACTS]
     rows = counters[N_EVENTS]
+    touched = run.order[i]
     kept = run.scratch[7]
-    for j in range(run.begin.shape[0]):
-        kept[j, 0] = run.begin[j, U]
-        kept[j, 1] = run.begin[j, W]
-    for k in range(run.order.shape[0]):
-        kept[k, 2] = run.order[k]
-        kept[k, 3] = run.values[k]
-    if -speed <= HOPS * state[FASTEST]:
-        keep_near_walls(run, flight, event)
     slow = 0.0
-    if not speed * speed > run.at[1]:
-        move(flight, s)
-        _, _, second, _, _, _ = derivatives(flight, i, s, False)
-        slow = math.sqrt(2.0 * uncertainty(flight, i, s) * abs(second))
+    if is_impact:
+        for j in range(run.begin.shape[0]):
+            kept[j, 0] = run.begin[j, U]
+            kept[j, 1] = run.begin[j, W]
+        for k in range(run.order.shape[0]):
+            kept[k, 2] = run.order[k]
+            kept[k, 3] = run.values[k]
+        if -speed <= HOPS * state[FASTEST]:
+            keep_near_walls(run, flight, event)
+        if not speed * speed > run.at[1]:
+            slow = rounding_speed(run, i, s)
     step_to(run, flight, s, s_low)
-    status = strike(run, b, i, speed, slow)
+    change_set(run, b)
+    clear_orders(run)
+    if not is_impact:
+        pass_edge(run, i, speed, touched, s == 0.0)
+        return MOVING
+    status = strike(run, b, i, speed, slow, key & walls_of(sets))
     if status != MOVING:
         # Taken up again from the flight before, once the set is known or there is room.
         state[T], state[T_LOW], state[FASTEST] = before
@@ -260,6 +246,37 @@ def carry_out(
     return status
 
 
+@cold
+def rounding_speed(run: StructureRun, i: int, s: float) -> float:
+    """Return the speed at a wall, a time s after the last event, that rounding alone can make."""
+    flight = flight_of(run)
+    move(flight, s)
+    second = derivatives(flight, i, s, False)[2]
+    return math.sqrt(2.0 * uncertainty(flight, i, s) * abs(second))
+
+
+@formula
+def pass_edge(run: StructureRun, i: int, speed: float, touched: float, at_once: bool) -> None:
+    """Record the crossing of the edge of a soft stop, or the release from a wall.
+
+    ``touched`` is the order of the guard's zero at the last event, ``at_once`` tells that this one
+    is at the same instant.
+    """
+    counters = run.counters
+    is_wall = run.sets.stops[i, IS_WALL] == 1.0
+    order = 3.0 if is_wall else 1.0
+    run.order[i] = max(order, touched) if at_once else order
+    if counters[N_EVENTS] == 1 and at_once and touched >= 2.0:
+        # From rest at an edge the motion begins within the stop: nothing is crossed.
+        keep(run, 0)
+    elif is_wall:
+        note(run, RELEASE, i, 0.0, 0.0)
+    else:
+        side = 1.0 if run.sets.keys[counters[SET]] & (1 << i) == 0 else -1.0
+        counters[N_IMPACTS] += 1 if side < 0.0 else 0
+        note(run, CROSSING, i, speed, side)
+
+
 @formula
 def step_to(run: StructureRun, flight: ModalFlight, s: float, s_low: float) -> None:
     """Move the state a time s + s_low on, with the modes there as far as doubles tell."""
@@ -269,16 +286,14 @@ def step_to(run: StructureRun, flight: ModalFlight, s: float, s_low: float) -> N
 
 
 @formula
-def strike(run: StructureRun, b: int, first: int, speed: float, slow: float) -> int:
+def strike(run: StructureRun, b: int, first: int, speed: float, slow: float, held: int) -> int:
     """Carry out the impacts of an instant, the first that of a wall at a given speed (negative).
 
     A speed below ``slow`` is lost in the rounding of the clearance: the structure is at rest there.
+    ``held`` are the bits of the walls that held it before.
     """
     sets, state, counters = run.sets, run.state, run.counters
-    held = sets.keys[counters[SET]] & walls_of(sets)
     is_hop = -speed <= HOPS * state[FASTEST]
-    change_set(run, b)
-    clear_orders(run)
     run.order[first] = 1.0
     for k in range(run.order.shape[0]):
         if held & (1 << k):
@@ -324,22 +339,28 @@ def strike(run: StructureRun, b: int, first: int, speed: float, slow: float) -> 
         keep(run, last)
     if is_hop:
         take_near_walls(run)
-    flight = set_off(run)
-    time, error = (-1.0, 0.0)
     if run.order[i] == 1.0 and run.events[last, V_AFTER] <= SLOW * state[FASTEST]:
-        time, error = chatter_time(run, flight, i, run.events[last, V_AFTER])
-    if time > 0.0:
-        c = find(sets, sets.keys[counters[SET]] | (1 << i))
-        if c < 0:
-            counters[WANTED] = sets.keys[counters[SET]] | (1 << i)
-            return NEW_SET
-        # In the mean the wall holds the structure from here on; the hops are far below rounding.
-        change_set(run, c)
-        clear_orders(run)
-        arrive(set_off(run), time, run.begin)
-        state[T], state[T_LOW] = later(state[T], state[T_LOW], time)
-        note(run, CONTACT, i, error, 0.0)
-        set_off(run)
+        return end_chatter(run, i, run.events[last, V_AFTER])
+    return MOVING
+
+
+@cold
+def end_chatter(run: StructureRun, i: int, speed: float) -> int:
+    """Go to the end of a chatter, if this impact of a wall is in the tail of one."""
+    sets, state, counters = run.sets, run.state, run.counters
+    time, error = chatter_time(run, set_off(run), i, speed)
+    if not time > 0.0:
+        return MOVING
+    b = find(sets, sets.keys[counters[SET]] | (1 << i))
+    if b < 0:
+        counters[WANTED] = sets.keys[counters[SET]] | (1 << i)
+        return NEW_SET
+    # In the mean the wall holds the structure from here on; the hops are far below rounding.
+    change_set(run, b)
+    clear_orders(run)
+    arrive(set_off(run), time, run.begin)
+    state[T], state[T_LOW] = later(state[T], state[T_LOW], time)
+    note(run, CONTACT, i, error, 0.0)
     return MOVING
 
 

@@ -69,6 +69,13 @@ export class Basins extends JobView {
     return { kind: "basins", study, ...settings };
   }
 
+  /** The ends of the square of starts, chosen about the motion where none is set. */
+  square() {
+    if (!this.isChosen && !this.header) this.#choose();
+    const { x_low, x_high, v_low, v_high } = this.settings;
+    return { x_low, x_high, v_low, v_high };
+  }
+
   isComputed(request) {
     return Object.keys(LABELS).every((name) => request[name] === this.settings[name]);
   }

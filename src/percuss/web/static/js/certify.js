@@ -1,4 +1,5 @@
-// A run proven in ball arithmetic: its digits, how far it is proven, and why no further; or chaos.
+// A run proven in ball arithmetic: its digits, how far it is proven, and why no further; or chaos, all
+// orbits, and basins.
 
 import { button, element, shown } from "./dom.js";
 
@@ -26,7 +27,9 @@ export class Certify {
       element("form", { class: "job", onsubmit: (event) => this.#submit(event) },
         element("label", { for: id }, "Certify this run to"), this.box, element("span", {}, "digits"),
         element("button", { type: "submit", class: "primary" }, "Certify"),
-        button("Prove chaos", () => this.#ask({ of: "chaos" }), { title: "prove that this system has chaotic motions, whatever the start that is set" }), this.stop, this.bar, this.status),
+        button("Prove chaos", () => this.#ask({ of: "chaos" }), { title: "prove that this system has chaotic motions, whatever the start that is set" }),
+        button("Prove all orbits", () => this.#ask({ of: "orbits" }), { title: "find all orbits with one impact a forcing period, and prove that there are no others" }),
+        button("Prove basins", () => this.#ask({ of: "basins", ...this.app.views.basins.square() }), { title: "prove which starts of the square in Basins go to which stable orbit" }), this.stop, this.bar, this.status),
       this.rows,
     );
     this.opener = button("certify …", () => this.#open(), { title: "prove this run in ball arithmetic", "aria-controls": `${app.prefix}-proof`, "aria-expanded": String(this.isDue) });
@@ -113,8 +116,8 @@ export class Certify {
   }
 
   #show(header) {
-    if (header.of === "chaos") {
-      this.#say(header.complete ? "proven" : "not proven");
+    if (header.of !== "run") {
+      this.#say(header.complete ? "proven" : header.some ? "proven in part" : "not proven");
       this.#list(Object.entries(header.report));
       return;
     }
