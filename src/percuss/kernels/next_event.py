@@ -68,7 +68,6 @@ from percuss.kernels.step import (
     derivatives_ahead,
     set_parts,
     size_of_steps,
-    step_ahead,
     turn_parts,
     walk_ahead,
 )
@@ -107,8 +106,12 @@ AMPLITUDE_SLACK = 1e-9
 WALK_SLACK = 1e-11
 THIRD = 1.0 / 3.0
 # A flight is taken for a hop where, at the acceleration of its start, it lasts less than this part
-# of a step.
+# of a step, and that acceleration is no rounding of the forces. At BEYOND times its end it is in the
+# wall, by this part of its first velocity times the time.
 HOP = 0.8
+LEAST_FALL = 1e-6
+BEYOND = 1.25
+HOP_DEPTH = 0.05
 PAUSE = 3  # the fourth verdict: no event up to the place reached
 # What `next_event` returns.
 NextEvent: TypeAlias = tuple[int, float, float, float, float, Pair]
@@ -331,22 +334,18 @@ def first_passage(
     if s > 0.0 and stays_clear(law, region, start[3], walker, y, v, reach):
         return NONE, longest, 0.0, 0.0, 0.0, free
     second, third = derivatives_ahead(law, region, start[3], walker, 0, y, v)
-    # A hop that is likely to end within its first step.
-    hops = s == 0.0 and v * second < 0.0 and 2.0 * abs(v) < HOP * step * abs(second)
+    if s == 0.0 and v * second < 0.0 and 2.0 * abs(v) < HOP * step * abs(second):
+        event = event_of_hop(flight, reach, free, second, third)
+        if event[0] != NONE:
+            return event
     # An error grows where the motion can: there each step begins from the closed form.
-    count = 1 if hops or law[region, GROWTH] > 0.0 else STEPS_AHEAD
+    count = 1 if law[region, GROWTH] > 0.0 else STEPS_AHEAD
     for _ in range(STEPS_A_WALK // STEPS_AHEAD):
         load += size_of_steps(law, region, start[3], walker, y, v)
-        k = 0
-        if hops:
-            ahead = step_ahead(law, region, start[3], walker, y, v)
-            margin = ahead.y
-        else:
-            ahead = walk_ahead(law, region, start[3], walker, y, v)
-            at = (s, y, v, second, third, load)
-            margin, is_doubtful = margins_ahead(law, region, reach, at, ahead)
-            if not is_doubtful:
-                k = first_not_positive(margin, 0)
+        ahead = walk_ahead(law, region, start[3], walker, y, v)
+        at = (s, y, v, second, third, load)
+        margin, is_doubtful = margins_ahead(law, region, reach, at, ahead)
+        k = 0 if is_doubtful else first_not_positive(margin, 0)
         while k < count:
             begin = s + step * k
             if begin >= longest:
@@ -367,6 +366,42 @@ def first_passage(
         v = entry_of(ahead.v1, STEPS_AHEAD - 1)
         second, third = derivatives_ahead(law, region, start[3], walker, 0, y, v)
     return PAUSE, s, 0.0, 0.0, 0.0, free
+
+
+@kernel
+def event_of_hop(flight: Flight, reach: Pair, free: Pair, second: float, third: float) -> NextEvent:
+    """Return the landing of a hop from a bound, NONE where this search leaves it open.
+
+    ``second`` and ``third`` are the derivatives at its start. The criterion of the first root is
+    that of `event_of_step`.
+    """
+    law, region, v = flight.law, flight.region, flight.start[2]
+    nothing = (NONE, 0.0, 0.0, 0.0, 0.0, free)
+    sign = 1.0 if v > 0.0 else -1.0
+    far = reach[1] if v > 0.0 else -reach[0]
+    least_fall = LEAST_FALL * (abs(flight.start[3]) + law[0, FORCE_BOUND])
+    leaves = (reach[0] if v > 0.0 else reach[1]) == 0.0 and max(free[0], free[1]) == 0.0
+    if not (leaves and abs(second) > least_fall):
+        return nothing
+    step = law[region, STEP]
+    fourth = derivative_bound(law, region, law[0, FORCE_BOUND + 2], second, third, step)
+    rise, fall, turn = abs(v), -sign * second, sign * third
+    # Where the cubic of its start comes back, and a place where the hop is beyond the bound.
+    inside = 0.25 * fall * fall - 2.0 * THIRD * rise * turn
+    if not inside > 0.0:
+        return nothing
+    guess = 2.0 * rise / (0.5 * fall + math.sqrt(inside))
+    right = BEYOND * guess
+    rest = right * right * fourth * (1.0 / 24.0)
+    beyond = rise + right * (0.5 * THIRD * right * turn - 0.5 * fall + rest)
+    highest = right * (rise + right * (0.5 * fall + 0.5 * THIRD * right * abs(turn) + rest))
+    if not (right <= step and beyond < -HOP_DEPTH * rise and 2.0 * highest < far):
+        return nothing
+    end, speed, s_low = locate_root(flight, (sign, 0.0), (0.0, right, guess))
+    least = fourth * end**4 * (1.0 / 287.0)
+    if THIRD * end * rise > least and -THIRD * end * sign * speed > least:
+        return HIT, end, -sign, speed, s_low, free
+    return nothing
 
 
 @formula

@@ -49,7 +49,7 @@ from percuss.kernels.law_columns import (
     Law,
 )
 from percuss.kernels.pieces import is_record
-from percuss.kernels.vectors import Eight, counting, eight_at, shifted
+from percuss.kernels.vectors import Eight, eight_at, shifted
 
 Walk: TypeAlias = tuple[
     float, float, float, float, float, float, float, float, float, float, float, float
@@ -154,23 +154,6 @@ def walk_ahead(law: Law, region: int, force: float, parts: Floats, y: float, v: 
         y1 = y1 + (eight_at(law, row, X_OF_COS) * part + eight_at(law, row, X_OF_SIN) * quadrature)
         v1 = v1 + (eight_at(law, row, V_OF_COS) * part + eight_at(law, row, V_OF_SIN) * quadrature)
     return Ahead(shifted(y, y1), shifted(v, v1), y1, v1)
-
-
-@formula
-def step_ahead(law: Law, region: int, force: float, parts: Floats, y: float, v: float) -> Ahead:
-    """Return what `walk_ahead` does for the first step alone: the other entries mean nothing."""
-    y1 = law[region, X_OF_FORCE] * force
-    v1 = law[region, V_OF_FORCE] * force
-    y1 = y1 + (law[region, X_OF_X] * y + law[region, X_OF_V] * v)
-    v1 = v1 + (law[region, V_OF_X] * y + law[region, V_OF_V] * v)
-    for j in range(parts.shape[0]):
-        part = parts[j, 0]
-        quadrature = parts[j, 1]
-        row = region + 1 + j
-        y1 = y1 + (law[row, X_OF_COS] * part + law[row, X_OF_SIN] * quadrature)
-        v1 = v1 + (law[row, V_OF_COS] * part + law[row, V_OF_SIN] * quadrature)
-    rest = counting()
-    return Ahead(shifted(y, rest), shifted(v, rest), shifted(y1, rest), shifted(v1, rest))
 
 
 @formula
