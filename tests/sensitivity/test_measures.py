@@ -105,3 +105,52 @@ def test_a_measure_that_counts_has_no_derivative() -> None:
     run = pc.simulate(*CASES["wall"], t_end=5)
     with pytest.raises(pc.ParameterError, match="have a derivative"):
         run.sensitivity(["forcing.omega"]).of("impacts_per_period")  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("measure", ["rms_displacement", "mean_power", "contact_share"])
+def test_a_run_of_so_many_periods_ends_with_the_last_one(measure: MovedMeasure) -> None:
+    osc, late = SOFT, pc.Start("0.1", "0.3", "0.4")
+
+    def run(omega: float = 1.7, t0: object = "0.4") -> pc.Trajectory:
+        start = pc.Start("0.1", "0.3", t0)  # type: ignore[arg-type]
+        return pc.simulate(osc, pc.cosine(omega, amplitude=4), start=start, periods="3/2")
+
+    paths = ["forcing.omega", "start.t0", "forcing.period"]
+    found = pc.gradient(
+        measure, osc, pc.cosine(1.7, amplitude=4), wrt=paths[:2], start=late, periods="3/2"
+    )
+    steps = [(k * STEP, weight) for k, weight in enumerate(WEIGHTS, start=1)]
+    for value, by in zip(found, ("omega", "t0"), strict=True):
+        middle = {"omega": 1.7, "t0": 0.4}[by]
+        sides = [
+            weight
+            * (
+                value_of(run(**{by: middle + h}), measure)
+                - value_of(run(**{by: middle - h}), measure)
+            )
+            for h, weight in steps
+        ]
+        np.testing.assert_allclose(value, sum(sides) / STEP, rtol=1e-9)
+    of_period = run().sensitivity(paths[2:]).of(measure)
+    np.testing.assert_allclose(of_period, -found[:1] * 1.7**2 / (2.0 * np.pi), rtol=1e-12)
+
+
+def test_an_extreme_at_the_end_of_so_many_periods() -> None:
+    # x = v0 t up to the end, at 2 pi / omega.
+    osc, force = pc.Oscillator(stiffness=0), pc.cosine(2, amplitude=0)
+    found = pc.gradient(
+        "max_displacement", osc, force, wrt=["forcing.omega"], start=(0, 3), periods=1
+    )
+    np.testing.assert_allclose(found, -3.0 * 2.0 * np.pi / 4.0, rtol=1e-15)
+    fixed = pc.gradient(
+        "max_displacement", osc, force, wrt=["forcing.omega"], start=(0, 3), t_end="pi"
+    )
+    np.testing.assert_array_equal(fixed, 0.0)
+
+
+def test_a_parameter_that_leaves_no_period_moves_no_end() -> None:
+    force = pc.Forcing((pc.Harmonic(1, 2), pc.Harmonic("0.2", 4)), period="pi")
+    path = ["forcing.harmonics.1.omega"]
+    by_periods = pc.gradient("rms_displacement", WALL, force, wrt=path, periods=3)
+    by_time = pc.gradient("rms_displacement", WALL, force, wrt=path, t_end="3*pi")
+    np.testing.assert_array_equal(by_periods, by_time)

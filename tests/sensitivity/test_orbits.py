@@ -216,3 +216,31 @@ def test_the_response_of_a_linear_oscillator() -> None:
     np.testing.assert_allclose(
         [derivatives.x0[1], derivatives.v0[1]], [slope.real, -2 * slope.imag], rtol=1e-12
     )
+
+
+def test_means_over_a_period_without_impacts_end_with_it() -> None:
+    # x'' + 2 a x' + x = cos w t: x has the amplitude A = 1/sqrt(D), D = (1 - w^2)^2 + 4 a^2 w^2.
+    a, w = 0.1, 1.3
+    orbit = pc.find_orbit(pc.Oscillator(damping=a), pc.cosine(w), n_impacts=0)
+    found = orbit.sensitivity(["forcing.omega"])
+    d, faster = (1 - w**2) ** 2 + 4 * a**2 * w**2, -4 * w * (1 - w**2) + 8 * a**2 * w
+    np.testing.assert_allclose(
+        found.of("rms_displacement"), -faster / (2 * math.sqrt(2) * d**1.5), rtol=1e-12
+    )
+    # The mean power is that of the dashpot, a w^2 A^2.
+    power = 2 * a * w / d - a * w**2 * faster / d**2
+    np.testing.assert_allclose(found.of("mean_power"), power, rtol=1e-12)
+
+
+def test_frequencies_and_a_period_of_one_parameter() -> None:
+    def model(w: float) -> tuple[pc.Oscillator, pc.Forcing]:
+        name = pc.parameter("w", w)
+        waves = pc.Harmonic(1, name), pc.Harmonic("0.2", 3 * name, "pi/3")
+        return WALL, pc.Forcing(waves, period=2 * pc.pi_times(1) / name)
+
+    found = pc.find_orbit(*model(2.0)).sensitivity(["w"])
+    np.testing.assert_allclose(found.period, -math.pi / 2.0, rtol=1e-14)
+    step = 1e-5
+    sides = [pc.find_orbit(*model(2.0 + h)).min_impact_speed for h in (step, -step)]
+    slope = (sides[0] - sides[1]) / (2.0 * step)
+    np.testing.assert_allclose(found.of("peak_impact_velocity"), slope, rtol=1e-7)

@@ -85,6 +85,12 @@ CASES: dict[str, tuple[pc.Oscillator, pc.Forcing, dict[str, Any], tuple[str, ...
         {"v0": "0.5", "t_end": 12.5},
         (*OF_WAVE, "oscillator.stops.0.stiffness", "oscillator.stops.0.damping"),
     ),
+    "so many periods": (
+        pc.Oscillator(damping="0.02", stops=(SOFT,)),
+        pc.cosine("1.7", phase="0.4"),
+        {"v0": "0.5", "t0": "0.2", "periods": "9/4"},
+        OF_WAVE,
+    ),
     "record": (
         pc.Oscillator(damping="0.1", stops=(pc.Wall(at="0.2", side="above", restitution="0.7"),)),
         RECORD,

@@ -13,9 +13,11 @@ from percuss.kernels import law_columns as at
 from percuss.kernels.flight_columns import Change
 from percuss.kernels.law_columns import Law
 from percuss.model.exact import as_float
+from percuss.model.expression import Expression
 from percuss.model.forcing import Forcing, FourierTerm, Harmonic
 from percuss.model.loads import Loads
 from percuss.model.oscillator import Oscillator, SoftStop, Wall
+from percuss.model.parameter_fields import fields_by_path
 from percuss.model.paths import long_forms, moved_fields, moved_in_law
 from percuss.model.restitution import RestitutionTable
 from percuss.model.start import Start
@@ -23,9 +25,14 @@ from percuss.model.structure import Structure, StructureStart
 from percuss.model.system import System, region_rows, touching_stops
 from percuss.numerics import cos, sin
 
-__all__ = ["MovedLaw", "moved_force_rows", "moved_law", "moved_rows", "parameter_names", "unit_law"]
+__all__ = [
+    "MovedLaw", "moved_force_rows", "moved_law", "moved_period", "moved_rows", "parameter_names",
+    "unit_law",
+]  # fmt: skip
 
 START = "start."
+# Frequencies that a parameter moves in proportion do so to this part.
+ALIKE = 1e-12
 
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
@@ -123,6 +130,55 @@ def parameter_names(
             raise ParameterError("paths", path, "the same parameter, named twice")
         names.append(name)
     return tuple(names)
+
+
+def moved_period(
+    rates: Floats, osc: Oscillator | Structure, force: Forcing | Loads | None, names: Sequence[str]
+) -> Floats:
+    """Return the derivatives of the logarithm of the period of several forces by parameters.
+
+    Parameters
+    ----------
+    rates
+        (n_forces, n_parameters) array, those of the logarithm of the frequency of each force.
+    osc, force
+        What they act on, and the forces.
+    names
+        The parameters, in their long form.
+
+    Returns
+    -------
+    (n_parameters,) array
+        The derivatives; NaN where a parameter leaves the forces without a common period, or without
+        the one that was given.
+
+    Examples
+    --------
+    >>> from percuss.model import Harmonic, impact_oscillator, parameter, pi_times
+    >>> w = parameter("w", 2)
+    >>> force = Forcing((Harmonic(1, w), Harmonic(1, 3 * w)), period=2 * pi_times(1) / w)
+    >>> moved_period(np.array([[0.5], [0.5]]), impact_oscillator(), force, ["w"])
+    array([-0.5])
+    """
+    periods = {
+        path: value
+        for path, value in fields_by_path(osc, force, None).items()
+        if path.endswith(".period")
+    }
+    rows = [*-rates]
+    for path, value in periods.items():
+        slower = np.zeros(len(names))
+        for p, name in enumerate(names):
+            if name == path:
+                slower[p] = 1.0
+            elif isinstance(value, Expression) and name in value.names:
+                slower[p] = float(value.derivative(name))
+        rows.append(slower / as_float(value))
+    if not rows:
+        return np.zeros(len(names))
+    all_rows = np.array(rows)
+    apart = np.ptp(all_rows, axis=0) > ALIKE * np.abs(all_rows).max(axis=0)
+    return np.where(apart, np.nan, all_rows[0])
 
 
 def moved_rows(system: System, fields: Mapping[str, float]) -> Floats:

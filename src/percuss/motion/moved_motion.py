@@ -19,7 +19,7 @@ from percuss.kernels.flight_columns import (
 )
 from percuss.kernels.law_columns import N_HARMONICS
 from percuss.kernels.sensitivity import VariedRecord
-from percuss.model.exact import reals
+from percuss.model.exact import Exact, reals
 from percuss.model.moved_law import MovedLaw
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start
@@ -54,6 +54,11 @@ class AnyMotion(HasEvents, Protocol):
     @property
     def x0(self) -> float:
         """Where it starts."""
+        ...
+
+    @property
+    def periods(self) -> Exact | None:
+        """The forcing periods after which it ends, None where it ends otherwise."""
         ...
 
     @property

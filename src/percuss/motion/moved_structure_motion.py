@@ -14,7 +14,8 @@ from percuss.kernels.structure import sensitivity as engine
 from percuss.kernels.structure.run import StructureRun, new_run
 from percuss.kernels.structure.sensitivity import ColumnRecord, VariedRun
 from percuss.model.acting_sets import StructureSystem
-from percuss.model.exact import reals
+from percuss.model.exact import Exact, reals
+from percuss.model.loads import Loads
 from percuss.model.moved_structure import MovedStructure
 from percuss.model.oscillator import On
 from percuss.model.structure import Structure, StructureStart
@@ -40,8 +41,18 @@ class AnyStructureMotion(HasEvents, Protocol):
         ...
 
     @property
+    def loads(self) -> Loads:
+        """What acts on it."""
+        ...
+
+    @property
     def start(self) -> StructureStart:
         """Its start."""
+        ...
+
+    @property
+    def periods(self) -> Exact | None:
+        """The periods of the loads after which it ends, None where it ends otherwise."""
         ...
 
     @property

@@ -49,9 +49,14 @@ class _Limit(NamedTuple):
     held: bool
 
 
-def measure_and_derivative(d: MovedMotion, measure: str) -> MovedValue:
-    """Return a measure of a run and its derivatives; see `Sensitivity.of`."""
-    return moved_measure(_MeasuredOscillator(d), measure)
+def measure_and_derivative(
+    d: MovedMotion, measure: str, longer: Floats | None = None
+) -> MovedValue:
+    """Return a measure of a run and its derivatives; see `Sensitivity.of`.
+
+    ``longer`` are the derivatives of the run's end where it moves, as that of an orbit's period.
+    """
+    return moved_measure(_MeasuredOscillator(d, longer), measure)
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +64,7 @@ class _MeasuredOscillator:
     """A run of an oscillator with its derivative, as measures read it."""
 
     derivative: MovedMotion
+    longer: Floats | None
 
     @property
     def stops(self) -> Sequence[Wall | SoftStop]:
@@ -66,8 +72,7 @@ class _MeasuredOscillator:
 
     @property
     def instants(self) -> tuple[Floats, Floats]:
-        d = self.derivative
-        return _ends(d)
+        return _ends(self.derivative, self.longer)
 
     @property
     def in_contact(self) -> Flags:
@@ -86,7 +91,7 @@ class _MeasuredOscillator:
 
     def values_at(self, of: QuantityName, stop: int, t: float) -> list[MovedValue]:
         d = self.derivative
-        return [_quantity(d, limit, of, stop) for limit in _limits(d, t)]
+        return [_quantity(d, limit, of, stop) for limit in _limits(d, t, self.longer)]
 
     def stretch(self, of: str, row: int, span: tuple[float, float]) -> MovedStretch:
         return _stretch(self.derivative, of, row, span)
@@ -98,7 +103,7 @@ class _MeasuredOscillator:
         return mass * value, np.asarray(mass * column + heavier * value)
 
 
-def _limits(d: MovedMotion, t: float) -> list[_Limit]:
+def _limits(d: MovedMotion, t: float, longer: Floats | None) -> list[_Limit]:
     """Return the states at an instant: two at an event, which they move along with."""
     events, marks = d.run.record
     rows = np.flatnonzero(events[:, events_of.EVENT_T] == t)
@@ -106,7 +111,11 @@ def _limits(d: MovedMotion, t: float) -> list[_Limit]:
     if len(rows) == 0:
         dx, dv = d(t)
         row = flight_at(events, t, True)
-        return [_limit(d, row, (t, x, v), (dx, dv, np.zeros(len(d.paths))))]
+        still = _limit(d, row, (t, x, v), (dx, dv, np.zeros(len(d.paths))))
+        if longer is None or t != d.run.t_end:
+            return [still]
+        rate = 0.0 if still.held else _acceleration(d, still)[0]
+        return [still._replace(dx=dx + v * longer, dv=dv + rate * longer, dt=longer)]
     limits = []
     for row in rows.tolist():
         columns, after = d.columns[row], float(events[row, events_of.V_AFTER])
@@ -180,16 +189,15 @@ def _acceleration(d: MovedMotion, at: _Limit) -> MovedValue:
     return float(force - 2.0 * row[DAMPING] * at.v), column
 
 
-def _ends(d: MovedMotion) -> tuple[Floats, Floats]:
+def _ends(d: MovedMotion, longer: Floats | None) -> tuple[Floats, Floats]:
     """Return instants of all events and of the end, and their derivatives."""
     events = d.run.record[0]
     instants, moved = events[:, events_of.EVENT_T], d.columns[..., engine.DT]
-    # A run that ends at an event ends with it, else at a fixed instant.
+    # A run that ends at an event ends with it, else at an instant that stays or moves by itself.
+    last = moved[-1:]
     if d.run.t_end > instants[-1]:
-        moved = np.concatenate([moved, np.zeros((1, len(d.paths)))])
-    else:
-        moved = np.concatenate([moved, moved[-1:]])
-    return np.append(instants, d.run.t_end), moved
+        last = np.zeros_like(last) if longer is None else longer[np.newaxis]
+    return np.append(instants, d.run.t_end), np.concatenate([moved, last])
 
 
 def _stretch(d: MovedMotion, measure: str, row: int, span: tuple[float, float]) -> MovedStretch:

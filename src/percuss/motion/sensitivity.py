@@ -12,14 +12,14 @@ from percuss.arrays import Flags, Floats
 from percuss.kernels import record as columns
 from percuss.kernels import sensitivity as engine
 from percuss.kernels.flight import constant_force, force_and_slopes, place, set_phases
-from percuss.kernels.law_columns import N_HARMONICS, NUMBER
+from percuss.kernels.law_columns import FIRST_HARMONIC, N_HARMONICS, NUMBER, OMEGA
 from percuss.kernels.record import MotionRecord
 from percuss.kernels.restitution import restitution_at
 from percuss.kernels.sample import flight_at
 from percuss.kernels.sensitivity import VariedRecord
-from percuss.model.moved_law import MovedLaw, moved_law
+from percuss.model.moved_law import MovedLaw, moved_law, moved_period
 from percuss.model.oscillator import Wall
-from percuss.motion.moved_measures import MovedMeasure
+from percuss.motion.moved_measures import MovedMeasure, MovedValue
 from percuss.motion.moved_motion import (
     AnyMotion,
     MovedContacts,
@@ -31,7 +31,7 @@ from percuss.motion.moved_motion import (
 )
 from percuss.motion.oscillator_measures import measure_and_derivative
 
-__all__ = ["Sensitivity", "sensitivity_of"]
+__all__ = ["Sensitivity", "sensitivity_of", "slowing_of"]
 
 # A difference below this part of its terms is rounding.
 ROUNDED = 1e-14
@@ -91,7 +91,20 @@ class Sensitivity(MovedMotion):
         >>> run.sensitivity(["start.v0"]).of("max_displacement")
         array([0.5])
         """
-        return measure_and_derivative(self, measure)[1]
+        return self.measured(measure)[1]
+
+    def measured(self, measure: str) -> MovedValue:
+        """Return a measure of the run and its derivatives; see `of`."""
+        return measure_and_derivative(self, measure, self.longer)
+
+    @property
+    def longer(self) -> Floats | None:
+        """The derivatives of the run's end where it is so many periods after the start; else None."""
+        if self.run.periods is None:
+            return None
+        # A parameter that leaves the forcing without a period leaves no run to compare with.
+        slower = np.nan_to_num(slowing_of(self), nan=0.0)
+        return np.asarray(self.begin[:, 2] + (self.run.t_end - self.run.t0) * slower)
 
     def one_sided(self) -> Sensitivity:
         """Return the derivative on the side on which no graze of a wall becomes an impact.
@@ -183,6 +196,16 @@ def sensitivity_of(
         grazes = _grazes(_carried(run, moved, passing, begin, none))
         return dataclasses.replace(carried, grazes=grazes)
     return carried
+
+
+def slowing_of(d: MovedMotion) -> Floats:
+    """Return the derivatives of the logarithm of the forcing's period; see `moved_period`."""
+    law = d.run.system.law
+    rows = slice(FIRST_HARMONIC, FIRST_HARMONIC + int(law[0, N_HARMONICS]))
+    # The row of a record has the derivative of the logarithm itself.
+    omegas = law[rows, OMEGA]
+    rates = d.moved.change.rows[:, rows, OMEGA] / np.where(omegas > 0.0, omegas, 1.0)
+    return moved_period(rates.T, *d.run.system, d.paths)
 
 
 def _carried(

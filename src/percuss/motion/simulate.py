@@ -220,7 +220,9 @@ def simulate(
             "without max_impacts; give max_impacts to follow it further"
         )
         warnings.warn(message, LimitWarning, stacklevel=2)
-    return Trajectory.of_record(system, march.record(), stopped, outcome, begins)
+    reached = outcome in (Outcome.reached_t_end, Outcome.at_rest)
+    lasts = None if periods is None or not reached else cast("Exact", plain(periods))
+    return Trajectory.of_record(system, march.record(), stopped, outcome, begins, lasts)
 
 
 def _start(start: object, x0: Exact, v0: Exact, t0: Phase) -> Start:

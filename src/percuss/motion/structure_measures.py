@@ -75,9 +75,9 @@ class _MeasuredStructure:
         d = self.derivative
         rows = np.flatnonzero(d.run.record.events[:, events_of.EVENT_T] == t)
         if len(rows) == 0:
-            return [_quantity(d, self.direction, (of, stop), (t, True))]
+            return [_quantity(d, self.direction, (of, stop), (t, True), self.longer)]
         sides = [True] if rows[0] == 0 else [True, False]
-        return [_quantity(d, self.direction, (of, stop), (t, side)) for side in sides]
+        return [_quantity(d, self.direction, (of, stop), (t, side), self.longer) for side in sides]
 
     def stretch(self, of: str, row: int, span: tuple[float, float]) -> MovedStretch:
         d, record = self.derivative, self.derivative.run.record
@@ -110,7 +110,11 @@ class _MeasuredStructure:
 
 
 def _quantity(
-    d: MovedStructureMotion, c: Floats, which: tuple[str, int], side: tuple[float, bool]
+    d: MovedStructureMotion,
+    c: Floats,
+    which: tuple[str, int],
+    side: tuple[float, bool],
+    longer: Floats | None,
 ) -> MovedValue:
     """Return a quantity on one side of an instant, and its derivative along with an event there."""
     (of, stop), (t, after) = which, side
@@ -120,6 +124,8 @@ def _quantity(
     late = np.zeros(len(d.paths))
     if len(rows):
         late = d.columns.instants[rows[-1] if after else rows[0], engine.DT]
+    elif longer is not None and t == run.t_end:
+        late = longer
     orders, moved, force = _taylor(d, t, after, stop)
     # Along with the event: each order moves by the next one.
     moved = moved + orders[1:, :, None] * late

@@ -15,9 +15,10 @@ from percuss.kernels.sample import flight_at
 from percuss.kernels.structure import sensitivity as engine
 from percuss.kernels.structure.basis import wall_of
 from percuss.kernels.structure.sensitivity import ColumnRecord, VariedRun
+from percuss.model.moved_law import moved_period
 from percuss.model.moved_structure import MovedStructure, moved_sets, moved_structure
 from percuss.model.oscillator import On, Wall
-from percuss.motion.moved_measures import MovedMeasure
+from percuss.motion.moved_measures import MovedMeasure, MovedValue
 from percuss.motion.moved_motion import MovedContacts, MovedCrossings, MovedGrazes, MovedImpacts
 from percuss.motion.moved_structure_motion import (
     AnyStructureMotion,
@@ -27,7 +28,7 @@ from percuss.motion.moved_structure_motion import (
 )
 from percuss.motion.structure_measures import structure_measure_and_derivative
 
-__all__ = ["StructureSensitivity", "structure_sensitivity_of"]
+__all__ = ["StructureSensitivity", "structure_sensitivity_of", "structure_slowing_of"]
 
 # A difference below this part of its terms is rounding.
 ROUNDED = 1e-14
@@ -88,7 +89,20 @@ class StructureSensitivity(MovedStructureMotion):
         >>> run.sensitivity(["start.v0.0"]).of("max_displacement", on=(1, -1)).round(9)
         array([0.57735027])
         """
-        return structure_measure_and_derivative(self, measure, on)[1]
+        return self.measured(measure, on)[1]
+
+    def measured(self, measure: str, on: On | None = None) -> MovedValue:
+        """Return a measure of the run and its derivatives; see `of`."""
+        return structure_measure_and_derivative(self, measure, on, self.longer)
+
+    @property
+    def longer(self) -> Floats | None:
+        """The derivatives of the run's end where it is so many periods after the start; else None."""
+        if self.run.periods is None:
+            return None
+        # A parameter that leaves the loads without a period leaves no run to compare with.
+        slower = np.nan_to_num(structure_slowing_of(self), nan=0.0)
+        return np.asarray(self.begin[-1] + (self.run.t_end - self.run.t0) * slower)
 
     def one_sided(self) -> StructureSensitivity:
         """Return the derivative on the side on which no graze of a wall becomes an impact.
@@ -164,6 +178,12 @@ def structure_sensitivity_of(
         grazes = _grazes(_carried(run, moved, passing, own, none))
         return dataclasses.replace(carried, grazes=grazes)
     return carried
+
+
+def structure_slowing_of(d: MovedStructureMotion) -> Floats:
+    """Return the derivatives of the logarithm of the loads' period; see `moved_period`."""
+    rates = np.array([loads.rates for loads in d.moved.loads])
+    return moved_period(rates.T, d.run.structure, d.run.loads, d.paths)
 
 
 def _touched(run: AnyStructureMotion) -> Integers:

@@ -7,7 +7,7 @@ import math
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,7 +20,7 @@ from percuss.kernels.structure import run as state
 from percuss.kernels.structure.run import StructureRun, new_run
 from percuss.kernels.structure.sample import evaluate
 from percuss.model.acting_sets import StructureSystem
-from percuss.model.exact import Exact, Phase, as_float, reals, whole
+from percuss.model.exact import Exact, Phase, as_float, plain, reals, whole
 from percuss.model.faults import raise_first
 from percuss.model.loads import Loads
 from percuss.model.oscillator import On, Oscillator, SoftStop
@@ -95,7 +95,8 @@ def follow_structure(
             "without max_impacts; give max_impacts to follow it further"
         )
         warnings.warn(message, LimitWarning, stacklevel=3)
-    return StructureTrajectory.of_run(system, start, run, end, outcome)
+    lasts = None if periods is None else cast("Exact", plain(periods))
+    return StructureTrajectory.of_run(system, start, run, end, outcome, lasts)
 
 
 def followed(
@@ -179,6 +180,9 @@ class StructureTrajectory(HasPicture):
         How the run ended.
     impacts, crossings, contacts, grazes
         The events, as columns. Velocities are those of y = c . x, the displacement of the stop.
+    periods
+        The number of periods of the loads after which it ends, with which its end moves; None where
+        it ends otherwise.
     """
 
     structure: Structure
@@ -192,6 +196,7 @@ class StructureTrajectory(HasPicture):
     contacts: Contacts
     grazes: Grazes
     _run: StructureRun = field(repr=False)
+    periods: Exact | None = field(default=None, repr=False)
 
     picture: ClassVar = "plot_motion"
 
@@ -203,6 +208,7 @@ class StructureTrajectory(HasPicture):
         run: StructureRun,
         end: float,
         outcome: Outcome,
+        periods: Exact | None = None,
     ) -> StructureTrajectory:
         """Return the trajectory of a run, as the kernels left it."""
         run = _as_far_as_filled(run)
@@ -214,7 +220,7 @@ class StructureTrajectory(HasPicture):
             grazes=run.grazes.copy(),
         )
         if outcome is not Outcome.reached_t_end:
-            end = min(end, float(run.state[columns.T]))
+            end, periods = min(end, float(run.state[columns.T])), None
         return cls(
             structure=system.structure,
             loads=system.loads,
@@ -227,6 +233,7 @@ class StructureTrajectory(HasPicture):
             contacts=_contacts(system, run),
             grazes=_grazes(system, run),
             _run=run,
+            periods=periods,
         )
 
     @property

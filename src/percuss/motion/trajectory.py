@@ -18,7 +18,7 @@ from percuss.kernels import record as columns
 from percuss.kernels.law_columns import N_HARMONICS, PERIOD
 from percuss.kernels.record import MotionRecord
 from percuss.kernels.sample import evaluate, impact_columns
-from percuss.model.exact import Phase, as_float, real, reals, whole
+from percuss.model.exact import Exact, Phase, as_float, real, reals, whole
 from percuss.model.faults import raise_first
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator, mass_of
@@ -120,6 +120,9 @@ class Trajectory(HasPicture):
         How the run ended.
     impacts, crossings, contacts, grazes
         The events, as columns.
+    periods
+        The number of forcing periods after which it ends, with which its end moves; None where it
+        ends otherwise.
     """
 
     picture: ClassVar = "plot_motion"
@@ -139,6 +142,7 @@ class Trajectory(HasPicture):
     end: Phase = field(repr=False)
     _events: Floats = field(repr=False)
     _marks: Integers = field(repr=False)
+    periods: Exact | None = field(default=None, repr=False)
 
     @classmethod
     def of_record(
@@ -148,6 +152,7 @@ class Trajectory(HasPicture):
         t_end: Phase,
         outcome: Outcome,
         start: Start | None = None,
+        periods: Exact | None = None,
     ) -> Trajectory:
         """Return the trajectory of (x0, v0), events, marks and grazes, as the kernels wrote them.
 
@@ -176,6 +181,7 @@ class Trajectory(HasPicture):
             end=t_end,
             _events=events,
             _marks=marks,
+            periods=periods,
         )
 
     @property

@@ -11,7 +11,6 @@ from percuss.errors import ParameterError
 from percuss.model.oscillator import On, Oscillator
 from percuss.model.structure import Structure
 from percuss.motion.moved_measures import RIGID, MovedMeasure, has_rigid_stops
-from percuss.motion.oscillator_measures import measure_and_derivative
 from percuss.motion.sensitivity import Sensitivity
 from percuss.motion.structure_measures import structure_measure_and_derivative
 from percuss.motion.structure_sensitivity import StructureSensitivity
@@ -87,9 +86,9 @@ def outcome_of(orbit: AnyOrbit | None, d: AnySensitivity, name: str) -> tuple[fl
         The value and its derivatives, NaN where it has none.
     """
     if isinstance(d, Sensitivity):
-        return measure_and_derivative(d, name)
+        return d.measured(name)
     if isinstance(d, StructureSensitivity):
-        return structure_measure_and_derivative(d, *_of_place(name, d.run.structure))
+        return d.measured(*_of_place(name, d.run.structure))
     assert orbit is not None
     if name == "period":
         return orbit.period, d.period
@@ -101,7 +100,8 @@ def outcome_of(orbit: AnyOrbit | None, d: AnySensitivity, name: str) -> tuple[fl
     assert isinstance(orbit, PeriodicOrbit)
     if name == "grazing_margin":
         return orbit.grazing_margin, _moved_margin(orbit, d)
-    return measure_and_derivative(d.motion, name)
+    assert isinstance(d, OrbitSensitivity)
+    return d.measured(name)
 
 
 def _of_place(name: str, structure: Structure) -> tuple[str, On | None]:

@@ -29,29 +29,26 @@ from percuss.kernels.flight_columns import (
 )
 from percuss.kernels.law_columns import (
     DAMPING,
-    FIRST_HARMONIC,
     N_HARMONICS,
-    OMEGA,
     STIFFNESS,
 )
 from percuss.kernels.record import MotionRecord, place_of_event, time_since_event
 from percuss.kernels.restitution import kept_of_error, restitution_at
 from percuss.kernels.tangent import event_saltation, propagator
-from percuss.motion.moved_measures import MovedMeasure
+from percuss.motion.moved_measures import MovedMeasure, MovedValue
 from percuss.motion.moved_motion import MovedImpacts
-from percuss.motion.sensitivity import Sensitivity, sensitivity_of
+from percuss.motion.oscillator_measures import measure_and_derivative
+from percuss.motion.sensitivity import Sensitivity, sensitivity_of, slowing_of
 from percuss.motion.tables import Impacts
 from percuss.motion.trajectory import Trajectory
 from percuss.numerics import matmul, solve_linear
 from percuss.orbits.orbit.moved_monodromy import moved_kept
 
 __all__ = [
-    "ON_FOLD", "ClosedMotion", "OrbitSensitivity", "common_slowing", "refuse_derivative",
+    "ON_FOLD", "ClosedMotion", "OrbitSensitivity", "refuse_derivative", "refuse_frequency_alone",
     "sensitivity_of_orbit",
 ]  # fmt: skip
 
-# Frequencies that a parameter moves in proportion do so to this part.
-ALIKE = 1e-12
 # Two multipliers whose distance is below this part of them are equal to rounding.
 EQUAL = 1e-7
 # A multiplier this near to 1 is there: the orbit is on a fold, or one of a family.
@@ -110,7 +107,11 @@ class OrbitSensitivity:
 
     def of(self, measure: MovedMeasure) -> Floats:
         """Return the derivative of a measure of one period; see `Sensitivity.of`."""
-        return self.motion.of(measure)
+        return self.measured(measure)[1]
+
+    def measured(self, measure: str) -> MovedValue:
+        """Return a measure of one period and its derivatives: the end moves with the period."""
+        return measure_and_derivative(self.motion, measure, self.t0 + self.period)
 
 
 def sensitivity_of_orbit(orbit: ClosedMotion, paths: Sequence[str]) -> OrbitSensitivity:
@@ -134,7 +135,9 @@ def sensitivity_of_orbit(orbit: ClosedMotion, paths: Sequence[str]) -> OrbitSens
         wall = last[:, engine.BASE]
     matrix = np.eye(2) - orbit.monodromy
     if orbit.n_periods:
-        period = orbit.period * _slower(orbit, still)
+        slower = slowing_of(still)
+        refuse_frequency_alone(slower, still.paths)
+        period = orbit.period * slower
         columns_of_start = _solved(orbit, matrix, end + period[:, np.newaxis] * rate)
     else:
         known = np.stack([matrix[:, 1], -rate], axis=-1)
@@ -173,44 +176,11 @@ def _rate(orbit: ClosedMotion) -> Floats:
     return np.array([orbit.run.v0, force - 2.0 * law[region, DAMPING] * orbit.run.v0])
 
 
-def _slower(orbit: ClosedMotion, still: Sensitivity) -> Floats:
-    """Return the derivatives of the logarithm of the forcing's period."""
-    law, rows = orbit.run.system.law, still.moved.change.rows
-    n = int(law[0, N_HARMONICS])
-    parts = []
-    for j in range(FIRST_HARMONIC, FIRST_HARMONIC + n):
-        omega = float(law[j, OMEGA])
-        parts.append(-rows[:, j, OMEGA] / (omega if omega > 0.0 else 1.0))
-    has_own = orbit.run.forcing is not None and orbit.run.forcing.given_period is not None
-    return common_slowing(parts, still.paths, has_own=has_own)
-
-
-def common_slowing(parts: Sequence[Floats], paths: Sequence[str], *, has_own: bool) -> Floats:
-    """Return the derivatives of the logarithm of the period of several forces.
-
-    Parameters
-    ----------
-    parts
-        Those of the period of each force, (n_parameters,).
-    paths
-        The parameters.
-    has_own
-        Whether the period was given, so that it stays.
-
-    Raises
-    ------
-    ParameterError
-        If a parameter leaves the forces without a period.
-    """
-    if not parts:
-        return np.zeros(len(paths))
-    for p, path in enumerate(paths):
-        slower = [float(part[p]) for part in parts]
-        apart = max(slower) - min(slower) > ALIKE * max(map(abs, slower))
-        if apart or (has_own and any(slower)):
-            reason = "moved alone it leaves the forcing without a period; tie the frequencies"
-            raise ParameterError("paths", path, reason)
-    return np.asarray(parts[0])
+def refuse_frequency_alone(slower: Floats, paths: Sequence[str]) -> None:
+    """Raise ParameterError where a parameter leaves the forces without a period."""
+    for path in np.array(paths)[np.isnan(slower)].tolist():
+        reason = "moved alone it leaves the forcing without a period; tie the frequencies"
+        raise ParameterError("paths", path, reason)
 
 
 def _solved(orbit: ClosedMotion, matrix: Floats, right: Floats) -> Floats:

@@ -16,11 +16,15 @@ from percuss.motion.moved_measures import MovedMeasure
 from percuss.motion.moved_motion import MovedImpacts
 from percuss.motion.moved_structure_motion import rates_at
 from percuss.motion.structure_measures import structure_measure_and_derivative
-from percuss.motion.structure_sensitivity import StructureSensitivity, structure_sensitivity_of
+from percuss.motion.structure_sensitivity import (
+    StructureSensitivity,
+    structure_sensitivity_of,
+    structure_slowing_of,
+)
 from percuss.motion.structures import StructureTrajectory
 from percuss.numerics import solve_linear
 from percuss.orbits.orbit.moved_monodromy import moved_monodromy, moved_multipliers
-from percuss.orbits.orbit.moved_orbit import ON_FOLD, common_slowing, refuse_derivative
+from percuss.orbits.orbit.moved_orbit import ON_FOLD, refuse_derivative, refuse_frequency_alone
 
 __all__ = [
     "ClosedStructureMotion",
@@ -151,10 +155,8 @@ def _still(run: StructureTrajectory, paths: Sequence[str]) -> StructureSensitivi
 def _closure(orbit: ClosedStructureMotion, still: StructureSensitivity) -> tuple[Floats, Floats]:
     """Return the derivatives of the state after a period, and of the period."""
     run = orbit.run
-    rates = np.array([loads.rates for loads in still.moved.loads])
-    given = [run.loads.given_period, *(force.given_period for force in run.loads.forcings)]
-    has_own = any(period is not None for period in given)
-    slower = common_slowing([-rate for rate in rates.T], still.paths, has_own=has_own)
+    slower = structure_slowing_of(still)
+    refuse_frequency_alone(slower, still.paths)
     period = np.asarray(orbit.period * slower)
     end = np.concatenate(still(run.t_end))
     rate = rates_at(still.varied, run.t_end).reshape(-1)

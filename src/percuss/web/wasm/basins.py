@@ -79,7 +79,7 @@ from percuss.kernels.observables import (
     Member,
 )
 from percuss.kernels.record import AT_REST, SPENT, Run, T, V, X
-from percuss.web.wasm.attractors import MOST_IMPACTS, PATIENCE, clear, in_order
+from percuss.web.wasm.attractors import MOST_IMPACTS, PATIENCE, clear, in_order, loads_of
 
 # The rules of a basin: when starts begin, the periods after which one stays undecided, and where a
 # motion is unbounded.
@@ -135,21 +135,44 @@ class Space(NamedTuple):
     cells: Integers
 
 
+class SpaceArrays(NamedTuple):
+    """The arrays of a `Space` as the page gives them: ``phases`` (3, n, 2) are three of a `Run`."""
+
+    law: Floats
+    state: Floats
+    counters: Integers
+    phases: Floats
+    events: Floats
+    marks: Integers
+    grazes: Floats
+    plan: Floats
+    values: Floats
+    ring: Floats
+    points: Floats
+    strobes: Floats
+    last: Floats
+    cloud: Floats
+    stops: Floats
+    best: Floats
+    scratch: Floats
+    rates: Floats
+    exponents: Floats
+    frame: Floats
+    cells: Integers
+
+
 @kernel
-def space_of(
-    run: Run,
-    followed: tuple[Floats, Floats, Floats, Floats],
-    compared: tuple[Floats, Floats, Floats, Floats, Floats, Floats],
-    cells: Integers,
-    stops: Floats,
-    loads: LoadSpace,
-) -> Space:
+def space_of(given: SpaceArrays) -> Space:
     """Return the space of arrays in which motions are followed, and those that are compared."""
-    plan, values, ring, points = followed
-    strobes, last, cloud, rates, exponents, frame = compared
+    phases = given.phases
+    run = Run(
+        given.law, given.state, given.counters, phases[0], phases[1], phases[2], given.events,
+        given.marks, given.grazes,
+    )  # fmt: skip
     return Space(
-        run, plan, values, ring, points, strobes, last, cloud, stops, loads, rates, exponents,
-        frame, cells,
+        run, given.plan, given.values, given.ring, given.points, given.strobes, given.last,
+        given.cloud, given.stops, loads_of(given.law, given.best, given.scratch), given.rates,
+        given.exponents, given.frame, given.cells,
     )  # fmt: skip
 
 

@@ -14,8 +14,9 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import Any, get_type_hints
 
 from percuss.ensembles import decisions
 from percuss.kernels import batch, fill_law, law_columns, observables, record
@@ -112,7 +113,7 @@ def _code_of(name: str) -> tuple[str, str]:
 
     entry: Any = ENTRIES[name]
     options = {**OPTIONS, "no_cpython_wrapper": True}
-    compiled: Any = numba.njit(_signature(SIGNATURES[name]), **options)(entry)
+    compiled: Any = numba.njit(_signature(name), **options)(entry)
     (signature,) = compiled.signatures
     symbol = str(compiled.overloads[signature].fndesc.mangled_name)
     text = compiled.inspect_llvm(signature)
@@ -130,13 +131,25 @@ def _code_of(name: str) -> tuple[str, str]:
     return symbol, text
 
 
-def _signature(code: str) -> Any:
-    from numba import types
+def _signature(name: str) -> Any:
+    """Return the types of an entry's arguments; the arrays of a tuple are passed one by one."""
+    import numba
 
-    kinds: dict[str, Any] = {"f": types.float64, "i": types.int64}
+    types: Any = numba.types
+    of_words = {"f": types.float64, "i": types.int64}
     for letter, kind in (("F", types.float64), ("I", types.int64)):
-        kinds |= {f"{letter}{n}": types.Array(kind, n, "C") for n in (1, 2, 3)}
-    return types.int64(*(kinds[word] for word in code.split()))
+        of_words |= {f"{letter}{n}": types.Array(kind, n, "C") for n in (1, 2, 3)}
+    kinds = (of_words[word] for word in SIGNATURES[name].split())
+    hints = get_type_hints(ENTRIES[name])
+    del hints["return"]
+    arguments = []
+    for hint in hints.values():
+        fields = getattr(hint, "_fields", None)
+        if fields is None:
+            arguments.append(next(kinds))
+        else:
+            arguments.append(types.NamedTuple(tuple(islice(kinds, len(fields))), hint))
+    return types.int64(*arguments)
 
 
 def _section(symbols: dict[str, str]) -> bytes:

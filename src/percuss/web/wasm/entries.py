@@ -11,11 +11,12 @@ from percuss.kernels import march as engine
 from percuss.kernels import sample
 from percuss.kernels.record import MotionRecord, Run
 from percuss.web.wasm import attractors, basins, curve, exponents
+from percuss.web.wasm.basins import SpaceArrays
 
 __all__ = ["ENTRIES", "SIGNATURES"]
 
 # The arguments of each entry: f and i are a double and an integer, F1, F2, F3 and I1, I2 arrays of
-# them with so many dimensions, C-contiguous.
+# them with so many dimensions, C-contiguous; what stands in brackets is one tuple in Python.
 SPACE = "F2 F1 I1 F3 F2 I2 F2 F1 F1 F2 F2 F2 F2 F2 F2 F1 F3 F1 F1 F2 I2"
 SIGNATURES = {
     "fill_law": "F2 I1 F2",
@@ -188,63 +189,13 @@ def attractor(
     return status
 
 
-def classify(
-    law: Floats,
-    state: Floats,
-    counters: Integers,
-    phases: Floats,
-    events: Floats,
-    marks: Integers,
-    grazes: Floats,
-    plan: Floats,
-    values: Floats,
-    ring: Floats,
-    points: Floats,
-    strobes: Floats,
-    last: Floats,
-    cloud: Floats,
-    stops: Floats,
-    best: Floats,
-    scratch: Floats,
-    rates: Floats,
-    tangents: Floats,
-    frame: Floats,
-    cells: Integers,
-    rules: Floats,
-    starts: Floats,
-    classes: Floats,
-) -> int:
+def classify(arrays: SpaceArrays, rules: Floats, starts: Floats, classes: Floats) -> int:
     """Write the classes of starts."""
-    run = Run(law, state, counters, phases[0], phases[1], phases[2], events, marks, grazes)
-    loads = attractors.loads_of(law, best, scratch)
-    followed = (plan, values, ring, points)
-    compared = (strobes, last, cloud, rates, tangents, frame)
-    space = basins.space_of(run, followed, compared, cells, stops, loads)
-    return basins.classify_starts(space, rules, starts, classes)
+    return basins.classify_starts(basins.space_of(arrays), rules, starts, classes)
 
 
 def label(
-    law: Floats,
-    state: Floats,
-    counters: Integers,
-    phases: Floats,
-    events: Floats,
-    marks: Integers,
-    grazes: Floats,
-    plan: Floats,
-    values: Floats,
-    ring: Floats,
-    points: Floats,
-    strobes: Floats,
-    last: Floats,
-    cloud: Floats,
-    stops: Floats,
-    best: Floats,
-    scratch: Floats,
-    rates: Floats,
-    tangents: Floats,
-    frame: Floats,
-    cells: Integers,
+    arrays: SpaceArrays,
     rules: Floats,
     classes: Floats,
     labels: Integers,
@@ -252,46 +203,12 @@ def label(
     drawn: Floats,
 ) -> int:
     """Write the number of each start's attractor, and the attractors."""
-    run = Run(law, state, counters, phases[0], phases[1], phases[2], events, marks, grazes)
-    loads = attractors.loads_of(law, best, scratch)
-    followed = (plan, values, ring, points)
-    compared = (strobes, last, cloud, rates, tangents, frame)
-    space = basins.space_of(run, followed, compared, cells, stops, loads)
-    return basins.label(space, rules, classes, labels, found, drawn)
+    return basins.label(basins.space_of(arrays), rules, classes, labels, found, drawn)
 
 
-def exponent(
-    law: Floats,
-    state: Floats,
-    counters: Integers,
-    phases: Floats,
-    events: Floats,
-    marks: Integers,
-    grazes: Floats,
-    plan: Floats,
-    values: Floats,
-    ring: Floats,
-    points: Floats,
-    strobes: Floats,
-    last: Floats,
-    cloud: Floats,
-    stops: Floats,
-    best: Floats,
-    scratch: Floats,
-    rates: Floats,
-    tangents: Floats,
-    frame: Floats,
-    cells: Integers,
-    start: Floats,
-    out: Floats,
-) -> int:
+def exponent(arrays: SpaceArrays, start: Floats, out: Floats) -> int:
     """Write the largest exponent of a motion; return 1 where there is one."""
-    run = Run(law, state, counters, phases[0], phases[1], phases[2], events, marks, grazes)
-    loads = attractors.loads_of(law, best, scratch)
-    followed = (plan, values, ring, points)
-    compared = (strobes, last, cloud, rates, tangents, frame)
-    space = basins.space_of(run, followed, compared, cells, stops, loads)
-    return 1 if exponents.largest_exponent(space, start, out) else 0
+    return 1 if exponents.largest_exponent(basins.space_of(arrays), start, out) else 0
 
 
 ENTRIES: dict[str, Callable[..., Any]] = {
