@@ -389,8 +389,10 @@ class _March:
         """Return what happened, without the rows that are not used."""
         n = int(self.counters[columns.N_EVENTS])
         events, marks = self.arrays.events, self.arrays.marks
-        # In place: what is kept is neither copied nor touched.
-        events.resize((n, columns.EVENT_COLUMNS), refcheck=False)
-        marks.resize((n, columns.MARK_COLUMNS), refcheck=False)
+        if n < 0.9 * len(events):
+            # In place: what is kept is neither copied nor touched.
+            events.resize((n, columns.EVENT_COLUMNS), refcheck=False)
+            marks.resize((n, columns.MARK_COLUMNS), refcheck=False)
+        events, marks = events[:n], marks[:n]
         grazes = self.arrays.grazes[: int(self.counters[columns.N_GRAZES])].copy()
         return self.start, events, marks, grazes
