@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import chain, groupby, pairwise
@@ -13,11 +14,12 @@ import numpy as np
 from percuss.arrays import Floats
 from percuss.certified.ball_arithmetic import Ball, Balls, Undecided
 from percuss.certified.fold import OrbitCurve
+from percuss.certified.graze_end import GrazeEnd, graze_at_end
 from percuss.certified.numbers import ball, precision
 from percuss.certified.results import doubles_of, in_words
 from percuss.certified.shooting import OrbitEvent, events_of, guess_of, pairs, vector_of
 from percuss.certified.special import check_mirrored, check_symmetric_over
-from percuss.certified.strips import Strip, StripChain, chain_of
+from percuss.certified.strips import STOPPED, Strip, StripChain, chain_of
 from percuss.certified.system import system_of
 from percuss.errors import ParameterError
 from percuss.model.exact import Exact, as_fraction
@@ -31,6 +33,8 @@ from percuss.progress import Progress, Report
 
 __all__ = ["BranchStretch", "CertifiedBranch", "EnclosedPoint", "certify_branch"]
 
+# What leads from the begin and from the end of a chain to a graze.
+GrazeEnds = tuple[GrazeEnd | None, GrazeEnd | None]
 BITS = 96
 # Width of strips that are not divided any more, as a part of the range of the parameter and of the
 # period and the greatest speed: as far as to this, special points are told apart.
@@ -108,8 +112,9 @@ class CertifiedBranch:
         What is open, and why.
     precision
         The bits that were worked with.
-    chains
-        What the proof is made of.
+    chains, grazes
+        What the proof is made of: strips, and for each chain what leads from its begin and from its end
+        to a graze, or None.
     """
 
     oscillator: Oscillator
@@ -121,6 +126,7 @@ class CertifiedBranch:
     reason: str
     precision: int
     chains: tuple[StripChain, ...] = field(repr=False)
+    grazes: tuple[GrazeEnds, ...] = field(repr=False)
 
     def __len__(self) -> int:
         """Return the number of strips."""
@@ -159,8 +165,9 @@ class CertifiedBranch:
         """
         at, found = as_fraction(value), []
         with precision(self.precision):
-            for part in self.chains:
-                for tube in (strip.tube for strip in part.strips):
+            for part, ends in zip(self.chains, self.grazes, strict=True):
+                more = chain.from_iterable(end.tubes for end in ends if end is not None)
+                for tube in chain((strip.tube for strip in part.strips), more):
                     low, high = tube.parameters
                     if low <= at <= high:
                         box = tube.end(at) if tube.is_along_parameter else tube.box()
@@ -168,8 +175,8 @@ class CertifiedBranch:
                         states = vector_of(equations.whole(pairs(box[:-1]))[1])
                         found.append((Balls.of(states[::2]), Balls.of(states[1::2])))
         if not found:
-            ends = ", ".join(f"{s.low:.9g} to {s.high:.9g}" for s in self.stretches) or "nothing"
-            raise ParameterError("value", value, f"no strip has an orbit there; proven is {ends}")
+            known = ", ".join(f"{s.low:.9g} to {s.high:.9g}" for s in self.stretches) or "nothing"
+            raise ParameterError("value", value, f"no strip has an orbit there; proven is {known}")
         return found
 
     @property
@@ -185,12 +192,16 @@ class CertifiedBranch:
         list of (array, str, bool or None)
             The corners of a quadrangle that holds the parameter and the velocity after the first
             event of all orbits of the strip, (4, 2), their stability, and whether they are
-            admissible; in order.
+            admissible; in order, those next to grazes last.
         """
         found = []
+        grazing = chain.from_iterable(
+            end.tubes for end in chain.from_iterable(self.grazes) if end is not None
+        )
+        tubes = [(strip.tube, strip.stability, strip.admissible) for strip in self._strips()]
+        tubes += [(tube, "undecided", True) for tube in grazing]
         with precision(self.precision):
-            for strip in self._strips():
-                tube = strip.tube
+            for tube, stability, admissible in tubes:
                 p, q = tube.parameters
                 v, w = ((tube.end(value) if tube.is_along_parameter else tube.box())[1]
                         for value in (p, q))  # fmt: skip
@@ -198,7 +209,7 @@ class CertifiedBranch:
                     (float(p), float(v.lower())), (float(q), float(w.lower())),
                     (float(q), float(w.upper())), (float(p), float(v.upper())),
                 ]  # fmt: skip
-                found.append((np.array(corners), strip.stability, strip.admissible))
+                found.append((np.array(corners), stability, admissible))
         return found
 
     @property
@@ -228,6 +239,7 @@ def certify_branch(branch: Branch, report: Report = None) -> CertifiedBranch:
     path = long_form(branch.path, first.oscillator, first.forcing)
     low, high = float(branch.values.min()), float(branch.values.max())
     chains: list[StripChain] = []
+    grazes: list[GrazeEnds] = []
     reasons: list[str] = []
     progress = Progress(report, 0.0, "strips", is_bound=True)
 
@@ -236,7 +248,7 @@ def certify_branch(branch: Branch, report: Report = None) -> CertifiedBranch:
 
     with precision(BITS):
         sections = list(_sections(branch, reasons))
-        for events, rows in sections:
+        for number, (events, rows) in enumerate(sections):
             orbit = branch.orbits[rows[0]]
             mirrored = _is_mirrored(branch, events, rows, path)
             curve = OrbitCurve(system_of(first.oscillator, first.forcing), events,
@@ -249,9 +261,15 @@ def certify_branch(branch: Branch, report: Report = None) -> CertifiedBranch:
             begin = 0
             while begin + 1 < len(points) and not progress.is_stopped:
                 part = chain_of(curve, points[begin:], scale, FINEST, tell)
+                after = None
                 if part.strips:
                     chains.append(part)
-                if not part.reason:
+                    # The ends of the branch itself are no grazes.
+                    goes_on = bool(part.reason) or number + 1 < len(sections)
+                    before = _graze_of(part, 0, (low, high)) if begin or number else None
+                    after = _graze_of(part, -1, (low, high)) if goes_on else None
+                    grazes.append((before, after))
+                if not part.reason or (after is not None and after.holds(points[-1])):
                     break
                 at, nearest = points[begin], begin
                 if part.strips:
@@ -263,7 +281,7 @@ def certify_branch(branch: Branch, report: Report = None) -> CertifiedBranch:
                 begin = max(begin, nearest) + 1
         if len(sections) > 1:
             reasons.append("the orbits have other events after a graze")
-        stretches, special = _told(chains, path)
+        stretches, special = _told(chains, grazes, path)
     progress.close()
     whole = len(chains) == 1 and not reasons
     return CertifiedBranch(
@@ -276,6 +294,7 @@ def certify_branch(branch: Branch, report: Report = None) -> CertifiedBranch:
         reason="; ".join(dict.fromkeys(reasons)),
         precision=BITS,
         chains=tuple(chains),
+        grazes=tuple(grazes),
     )
 
 
@@ -351,12 +370,46 @@ def _nearest(points: Sequence[Sequence[float]], at: Sequence[float], scale: Sequ
     return min(range(len(points)), key=lambda i: distance(points[i]))
 
 
+def _graze_of(part: StripChain, row: int, within: tuple[float, float]) -> GrazeEnd | None:
+    """Return what is proven to lead to a graze from the first or the last strip of a chain."""
+    if part.reason == STOPPED or not part.strips[row].admissible:
+        return None
+    with suppress(Undecided):
+        graze = graze_at_end(part, at_begin=row == 0)
+        if graze is not None and within[0] <= float(graze.value) <= within[1]:
+            return graze
+    return None
+
+
+def _to_graze(graze: GrazeEnd, *, joined: bool) -> tuple[BranchStretch, EnclosedPoint]:
+    """Return the orbits next to a graze, and that."""
+    low, high = graze.parameters
+    stretch = BranchStretch(
+        low=_outward(low, -math.inf),
+        high=_outward(high, math.inf),
+        stability="undecided",
+        admissible=True,
+        n_strips=len(graze.tubes),
+        joined=joined,
+    )
+    reason = (
+        "an impact loses its velocity on the curve, all orbits on the way are motions, and the one at "
+        "its end touches the stop"
+    )
+    return stretch, EnclosedPoint("grazing", Ball(graze.value), reason)
+
+
 def _told(
-    chains: Sequence[StripChain], path: str
+    chains: Sequence[StripChain], grazes: Sequence[GrazeEnds], path: str
 ) -> tuple[tuple[BranchStretch, ...], tuple[EnclosedPoint, ...]]:
     """Return the stretches of the same properties, and the special points between them."""
-    stretches, points = [], []
-    for part in chains:
+    stretches: list[BranchStretch] = []
+    points: list[EnclosedPoint] = []
+    for part, (first, last) in zip(chains, grazes, strict=True):
+        if first is not None:
+            stretch, point = _to_graze(first, joined=False)
+            stretches.append(stretch)
+            points.append(point)
         groups = [
             list(group) for _, group in groupby(part.strips, lambda s: (s.stability, s.admissible))
         ]
@@ -369,7 +422,7 @@ def _told(
                     stability=group[0].stability,
                     admissible=group[0].admissible,
                     n_strips=len(group),
-                    joined=k > 0,
+                    joined=k > 0 or first is not None,
                 )
             )
         decided = [k for k, group in enumerate(groups) if group[0].is_decided]
@@ -377,6 +430,10 @@ def _told(
             between = [strip for group in groups[before + 1 : after] for strip in group]
             ends = groups[before][-1], groups[after][0]
             points += list(_points(ends, between or list(ends), path))
+        if last is not None:
+            stretch, point = _to_graze(last, joined=True)
+            stretches.append(stretch)
+            points.append(point)
     return tuple(stretches), tuple(points)
 
 

@@ -41,7 +41,7 @@ from percuss.certified.system import BallSystem, system_of
 from percuss.numerics import directions
 from percuss.orbits.bifurcations.special_points import SpecialPoint
 
-__all__ = ["OrbitCurve", "fold_of"]
+__all__ = ["OrbitCurve", "flight_from", "fold_of", "slope_of"]
 
 # Bits of derivatives.
 COARSE = 128
@@ -96,7 +96,7 @@ class OrbitCurve:
             images = [self._flight_by_parameter(equations, law, states, i)
                       for i in range(len(states))]  # fmt: skip
             by_t, by_v = images[-1]
-            later = _slope(law.period(self.n_periods))
+            later = slope_of(law.period(self.n_periods))
             images[-1] = (by_t - later / 2, -by_v) if self.mirrored else (by_t - later, by_v)
         finally:
             ctx.cap = cap
@@ -111,22 +111,22 @@ class OrbitCurve:
         arrival, _ = equations.arrival(i, states, self.coarse())
         pieces = [start.piece for start, _ in equations.pieces_of_flight(i, states)]
         place, begin = law.places[event.bound], Moment(t)
-        flight = _flight_from(law, event.after, begin, (place, v), pieces[0])
+        flight = flight_from(law, event.after, begin, (place, v), pieces[0])
         for piece in pieces[1:]:
             # The knot may move with the parameter: its instant is a series, too.
             knot = law.next_knot(piece - 1)
             assert knot is not None
             (x, speed), _ = flight.derivatives(knot.t - begin.t, 1)
-            begin, flight = knot, _flight_from(law, event.after, knot, (x, speed), piece)
+            begin, flight = knot, flight_from(law, event.after, knot, (x, speed), piece)
         (x1, v1, a1), _ = flight.derivatives(arrival.box[0] - begin.t, 2)
-        later = -(_slope(x1) - _slope(law.places[following.bound])) / constant_of(v1)
-        faster = _slope(v1) + constant_of(a1) * later
+        later = -(slope_of(x1) - slope_of(law.places[following.bound])) / constant_of(v1)
+        faster = slope_of(v1) + constant_of(a1) * later
         if not following.wall:
             return later, faster
         # By the velocity, and by the parameter at the same velocity.
         kept = -following.passed(equations.system, constant_of(v1)).kept
         after = law.rebound(following.stop or 0, constant_of(v1)).after
-        return later, kept * faster + _slope(after)
+        return later, kept * faster + slope_of(after)
 
 
 @dataclass(frozen=True)
@@ -172,7 +172,7 @@ class OrbitsAlong(OrbitCurve):
         return 1 - monodromy.trace + monodromy.determinant
 
 
-def _flight_from(
+def flight_from(
     law: BallLaw, region: int, moment: Moment, state: BallPair, piece: int
 ) -> EnclosedFlight:
     """Return the flight from a state under a piece of the record, numbers or series."""
@@ -245,6 +245,6 @@ def _null_coordinate(equations: Shooting, states: States) -> int:
     return int(np.argmax(np.abs(rows[-1])))
 
 
-def _slope(number: object) -> arb:
+def slope_of(number: object) -> arb:
     """Return the derivative by the parameter."""
     return arb(0) if isinstance(number, arb) else number[1]  # type: ignore[index]

@@ -29,6 +29,7 @@ __all__ = [
     "Proof",
     "admissible_of",
     "is_clear",
+    "meets_first",
     "monodromy_of",
     "multipliers_of",
     "stability_of",
@@ -92,7 +93,7 @@ def admissible_of(equations: Shooting, states: States) -> tuple[bool | None, str
     open_ = ""
     for i in range(len(states)):
         try:
-            first = _meets_first(equations, i, states)
+            first = meets_first(equations, i, states)
         except Undecided as question:
             open_ = open_ or f"flight {i}: {question.reason}"
             continue
@@ -101,7 +102,7 @@ def admissible_of(equations: Shooting, states: States) -> tuple[bool | None, str
     return (None, open_) if open_ else (True, "")
 
 
-def _meets_first(equations: Shooting, i: int, states: States) -> bool:
+def meets_first(equations: Shooting, i: int, states: States) -> bool:
     """Return whether the first event of a flight is the next one of the orbit."""
     system = equations.system
     pieces = [start for start, _ in equations.pieces_of_flight(i, states)]

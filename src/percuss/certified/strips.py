@@ -32,8 +32,19 @@ from percuss.certified.shooting import (
 )
 from percuss.errors import ParameterError
 
-__all__ = ["Strip", "StripChain", "Tube", "chain_of"]
+__all__ = [
+    "STOPPED",
+    "Strip",
+    "StripChain",
+    "StripEquations",
+    "StripWalk",
+    "Tube",
+    "chain_of",
+    "split_along",
+]
 
+# Why a chain ends that its caller did not wait for.
+STOPPED = "stopped"
 # How often the box around the tangent is made wider, and by how much beyond its image.
 TRIALS, WIDER = 5, 1.5
 # A first half-width of that box, as a part of the length of the tangent in the strip.
@@ -189,7 +200,7 @@ def _around(along: int, eta: arb, middle: Vector, tangent: Vector, sizes: Vector
     return box
 
 
-class _CurveEquations:
+class StripEquations:
     """The equations F(z; p) - z of a curve and their derivatives by all coordinates."""
 
     def __init__(self, curve: OrbitCurve) -> None:
@@ -242,7 +253,7 @@ class _CurveEquations:
         return [[*row, entry] for row, entry in zip(rows, column, strict=True)]
 
 
-def _split(rows: list[list[arb]], along: int) -> tuple[arb_mat, arb_mat]:
+def split_along(rows: list[list[arb]], along: int) -> tuple[arb_mat, arb_mat]:
     """Return the derivative by the other coordinates, and that by the one that is given."""
     others = arb_mat([[entry for i, entry in enumerate(row) if i != along] for row in rows])
     return others, arb_mat([[row[along]] for row in rows])
@@ -275,7 +286,7 @@ class StripChain:
 
     def room(self, tube: Tube) -> float:
         """Return by how much a tube may be made wider without being wide beside its length."""
-        walk = _Walk(_CurveEquations(self.curve), self.scale, 0.0)
+        walk = StripWalk(StripEquations(self.curve), self.scale, 0.0)
         return max(1.5, SLENDER / walk.width_to_length(tube))
 
     def slender(self) -> Iterator[Strip]:
@@ -284,13 +295,13 @@ class StripChain:
         Each is narrow beside its length, and what is said of its stability far from being open, as
         far as few cuts lead.
         """
-        walk = _Walk(_CurveEquations(self.curve), self.scale, 0.0)
+        walk = StripWalk(StripEquations(self.curve), self.scale, 0.0)
         for strip in self.strips:
             yield from walk.parts(strip, MOST_CUTS)
 
 
 @dataclass(frozen=True)
-class _Walk:
+class StripWalk:
     """A walk along a curve of orbits by floats, with a proof of each step.
 
     Attributes
@@ -301,7 +312,7 @@ class _Walk:
         Width of strips, as a part of the scale, that is not divided any more.
     """
 
-    equations: _CurveEquations
+    equations: StripEquations
     scale: Vector
     finest: float
 
@@ -330,7 +341,7 @@ class _Walk:
                 near = end
             else:
                 # The curve goes on along another coordinate: from a little before its end.
-                position = self._closer(before, end, position)
+                position = self.closer(before, end, position)
                 edge = position[along].lower() if forward > 0 else position[along].upper()
                 unit = forward * _dyadic(step * OVERLAP, size)
                 near = unit * (math.floor(exact_value(edge) / unit) - 1)
@@ -342,7 +353,7 @@ class _Walk:
                 return
             guess = self._ahead(position, direction, along, (near + far) / 2)
             try:
-                tube = self._tube(along, min(near, far), max(near, far), guess)
+                tube = self.tube(along, min(near, far), max(near, far), guess)
                 if before is not None:
                     self._check_joined(before, end, position, tube)
                 elif not tube.has_only(position):
@@ -386,7 +397,7 @@ class _Walk:
             middle = (tube.low + tube.high) / 2
             with suppress(Undecided):
                 halves = [
-                    self._tube(tube.along, low, high, _mid(tube.end((low + high) / 2)))
+                    self.tube(tube.along, low, high, _mid(tube.end((low + high) / 2)))
                     for low, high in ((tube.low, middle), (middle, tube.high))
                 ]
         if not halves:
@@ -409,16 +420,16 @@ class _Walk:
     def _refuse(which: str) -> None:
         raise Undecided("precision", f"the curve does not come to the {which} of the orbits")
 
-    def _closer(self, tube: Tube, end: Fraction, position: Vector) -> Vector:
+    def closer(self, tube: Tube, end: Fraction, position: Vector) -> Vector:
         """Return a small box with the orbit at the end of a tube."""
-        closer = self._tube(tube.along, end, end, position).end(end)
+        closer = self.tube(tube.along, end, end, position).end(end)
         if not tube.has_only(closer):
             raise Undecided("precision", "the orbit at the end of a strip may be another one")
         return closer
 
     def _check_joined(self, before: Tube, end: Fraction, position: Vector, tube: Tube) -> None:
         """Raise Undecided unless the orbit at the end of a tube is one of the next tube's."""
-        if not (tube.has_only(position) or tube.has_only(self._closer(before, end, position))):
+        if not (tube.has_only(position) or tube.has_only(self.closer(before, end, position))):
             raise Undecided("precision", "the orbits of one strip leave the next one")
 
     def _ahead(
@@ -454,11 +465,11 @@ class _Walk:
         length = math.copysign(_norm(parts), _dot(parts, before))
         return [part / length for part in parts]
 
-    def _corrected(self, u: Vector, along: int) -> tuple[Vector, list[list[arb]]]:
+    def corrected(self, u: Vector, along: int) -> tuple[Vector, list[list[arb]]]:
         """Return a point closer to the curve by a step of Newton's, and the derivative before it."""
         value = self.equations.value(u)
         rows = self.equations.derivative(u, checked=False)
-        others, _ = _split(rows, along)
+        others, _ = split_along(rows, along)
         try:
             move = others.mid().solve(value.mid()).mid()
         except ZeroDivisionError:
@@ -469,12 +480,12 @@ class _Walk:
             better[i] = (u[i] - move[k, 0]).mid()
         return better, rows
 
-    def _tube(self, along: int, low: Fraction, high: Fraction, guess: Vector) -> Tube:
+    def tube(self, along: int, low: Fraction, high: Fraction, guess: Vector) -> Tube:
         """Return a proven tube; raise Undecided if it is too wide, or its orbits are singular."""
         centre = list(guess)
         centre[along] = ball((low + high) / 2).mid()
-        centre, rows = self._corrected(centre, along)
-        others, column = _split(rows, along)
+        centre, rows = self.corrected(centre, along)
+        others, column = split_along(rows, along)
         try:
             inverse = others.mid().inv().mid()
         except ZeroDivisionError:
@@ -497,7 +508,7 @@ class _Walk:
         for _ in range(TRIALS):
             trial = _with(sizes, along, arb(0))
             box = _around(along, whole, centre, tangent, trial)
-            matrix, by_eta = _split(self.equations.derivative(box), along)
+            matrix, by_eta = split_along(self.equations.derivative(box), along)
             # How the tangent leaves the equations, and how they contract the box around it.
             drift = (
                 inverse
@@ -571,12 +582,12 @@ def chain_of(
         Called with the parameter after each strip; stops the chain by returning False.
     """
     chain = StripChain(curve, [arb(size) for size in scale])
-    walk = _Walk(_CurveEquations(curve), chain.scale, finest)
+    walk = StripWalk(StripEquations(curve), chain.scale, finest)
     try:
         for strip in walk.strips(rows):
             chain.strips.append(strip)
             if not go_on(float(strip.tube.middle[-1])):
-                chain.reason = "stopped"
+                chain.reason = STOPPED
                 break
     except Undecided as question:
         chain.reason = question.reason or question.kind
