@@ -400,3 +400,21 @@ def test_equations_without_numbers_end_newtons_method() -> None:
 
     for guess in ([0.0, 1e200, 1e200], [math.nan, 1.0, 1.0], [0.0, 2.5, math.inf]):
         assert not solve(system, Itinerary.of_vector(events, np.array(guess), 1)).converged
+
+
+def wall_under(stiffness: int, damping: int, at: str) -> pc.Oscillator:
+    wall = pc.Wall(at=at, side="above", restitution="0.5")
+    return pc.Oscillator(stiffness=stiffness, damping=damping, stops=(wall,))
+
+
+@pytest.mark.parametrize(("at", "omega"), [("0.2", "2"), ("0.3", "1.7")])
+def test_a_springless_motion_moved_up_to_the_wall_has_no_impact(at: str, omega: str) -> None:
+    with pytest.raises(pc.ConvergenceError, match="no orbit with 1 impact"):
+        pc.find_orbit(wall_under(0, 0, at), pc.cosine(omega))
+
+
+@pytest.mark.parametrize(("stiffness", "damping"), [(1, 1), (-1, 0)])
+def test_a_motion_that_touches_the_wall_exactly_has_no_impact(stiffness: int, damping: int) -> None:
+    # Its amplitude is 1/5, the place of the wall.
+    orbit = pc.find_orbit(wall_under(stiffness, damping, "0.2"), pc.cosine(2), formal=True)
+    assert orbit.min_impact_speed > 1e-6
