@@ -20,7 +20,6 @@ import numba.extending
 import numpy as np
 from llvmlite import ir
 from numba.core import cgutils
-from numba.np import arrayobj
 from numpy.typing import NDArray
 
 from percuss.arrays import Floats
@@ -34,7 +33,6 @@ Eight: TypeAlias = NDArray[np.float64]
 # numba has no types for these.
 _types: Any = numba.types
 _extending: Any = numba.extending
-_arrays: Any = arrayobj
 _tools: Any = cgutils
 _REAL = _types.float64
 _FOUR = ir.VectorType(ir.DoubleType(), HALF)
@@ -143,7 +141,7 @@ def _type_eight_at(_context: Any) -> Any:
 
 
 def _lower_eight_at(context: Any, builder: Any, signature: Any, given: Any) -> Any:
-    array = _arrays.make_array(signature.args[0])(context, builder, given[0])
+    array = context.make_array(signature.args[0])(context, builder, given[0])
     row, _ = _tools.unpack_tuple(builder, array.strides)
     entry = ir.Constant(row.type, BYTES)
     offset = builder.add(builder.mul(given[1], row), builder.mul(given[2], entry))

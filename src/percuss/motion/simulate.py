@@ -388,11 +388,10 @@ class _March:
     def record(self) -> tuple[tuple[float, float], Floats, Integers, Floats]:
         """Return what happened, without the rows that are not used."""
         n = int(self.counters[columns.N_EVENTS])
-        events, marks = self.arrays.events, self.arrays.marks
-        if n < 0.9 * len(events):
-            # In place: what is kept is neither copied nor touched.
-            events.resize((n, columns.EVENT_COLUMNS), refcheck=False)
-            marks.resize((n, columns.MARK_COLUMNS), refcheck=False)
-        events, marks = events[:n], marks[:n]
+        events, marks = self.arrays.events[:n], self.arrays.marks[:n]
+        if n < 0.9 * len(self.arrays.events):
+            # The next run finds the rows that are given back whole: memory that it need not touch
+            # for the first time, which costs more than the copy.
+            events, marks = events.copy(), marks.copy()
         grazes = self.arrays.grazes[: int(self.counters[columns.N_GRAZES])].copy()
         return self.start, events, marks, grazes
