@@ -418,3 +418,20 @@ def test_a_motion_that_touches_the_wall_exactly_has_no_impact(stiffness: int, da
     # Its amplitude is 1/5, the place of the wall.
     orbit = pc.find_orbit(wall_under(stiffness, damping, "0.2"), pc.cosine(2), formal=True)
     assert orbit.min_impact_speed > 1e-6
+
+
+def test_a_run_that_meets_walls_and_soft_stops_leads_to_its_own_orbit() -> None:
+    stops = (pc.SoftStop("0.05", "above", 2000, 5), pc.Wall("-0.04", "below", "0.7"))
+    osc = pc.Oscillator(stiffness=400, damping="0.75", stops=stops)
+    force = pc.Forcing((pc.Harmonic(30, 15, "0.3"),), constant="2.5")
+    run = pc.simulate(osc, force, x0="0.01", periods=400)
+    met = [
+        np.count_nonzero(times > run.t_end - force.period)
+        for times in (run.impacts.t, run.crossings.t[run.crossings.direction == "in"])
+    ]
+    orbit = pc.find_orbit(osc, force, guess=run)
+    assert met == [2, 1]
+    assert (orbit.n_impacts, orbit.n_periods, orbit.admissible) == (3, 1, True)
+    x, v = run(run.t_end - force.period / 2)
+    t = orbit.t0 + (run.t_end - force.period / 2 - orbit.t0) % force.period
+    np.testing.assert_allclose(orbit.trajectory()(t), (x, v), rtol=1e-7)
