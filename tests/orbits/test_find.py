@@ -400,3 +400,38 @@ def test_equations_without_numbers_end_newtons_method() -> None:
 
     for guess in ([0.0, 1e200, 1e200], [math.nan, 1.0, 1.0], [0.0, 2.5, math.inf]):
         assert not solve(system, Itinerary.of_vector(events, np.array(guess), 1)).converged
+
+
+def wall_under(stiffness: int, damping: int, at: str) -> pc.Oscillator:
+    wall = pc.Wall(at=at, side="above", restitution="0.5")
+    return pc.Oscillator(stiffness=stiffness, damping=damping, stops=(wall,))
+
+
+@pytest.mark.parametrize(("at", "omega"), [("0.2", "2"), ("0.3", "1.7")])
+def test_a_springless_motion_moved_up_to_the_wall_has_no_impact(at: str, omega: str) -> None:
+    with pytest.raises(pc.ConvergenceError, match="no orbit with 1 impact"):
+        pc.find_orbit(wall_under(0, 0, at), pc.cosine(omega))
+
+
+@pytest.mark.parametrize(("stiffness", "damping"), [(1, 1), (-1, 0)])
+def test_a_motion_that_touches_the_wall_exactly_has_no_impact(stiffness: int, damping: int) -> None:
+    # Its amplitude is 1/5, the place of the wall.
+    orbit = pc.find_orbit(wall_under(stiffness, damping, "0.2"), pc.cosine(2), formal=True)
+    assert orbit.min_impact_speed > 1e-6
+
+
+def test_a_run_that_meets_walls_and_soft_stops_leads_to_its_own_orbit() -> None:
+    stops = (pc.SoftStop("0.05", "above", 2000, 5), pc.Wall("-0.04", "below", "0.7"))
+    osc = pc.Oscillator(stiffness=400, damping="0.75", stops=stops)
+    force = pc.Forcing((pc.Harmonic(30, 15, "0.3"),), constant="2.5")
+    run = pc.simulate(osc, force, x0="0.01", periods=400)
+    met = [
+        np.count_nonzero(times > run.t_end - force.period)
+        for times in (run.impacts.t, run.crossings.t[run.crossings.direction == "in"])
+    ]
+    orbit = pc.find_orbit(osc, force, guess=run)
+    assert met == [2, 1]
+    assert (orbit.n_impacts, orbit.n_periods, orbit.admissible) == (3, 1, True)
+    x, v = run(run.t_end - force.period / 2)
+    t = orbit.t0 + (run.t_end - force.period / 2 - orbit.t0) % force.period
+    np.testing.assert_allclose(orbit.trajectory()(t), (x, v), rtol=1e-7)

@@ -211,3 +211,12 @@ def test_a_branch_with_sticking_shows_its_fastest_impacts(branch: Branch) -> Non
     np.testing.assert_array_equal(line.get_ydata(), fastest)
     assert [text.get_text() for text in ax.texts] == ["chatter"]
     assert plot_branch(branch, new_axes()).get_ylabel().startswith("least impact velocity")
+
+
+def test_orbits_without_impacts_and_stops_are_drawn_by_their_multiplier() -> None:
+    orbit = pc.find_orbit(pc.Oscillator(damping="0.1"), pc.cosine(2), n_impacts=0)
+    branch = pc.continue_orbit(orbit, over={"forcing.omega": (2, 3)})
+    ax = plot_branch(branch, new_axes())
+    assert ax.get_ylabel() == "modulus of the larger multiplier"
+    drawn = np.concatenate([line.get_ydata() for line in ax.lines])
+    assert np.isfinite(drawn).all()

@@ -170,3 +170,12 @@ def test_nothing_but_holes_can_be_drawn() -> None:
     ax = plot_chart(chart("fraction", [[np.nan, np.nan]] * 2), ax=new_axes())
 
     assert ax.get_legend() is not None
+
+
+def test_a_sweep_without_an_answer_says_so_over_its_range() -> None:
+    osc = pc.impact_oscillator("0.8", wall="0.2", side="above", damping="0.05")
+    with pytest.warns(UserWarning, match="no "):
+        data = pc.sweep("period", osc, pc.cosine(2), over={"start.x0": [2.0, 3.0]})
+    ax = plot_sweep(data, ax=new_axes())
+    assert [text.get_text() for text in ax.texts] == ["no answer"]
+    assert ax.get_xlim() == (2.0, 3.0)

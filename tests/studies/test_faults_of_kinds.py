@@ -82,7 +82,7 @@ def text_of(kind: str, own: str, model: str = MODEL) -> str:
             '[over]\n"forcing.amplitude" = [0, 1]\n[run]\nt_end = 4',
             (
                 "s.toml:14: run: no table of this kind of study; its tables are study, oscillator, "
-                "forcing, save, draw, orbit, over, branch, certify"
+                "forcing, save, draw, orbit, over, branch, certify, parameters"
             ),
         ),
         (

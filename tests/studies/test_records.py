@@ -182,6 +182,12 @@ def test_columns_with_units_are_converted_into_those_of_the_model(tmp_path: Path
     # Taken as a force, an acceleration would be divided by the mass.
     with pytest.raises(StudyError, match="m/s2 is no unit of force; with per_mass = true it is an"):
         read("t (s)", "f (m/s2)")
+    # A gram would be a thousandth of what an accelerometer means, with an amplitude too.
+    for amplitude in ("", "amplitude = 9810\n"):
+        with pytest.raises(
+            StudyError, match="g may be the acceleration of gravity, which it is with"
+        ):
+            read("t (s)", "f (g)", amplitude)
     head += "[forcing]\nper_mass = true\n"
     assert read("t (s)", "f (mm/s2)").f == (0.0001, 0.002)
     assert read("t (s)", "f (g)").f == (0.980665, 19.6133)

@@ -179,6 +179,10 @@ def force_factor(
     force of each of it.
     """
     parsed = unit_of(column.unit, quantity)
+    if quantity == "force" and column.unit == "g" and _has_units(units):
+        # As a gram it would be a thousandth of what an accelerometer means.
+        reason = "g may be the acceleration of gravity, which it is with per_mass = true, or a gram"
+        return 1.0, f'"{column.title}": {reason}; convert the column into m/s^2 or kg'
     allowed = (_FORCE,) if quantity == "force" else POWERS[quantity]
     if column.unit in NO_UNIT:
         return 1.0, ""

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import math
 
-from percuss.arrays import Floats
 from percuss.kernels.arithmetic import ULP, Pair
 from percuss.kernels.compile import formula, kernel
 from percuss.kernels.contact import FORCE_ROUNDING
@@ -32,16 +31,13 @@ from percuss.kernels.flight import (
 )
 from percuss.kernels.law_columns import (
     DAMPING,
-    FIRST_HARMONIC,
     FORCE_BOUND,
     GROWTH,
-    OMEGA,
     QUICKEST,
     STEP,
     STIFFNESS,
     Law,
 )
-from percuss.kernels.pieces import is_record
 
 # The last correction is made with the series alone when it is this small a phase.
 SMALL_PHASE = 3e-4
@@ -74,7 +70,7 @@ def locate_root(
     The root is s + s_low: a float alone would leave the mass off the bound by v times its rounding.
 
     ``bound`` is (sign, distance) and ``bracket`` (left, right, guess): positive at the left, not
-    positive at the right, one root between. ``flight.arrival`` receives the phases there.
+    positive at the right, one root between. ``flight.arrival`` is scratch.
     """
     law, region, start, _, arrival = flight
     sign, distance = bound
@@ -98,7 +94,6 @@ def locate_root(
             )
             # A step is rounded to its own size: one longer than the flight would leave that in it.
             if settled and abs(step) <= end:
-                turn_by(law, arrival, step)
                 bend = third * 0.5 + step * (fourth * (1.0 / 6.0) + step * fifth * (1.0 / 24.0))
                 return end, v + step * (second + step * bend), step - (end - s)
             s = end
@@ -158,23 +153,6 @@ def series_root(value: float, first: float, second: float, third: float, fourth:
     return q * part if 0.5 < part < 2.0 else q
 
 
-@formula
-def turn_by(law: Law, phases: Floats, step: float) -> None:
-    """Advance ``phases`` by a step of a small phase."""
-    for j in range(phases.shape[0]):
-        angle = law[FIRST_HARMONIC + j, OMEGA] * step
-        if is_record(law, j):
-            phases[j, 0] += phases[j, 1] * step
-            continue
-        square = angle * angle
-        less = square * (0.5 - square / 24.0)
-        sine_of_angle = angle * (1.0 - square * (1.0 - square / 20.0) / 6.0)
-        cosine = phases[j, 0]
-        sine = phases[j, 1]
-        phases[j, 0] = cosine - sine_of_angle * sine - less * cosine
-        phases[j, 1] = sine + sine_of_angle * cosine - less * sine
-
-
 @kernel
 def lowest(
     flight: Flight,
@@ -215,8 +193,7 @@ def first_root(flight: Flight, bound: Pair, span: Pair) -> tuple[int, float, flo
 
     ``bound`` is (sign, distance) and ``span`` (left, right): the clearance sign * (y - distance)
     is positive at the left. For a HIT the third entry is the velocity and the fourth what is to
-    be added to s, for a GRAZE the third is the clearance. ``flight.arrival`` holds the phases of
-    a HIT.
+    be added to s, for a GRAZE the third is the clearance. ``flight.arrival`` is scratch.
     """
     law, region, start, _, arrival = flight
     sign, distance = bound

@@ -350,14 +350,16 @@ def constant_force(law: Law, region: int, x: float) -> float:
 @kernel
 def set_phases(law: Law, t: float, t_low: float, phases: Floats) -> None:
     """Write cos and sin of w_j (t + t_low), or force and slope of a record, into ``phases``."""
-    for j in range(phases.shape[0]):
+    n = phases.shape[0]
+    # A record has the last row: in a loop with its call all constants would be kept at hand.
+    has_record = n > 0 and is_record(law, n - 1)
+    for j in range(n - 1 if has_record else n):
         harmonic = FIRST_HARMONIC + j
-        if is_record(law, j):
-            phases[j, 0], phases[j, 1] = record_at(law, t, t_low)
-            continue
         cosine, sine = cos_sin(law[harmonic, TURNS], law[harmonic, TURNS_LOW], t, t_low)
         phases[j, 0] = cosine
         phases[j, 1] = sine
+    if has_record:
+        phases[n - 1, 0], phases[n - 1, 1] = record_at(law, t, t_low)
 
 
 @kernel

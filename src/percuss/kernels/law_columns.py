@@ -57,14 +57,21 @@ QUICKEST = 15  # the largest rate of the free motion
 ORIGIN, ORIGIN_FORCE = 16, 17  # a point of the region and the constant force G - K x there
 LOWER_FORCE, UPPER_FORCE = 18, 19  # the constant force at the bounds
 STEP = 20  # length of one step of the search for events; 0 where the acceleration is constant
-X_OF_X, X_OF_V, V_OF_X, V_OF_V = 21, 22, 23, 24  # (x, v) after a step, from (x, v) before it,
-X_OF_FORCE, V_OF_FORCE = 25, 26  # and from a constant force
-BOUND_OF_X, BOUND_OF_V = 27, 28  # see flight.derivative_bound
-TWICE_PER_RATE, PER_STIFFNESS = 29, 30  # 2 / RATE and 1 / K, 0 where infinite
+BOUND_OF_X, BOUND_OF_V = 21, 22  # see flight.derivative_bound
+TWICE_PER_RATE, PER_STIFFNESS = 23, 24  # 2 / RATE and 1 / K, 0 where infinite
 # 1 where there is one harmonic and nothing singular, and where moreover one wall is all there is.
-SIMPLE, HARMONIC = 31, 32
-LOWER_ENTRY, UPPER_ENTRY = 33, 34  # 1 where passing the edge from here enters a soft stop
-GROWTH = 35  # the rate of the fastest growing part of the free motion; 0 where none grows
+SIMPLE, HARMONIC = 25, 26
+LOWER_ENTRY, UPPER_ENTRY = 27, 28  # 1 where passing the edge from here enters a soft stop
+GROWTH = 29  # the rate of the fastest growing part of the free motion; 0 where none grows
+LOWER_TABLE, UPPER_TABLE = 30, 31  # where restitution is a table the row of its first knot, else 0
+# (x, v) after 1, 2, ... STEPS_AHEAD steps, a column for each, from (x, v) before them and from a
+# constant force; as many columns of a response have them from the force's two parts before them,
+# and the turn of these.
+STEPS_AHEAD = 8
+X_OF_X, X_OF_V, V_OF_X, V_OF_V, X_OF_FORCE = 32, 40, 48, 56, 64
+V_OF_FORCE = X_OF_V
+# The largest sum of the magnitudes of the terms of a unit force's responses over these steps.
+WALK_SIZE = 72
 
 # Values of a bound's kind: at infinity, a wall, the edge of a soft stop.
 NOTHING, WALL, EDGE = 0.0, 1.0, 2.0
@@ -73,14 +80,9 @@ NOTHING, WALL, EDGE = 0.0, 1.0, 2.0
 GAIN_RE, GAIN_IM = 0, 1  # 1 / (K - w**2 + 2 i a w), of the steady motion; 0 where infinite
 NEAR = 2  # 1 where i w lies so near to a characteristic root that the steady motion is useless
 GAP_RE, GAP_IM = 3, 4  # i w minus that root
-X_OF_COS, X_OF_SIN, V_OF_COS, V_OF_SIN = 5, 6, 7, 8  # (x, v) after a step, from the force's
-# two parts at its start; and the turn of its phase, both sines of which a record has apart
-STEP_COS, STEP_SIN, STEP_SIN_OF_COS = 9, 10, 11
+X_OF_COS, X_OF_SIN, V_OF_COS, V_OF_SIN, STEP_COS, STEP_SIN = 32, 40, 48, 56, 64, 72
 
-# Where a wall's restitution is a table, the row of its first knot; else 0.
-LOWER_TABLE, UPPER_TABLE = 36, 37
-
-COLUMNS = 38
+COLUMNS = 80
 
 # Columns of a knot of a table of restitution over the speed.
 KNOT_SPEED, KNOT_RESTITUTION = 0, 1
@@ -88,7 +90,7 @@ KNOTS_LEFT = 2  # how many of the table follow
 
 # Entries of a knot of a record: its instant as the sum of two; the force and its slope from there.
 KNOT_T, KNOT_T_LOW, KNOT_FORCE, KNOT_SLOPE = 0, 1, 2, 3
-KNOT_ENTRIES, KNOTS_A_ROW = 4, 8
+KNOT_ENTRIES, KNOTS_A_ROW = 4, 16
 # What stands for the frequency in the row of a record.
 RECORD_OMEGA = -1.0
 

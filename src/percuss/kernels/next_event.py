@@ -24,17 +24,15 @@ from percuss.kernels.arithmetic import (
     cubic_minimum,
     exponential,
     hypotenuse,
-    later,
     quintic_root,
 )
 from percuss.kernels.compile import formula, kernel
 from percuss.kernels.event_location import HIT, NONE, departure, first_root, locate_root
 from percuss.kernels.flight import (
     Flight,
-    acceleration_and_jerk,
+    derivative_bound,
     free_response,
     move,
-    set_phases,
     uncertainty,
 )
 from percuss.kernels.law_columns import (
@@ -58,13 +56,31 @@ from percuss.kernels.law_columns import (
     SINE,
     SLOW_ROOT,
     STEP,
+    STEPS_AHEAD,
     STIFFNESS,
     TURNS,
     TURNS_LOW,
     UPPER,
     Law,
 )
-from percuss.kernels.step import step_on
+from percuss.kernels.step import (
+    Ahead,
+    derivatives_ahead,
+    set_parts,
+    size_of_steps,
+    turn_parts,
+    walk_ahead,
+)
+from percuss.kernels.vectors import (
+    Eight,
+    counting,
+    entry_of,
+    first_not_positive,
+    greatest,
+    least,
+    magnitude,
+    shifted,
+)
 
 # The phase of the quickest slow part over one stretch.
 STRETCH_PHASE = 1.0
@@ -89,6 +105,13 @@ AMPLITUDE_SLACK = 1e-9
 # a margin of 30.
 WALK_SLACK = 1e-11
 THIRD = 1.0 / 3.0
+# A flight is taken for a hop where, at the acceleration of its start, it lasts less than this part
+# of a step, and that acceleration is no rounding of the forces. At BEYOND times its end it is in the
+# wall, by this part of its first velocity times the time.
+HOP = 0.8
+LEAST_FALL = 1e-6
+BEYOND = 1.25
+HOP_DEPTH = 0.05
 PAUSE = 3  # the fourth verdict: no event up to the place reached
 # What `next_event` returns.
 NextEvent: TypeAlias = tuple[int, float, float, float, float, Pair]
@@ -307,55 +330,141 @@ def first_passage(
         free = (max(free[0], s), max(free[1], s))
         if s >= longest:
             return NONE, longest, 0.0, 0.0, 0.0, free
-    steps, y, v, load = set_out(flight, walker, s)
+    y, v, load = set_out(flight, walker, s)
     if s > 0.0 and stays_clear(law, region, start[3], walker, y, v, reach):
         return NONE, longest, 0.0, 0.0, 0.0, free
-    force_bound = law[0, FORCE_BOUND + 2] * (1.0 + law[region, BOUND_OF_V] * step)
-    for _ in range(steps):
-        if s >= longest:
-            return NONE, longest, 0.0, 0.0, 0.0, free
-        second, third = acceleration_and_jerk(law, region, start[3], walker, y, v)
-        pulls = law[region, BOUND_OF_X] * abs(second) + law[region, BOUND_OF_V] * abs(third)
-        fourth = force_bound + pulls
-        after = step_on(law, region, start[3], walker, y, v)
-        margins = clearances(reach, s, step, load, (y, v), after, fourth)
-        if not (margins[0] > 0.0 and margins[1] > 0.0):
-            before = (s, y, v, second, fourth, load)
-            event = event_of_step(flight, walker, reach, free, margins, before, after)
+    second, third = derivatives_ahead(law, region, start[3], walker, 0, y, v)
+    if s == 0.0 and v * second < 0.0 and 2.0 * abs(v) < HOP * step * abs(second):
+        event = event_of_hop(flight, reach, free, second, third)
+        if event[0] != NONE:
+            return event
+    # An error grows where the motion can: there each step begins from the closed form.
+    count = 1 if law[region, GROWTH] > 0.0 else STEPS_AHEAD
+    for _ in range(STEPS_A_WALK // STEPS_AHEAD):
+        load += size_of_steps(law, region, start[3], walker, y, v)
+        ahead = walk_ahead(law, region, start[3], walker, y, v)
+        at = (s, y, v, second, third, load)
+        margin, is_doubtful = margins_ahead(law, region, reach, at, ahead)
+        k = 0 if is_doubtful else first_not_positive(margin, 0)
+        while k < count:
+            begin = s + step * k
+            if begin >= longest:
+                break
+            known = (max(free[0], begin), max(free[1], begin))
+            event = event_of_step(flight, walker, reach, known, (begin, load), ahead, k)
             if event[0] != NONE:
                 return event
-        s += step
+            k = first_not_positive(margin, k + 1)
+        s += step * count
         free = (max(free[0], s), max(free[1], s))
-        y, v = after
+        if s >= longest:
+            return NONE, longest, 0.0, 0.0, 0.0, free
+        if count < STEPS_AHEAD:
+            break
+        turn_parts(law, region, walker)
+        y = entry_of(ahead.y1, STEPS_AHEAD - 1)
+        v = entry_of(ahead.v1, STEPS_AHEAD - 1)
+        second, third = derivatives_ahead(law, region, start[3], walker, 0, y, v)
     return PAUSE, s, 0.0, 0.0, 0.0, free
 
 
-@formula
-def set_out(flight: Flight, walker: Floats, s: float) -> tuple[int, float, float, float]:
-    """Return the number of steps of a walk from s, (y, v) there, and the effect of forces in one.
+@kernel
+def event_of_hop(flight: Flight, reach: Pair, free: Pair, second: float, third: float) -> NextEvent:
+    """Return the landing of a hop from a bound, NONE where this search leaves it open.
 
-    ``walker`` receives the phases there.
+    ``second`` and ``third`` are the derivatives at its start. The criterion of the first root is
+    that of `event_of_step`.
+    """
+    law, region, v = flight.law, flight.region, flight.start[2]
+    nothing = (NONE, 0.0, 0.0, 0.0, 0.0, free)
+    sign = 1.0 if v > 0.0 else -1.0
+    far = reach[1] if v > 0.0 else -reach[0]
+    least_fall = LEAST_FALL * (abs(flight.start[3]) + law[0, FORCE_BOUND])
+    leaves = (reach[0] if v > 0.0 else reach[1]) == 0.0 and max(free[0], free[1]) == 0.0
+    if not (leaves and abs(second) > least_fall):
+        return nothing
+    step = law[region, STEP]
+    fourth = derivative_bound(law, region, law[0, FORCE_BOUND + 2], second, third, step)
+    rise, fall, turn = abs(v), -sign * second, sign * third
+    # Where the cubic of its start comes back, and a place where the hop is beyond the bound.
+    inside = 0.25 * fall * fall - 2.0 * THIRD * rise * turn
+    if not inside > 0.0:
+        return nothing
+    guess = 2.0 * rise / (0.5 * fall + math.sqrt(inside))
+    right = BEYOND * guess
+    rest = right * right * fourth * (1.0 / 24.0)
+    beyond = rise + right * (0.5 * THIRD * right * turn - 0.5 * fall + rest)
+    highest = right * (rise + right * (0.5 * fall + 0.5 * THIRD * right * abs(turn) + rest))
+    if not (right <= step and beyond < -HOP_DEPTH * rise and 2.0 * highest < far):
+        return nothing
+    end, speed, s_low = locate_root(flight, (sign, 0.0), (0.0, right, guess))
+    least = fourth * end**4 * (1.0 / 287.0)
+    if THIRD * end * rise > least and -THIRD * end * sign * speed > least:
+        return HIT, end, -sign, speed, s_low, free
+    return nothing
+
+
+@formula
+def set_out(flight: Flight, walker: Floats, s: float) -> tuple[float, float, float]:
+    """Return (y, v) where a walk begins, and the part of ``walk_error``'s load from before it.
+
+    ``walker`` receives the parts of the force there.
     """
     law, region, start, phases, _ = flight
     y = 0.0
     v = start[2]
+    step = law[region, STEP]
+    load = step * step * (abs(start[3]) + law[0, FORCE_BOUND])
     if s > 0.0:
         y, v = move(Flight(law, region, start, phases, walker), s)
+        set_parts(law, walker, walker)
     else:
-        for j in range(phases.shape[0]):
-            walker[j, 0] = phases[j, 0]
-            walker[j, 1] = phases[j, 1]
-    step = law[region, STEP]
-    steps = STEPS_A_WALK
-    load = step * step * (abs(start[3]) + law[0, FORCE_BOUND])
-    if law[region, GROWTH] > 0.0:
-        # An error grows here as fast as the motion can: begin each step from the closed form.
-        steps = 1
-    if s > 0.0 or steps == 1:
+        set_parts(law, phases, walker)
+    if s > 0.0 or law[region, GROWTH] > 0.0:
         # The closed form that this walk begins from is rounded itself.
         doubt = uncertainty(flight, s)
-        load += (doubt + uncertainty(flight, s + step)) / WALK_SLACK
-    return steps, y, v, load
+        load = (doubt + uncertainty(flight, s + step)) / WALK_SLACK
+    return y, v, load
+
+
+@formula
+def margins_ahead(
+    law: Law,
+    region: int,
+    reach: tuple[float, float],
+    begin: tuple[float, float, float, float, float, float],
+    ahead: Ahead,
+) -> tuple[Eight, bool]:
+    """Return lower bounds of the clearance on the steps ahead, and whether the first is in doubt.
+
+    ``begin`` is s, y, v, the second and the third derivative where they begin, and the load of
+    ``walk_error``. A step that is clear here is clear to `clearances`, whose bound of the fourth
+    derivative is that of the step alone.
+    """
+    s, y, v, second, third, load = begin
+    step = law[region, STEP]
+    sizes = magnitude(ahead.y) + magnitude(ahead.y1)
+    sizes = sizes + (magnitude(ahead.v) + magnitude(ahead.v1)) * step
+    slack = (sizes + load) * WALK_SLACK
+    # Where the first step leaves a bound, what counts is the clearance divided by the time.
+    rise = step * THIRD * v
+    leaves_lower = s == 0.0 and reach[0] == 0.0
+    leaves_upper = s == 0.0 and reach[1] == 0.0
+    inner = ahead.y + ahead.v * (step * THIRD)
+    last = ahead.y1 - ahead.v1 * (step * THIRD)
+    low = least(least(inner, last), least(shifted(rise if leaves_lower else y, ahead.y1), ahead.y1))
+    high = greatest(
+        greatest(inner, last), greatest(shifted(rise if leaves_upper else y, ahead.y1), ahead.y1)
+    )
+    margin = least(low - reach[0], reach[1] - high) - slack
+    # These come last: they wait for the derivatives.
+    part = step**4 * (1.0 / 384.0)
+    growth = law[region, BOUND_OF_V] * step * law[0, FORCE_BOUND + 2]
+    fourth = law[region, BOUND_OF_X] * abs(second) + law[region, BOUND_OF_V] * abs(third)
+    fourth += law[0, FORCE_BOUND + 2] + growth
+    margin = (margin - counting() * (growth * part)) - fourth * part
+    leaves = leaves_lower or leaves_upper
+    return margin, leaves and not abs(rise) > (384.0 / 72.0) * fourth * part
 
 
 @kernel
@@ -363,7 +472,7 @@ def stays_clear(
     law: Law,
     region: int,
     force: float,
-    phases: Floats,
+    parts: Floats,
     y: float,
     v: float,
     reach: tuple[float, float],
@@ -378,8 +487,7 @@ def stays_clear(
     gain_re = law[region + 1, GAIN_RE]
     gain_im = law[region + 1, GAIN_IM]
     omega = law[FIRST_HARMONIC, OMEGA]
-    push = law[FIRST_HARMONIC, COSINE] * phases[0, 0] + law[FIRST_HARMONIC, SINE] * phases[0, 1]
-    rate = law[FIRST_HARMONIC, SINE] * phases[0, 0] - law[FIRST_HARMONIC, COSINE] * phases[0, 1]
+    push, rate = parts[0, 0], parts[0, 1]
     middle = force * law[region, PER_STIFFNESS]
     z = y - middle - (push * gain_re + rate * gain_im)
     w = v + omega * (push * gain_im - rate * gain_re)
@@ -437,9 +545,9 @@ def clearances(
     if s == 0.0:
         # tau^2 (1 - tau)^2 is at most a third of the first Bernstein polynomial.
         if reach[0] == 0.0:
-            below = min(first - bend / 72.0, min(last, y1) - error)
+            below = min(first - bend * (1.0 / 72.0), min(last, y1) - error)
         if reach[1] == 0.0:
-            above = -max(first + bend / 72.0, max(last, y1) + error)
+            above = -max(first + bend * (1.0 / 72.0), max(last, y1) + error)
     return below, above
 
 
@@ -447,7 +555,7 @@ def clearances(
 def walk_error(
     step: float, load: float, before: tuple[float, float], after: tuple[float, float]
 ) -> float:
-    """Return a bound on the rounding that a walk has gathered; ``load`` is what forces do in it."""
+    """Return a bound on the rounding of a step's ends; ``load`` is what the walk has gathered."""
     places = abs(before[0]) + abs(after[0])
     return WALK_SLACK * (load + places + step * (abs(before[1]) + abs(after[1])))
 
@@ -458,32 +566,37 @@ def event_of_step(
     walker: Floats,
     reach: tuple[float, float],
     free: tuple[float, float],
-    margins: tuple[float, float],
-    before: tuple[float, float, float, float, float, float],
-    after: tuple[float, float],
+    begin: tuple[float, float],
+    ahead: Ahead,
+    k: int,
 ) -> NextEvent:
-    """Return the first event of a step that is not clear, at once where it is a simple crossing.
+    """Return the first event of a step, at once where it is a simple crossing.
 
-    ``before`` is s, y, v, the second derivative at the beginning of the step, the bound of the
-    fourth, and the load of ``walk_error``; ``after`` and ``walker`` are y, v and the phases at
-    its end.
+    ``begin`` is the time at its beginning, and the load of ``walk_error``; ``walker`` holds the
+    parts of the force k steps before.
 
     A root is the first one if the cubic through the beginning and the root has Bernstein
     coefficients above a twelfth of fourth * width^4 / 24 (and a margin for rounding), for
     tau^2 (1 - tau)^2 is at most a twelfth of the sum of the two inner Bernstein polynomials.
     """
     law, region, start = flight.law, flight.region, flight.start
-    s, y, v, second, fourth, load = before
-    y1, v1 = after
+    s, load = begin
+    y, v = entry_of(ahead.y, k), entry_of(ahead.v, k)
+    y1, v1 = entry_of(ahead.y1, k), entry_of(ahead.v1, k)
     step = law[region, STEP]
+    second, third = derivatives_ahead(law, region, start[3], walker, k, y, v)
+    fourth = derivative_bound(law, region, law[0, FORCE_BOUND + 2], second, third, step)
+    margins = clearances(reach, s, step, load, (y, v), (y1, v1), fourth)
+    if margins[0] > 0.0 and margins[1] > 0.0:
+        return NONE, s + step, 0.0, 0.0, 0.0, free
     if (margins[0] > 0.0) != (margins[1] > 0.0) and max(free[0], free[1]) <= s:
         sign = 1.0 if margins[1] > 0.0 else -1.0
         distance = reach[0] if margins[1] > 0.0 else reach[1]
-        slack = walk_error(step, load, (y, v), after)
+        slack = walk_error(step, load, (y, v), (y1, v1))
         begins = sign * (y - distance)
         from_bound = s == 0.0 and distance == 0.0
         if (begins > slack or from_bound) and sign * (y1 - distance) < -slack:
-            second1, _ = acceleration_and_jerk(law, region, start[3], walker, y1, v1)
+            second1, _ = derivatives_ahead(law, region, start[3], walker, k + 1, y1, v1)
             pace = sign * step
             ends = (begins, pace * v, pace * step * second)
             ends1 = (sign * (y1 - distance), pace * v1, pace * step * second1)
@@ -510,7 +623,7 @@ def first_event(
     end: float,
 ) -> NextEvent:
     """Return the first event up to ``end``, each bound searched from where it is known free."""
-    law, start, arrival = flight.law, flight.start, flight.arrival
+    start = flight.start
     from_lower, from_upper = free
     if from_lower == 0.0 and reach[0] == 0.0:
         from_lower = departure(flight, 1.0, end)
@@ -529,9 +642,6 @@ def first_event(
         )
         if verdict != NONE:
             return verdict, s, 1.0, value, error, (from_lower, clear)
-        if below[0] == HIT:
-            instant = later(start[0], start[1], below[1])
-            set_phases(law, instant[0], instant[1], arrival)
     if below[0] != NONE:
         return below[0], below[1], -1.0, below[2], below[3], (below[4], below[1])
     return NONE, end, 0.0, 0.0, 0.0, (end, end)

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, cast, overload
+from typing import TYPE_CHECKING, Any, TypeVar, cast, overload
 
 import numpy as np
+from numpy.typing import NDArray
 
 from percuss.arrays import Floats, Integers
 from percuss.errors import LimitWarning, ParameterError
@@ -18,6 +19,7 @@ from percuss.kernels.law_columns import (
     GROWTH,
     HALF_TURNS,
     N_HARMONICS,
+    N_REGIONS,
     TURNS,
     Law,
 )
@@ -44,6 +46,8 @@ from percuss.progress import RunProgress
 
 if TYPE_CHECKING:
     from percuss.motion.structures import StructureTrajectory
+
+_Number = TypeVar("_Number", np.float64, np.int64)
 
 __all__ = ["MOST_IMPACTS", "simulate"]
 
@@ -263,11 +267,21 @@ def _check_times(law: Law, t0: float, t_end: float) -> None:
         raise ParameterError("t_end", None, reason)
 
 
+def _longer(rows: NDArray[_Number]) -> NDArray[_Number]:
+    """Return rows with more behind them that hold nothing yet."""
+    n = len(rows)
+    longer = np.empty((n + min(n, LARGEST_GROWTH), *rows.shape[1:]), rows.dtype)
+    longer[:n] = rows
+    return longer
+
+
 class _March:
     """The engine's arrays during a run: they grow with the events."""
 
     def __init__(self, law: Law, x0: float, v0: float, t0: float, limit: int) -> None:
-        self.arrays = columns.new_run(law, min(limit + 4, FIRST_CAPACITY))
+        # Each entry into a soft stop, which counts as an impact, has an exit that does not.
+        events = limit + 4 + (limit if law[0, N_REGIONS] > 1 else 0)
+        self.arrays = columns.new_run(law, min(events, FIRST_CAPACITY))
         self.state, self.counters = self.arrays.state, self.arrays.counters
         self.state[columns.T], self.state[columns.X], self.state[columns.V] = t0, x0, v0
         self.start = (x0, v0)
@@ -366,9 +380,7 @@ class _March:
         events, marks, grazes = self.arrays.events, self.arrays.marks, self.arrays.grazes
         n = len(events)
         if self.counters[columns.N_EVENTS] + 2 > n:
-            more = min(n, LARGEST_GROWTH)
-            events = np.concatenate([events, np.empty((more, columns.EVENT_COLUMNS))])
-            marks = np.concatenate([marks, np.empty((more, columns.MARK_COLUMNS), dtype=np.int64)])
+            events, marks = _longer(events), _longer(marks)
         if self.counters[columns.N_GRAZES] + 1 > len(grazes):
             grazes = np.concatenate([grazes, np.empty_like(grazes)])
         self.arrays = self.arrays._replace(events=events, marks=marks, grazes=grazes)
@@ -378,6 +390,8 @@ class _March:
         n = int(self.counters[columns.N_EVENTS])
         events, marks = self.arrays.events[:n], self.arrays.marks[:n]
         if n < 0.9 * len(self.arrays.events):
+            # The next run finds the rows that are given back whole: memory that it need not touch
+            # for the first time, which costs more than the copy.
             events, marks = events.copy(), marks.copy()
         grazes = self.arrays.grazes[: int(self.counters[columns.N_GRAZES])].copy()
         return self.start, events, marks, grazes

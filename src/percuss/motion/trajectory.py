@@ -630,17 +630,17 @@ def _crossings(system: System, events: Floats, marks: Integers) -> Crossings:
     stops = np.array([k for edge in edges for k in edge], dtype=np.int64)
     at_edge = np.array([len(edge) for edge in edges])
     first = np.cumsum(at_edge) - at_edge
-    stop = first[bounds]
+    stop = first.take(bounds)
     if at_edge.max() > 1:
         # Stops that share an edge are crossed together, one line each.
         sharing = at_edge[bounds]
         line = np.arange(sharing.sum()) - np.repeat(np.cumsum(sharing) - sharing, sharing)
         stop = np.repeat(stop, sharing) + line
         which = np.repeat(which, sharing)
-    stop = stops[stop]
-    above = np.array([at.side == "above" for at in system.oscillator.stops], dtype=bool)[stop]
+    stop = stops.take(stop)
+    above = np.array([at.side == "above" for at in system.oscillator.stops], dtype=bool)
     v = events[which, columns.V_AFTER]
-    direction = np.where((v > 0.0) == above, "in", "out")
+    direction = np.array(["out", "in"]).take((v > 0.0) == above.take(stop))
     return Crossings(events[which, columns.EVENT_T], v, stop, direction, units)
 
 

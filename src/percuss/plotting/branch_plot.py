@@ -140,7 +140,8 @@ def plot_branch(
         "grazing_margin", the least distance of a turning point to a stop; "multiplier", the
         largest modulus; "period", as of limit cycles; "amplitude", of a structure.
         The first two jump where an impact more or less is made: there the line is broken. Default:
-        the first, or where a branch has no impacts the second; of a structure the amplitude.
+        the first, where a branch has no impacts the second, and the third where there is no stop
+        either; of a structure the amplitude.
     on
         The coordinate, direction or point of a structure whose amplitude it is; default: the line
         of its first stop.
@@ -194,7 +195,13 @@ def _default(branches: list[AnyBranch]) -> BranchQuantity:
     has_impacts = all(
         isinstance(each, Branch) and each.impact_velocity.shape[1] > 0 for each in branches
     )
-    return "impact_velocity" if has_impacts else "grazing_margin"
+    if has_impacts:
+        return "impact_velocity"
+    near_stops = any(
+        isinstance(each, Branch) and bool(np.isfinite(each.grazing_margin).any())
+        for each in branches
+    )
+    return "grazing_margin" if near_stops else "multiplier"
 
 
 def _branches(given: AnyBranch | Sequence[AnyBranch]) -> list[AnyBranch]:

@@ -124,6 +124,10 @@ def plot_sweep(
         whole = _is_count(data, name) or len(x) < 20
         look = {"marker": ".", "linestyle": "none"} if whole else {"linewidth": 1.0}
         ax.plot(x, np.where(np.isfinite(y), y, np.nan), color=BLUE, **look)
+        if not np.isfinite(y).any():
+            ax.text(0.5, 0.5, "no answer", transform=ax.transAxes, ha="center")
+            if x[0] < x[-1]:
+                ax.set_xlim(x[0], x[-1])
         if np.nanmin(np.where(np.isfinite(y), y, np.nan), initial=0.0) < 0.0:
             ax.axhline(0.0, color=BLACK, linewidth=0.5, zorder=0.5)
         ax.set_xlabel(path_label(data, path, units))

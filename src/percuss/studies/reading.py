@@ -321,7 +321,8 @@ def _check_tables(document: RawTable, kind: type[Question] | None, faults: Study
         elif name in other and (of_structure or name == "loads"):
             faults.add((name,), _of_the_other_model(name))
         elif kind is not None and name in of_some_kinds:
-            reason = f"no table of this kind of study; its tables are {', '.join(known)}"
+            tables = ", ".join([*known, "parameters"])
+            reason = f"no table of this kind of study; its tables are {tables}"
             faults.add((name,), reason)
         elif kind is not None:
             is_meant = difflib.get_close_matches(name.lower(), [*known, "parameters"], n=1)

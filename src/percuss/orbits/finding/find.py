@@ -61,6 +61,8 @@ _RANKS = ("asymptotic", "elliptic", "parabolic", "unstable")
 ATTRACTED = 40
 # Velocity of an impact that is rounding, as a part of the fastest.
 NO_SPEED = 1e-12
+# Instants of a period at which its fastest motion is looked for.
+SAMPLES = 64
 
 
 @overload
@@ -395,10 +397,15 @@ def _check_energy(system: System) -> None:
 
 
 def _has_idle_impact(orbit: PeriodicOrbit) -> bool:
-    """Return whether one of several impacts has zero velocity: without it the orbit is the same."""
-    if not 2 <= orbit.n_impacts < math.inf:
+    """Return whether an impact has zero velocity: without it the orbit is the same."""
+    if not 1 <= orbit.n_impacts < math.inf:
         return False
-    return orbit.min_impact_speed <= NO_SPEED * float(np.abs(orbit.impacts.v_before).max())
+    fastest = float(np.abs(orbit.impacts.v_before).max())
+    if orbit.n_impacts == 1:
+        # Of one impact alone the motion tells what is fast.
+        times = np.linspace(orbit.t0, orbit.t0 + orbit.period, SAMPLES)
+        fastest = float(np.abs(orbit.trajectory()(times)[1]).max())
+    return orbit.min_impact_speed <= NO_SPEED * fastest
 
 
 def _order(orbit: PeriodicOrbit) -> tuple[bool, int, float]:
@@ -421,6 +428,8 @@ class _Wanted(NamedTuple):
             return True
         periods = self.n_periods if self.system.period is not None else 0
         if (orbit.n_impacts, orbit.n_periods) != (self.n_impacts, periods):
+            return False
+        if _has_idle_impact(orbit):
             return False
         return self.sequence is None or _is_rotation(orbit.sequence, tuple(self.sequence))
 

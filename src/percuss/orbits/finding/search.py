@@ -358,7 +358,10 @@ def counts_of_run(run: Trajectory) -> tuple[float, int]:
 
     With contact in its last repetition it is sticking: infinitely many impacts.
     """
-    pattern = classify_impact_times(run)
+    entries = run.crossings.t[run.crossings.direction == "in"]
+    # Of a run that meets both kinds of stop the entries are impacts of the orbit too.
+    times = np.unique(np.concatenate([run.impacts.t, entries]))
+    pattern = classify_impact_times(times, run.oscillator, run.forcing)
     n_periods = pattern.n_periods or 1
     if run.forcing is not None and run.forcing.period is not None and len(run.contacts):
         last = run.t_end - n_periods * run.forcing.period
