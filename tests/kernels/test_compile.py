@@ -73,6 +73,23 @@ def refuse(self, name, data):
 IndexDataCacheFile._save_data = refuse
 """
 
+WHAT_IS_LEFT_FOR_THE_COLLECTOR = """
+import gc
+from throwaway.caller import caller
+
+if sys.argv[1] == "2.0":
+    gc.freeze()
+frozen, collections = gc.get_freeze_count(), gc.get_stats()[2]["collections"]
+caller(1.0)
+assert gc.isenabled()
+if frozen:
+    assert gc.get_freeze_count() > 0.9 * frozen
+else:
+    assert gc.get_freeze_count() == 0
+    assert gc.get_stats()[2]["collections"] == collections
+    assert gc.get_count()[0] < 1000
+"""
+
 
 @dataclass
 class Called:
@@ -270,6 +287,13 @@ def test_the_cache_folder_that_the_user_names_is_used(package: Package) -> None:
     assert edited.cache is not None
     assert named in edited.cache.parents
     assert not package.cache_files("caller.caller")
+
+
+@pytest.mark.parametrize("x", [1.0, 2.0])
+def test_what_compiling_has_left_is_collected_when_all_is_and_what_was_frozen_stays_so(
+    package: Package, x: float
+) -> None:
+    package.call(x, before="import sys\n" + WHAT_IS_LEFT_FOR_THE_COLLECTOR)
 
 
 def test_with_the_compiler_off_a_kernel_is_the_function_itself(package: Package) -> None:

@@ -425,13 +425,15 @@ def test_a_run_that_meets_walls_and_soft_stops_leads_to_its_own_orbit() -> None:
     osc = pc.Oscillator(stiffness=400, damping="0.75", stops=stops)
     force = pc.Forcing((pc.Harmonic(30, 15, "0.3"),), constant="2.5")
     run = pc.simulate(osc, force, x0="0.01", periods=400)
+    period = force.period
+    assert period is not None
     met = [
-        np.count_nonzero(times > run.t_end - force.period)
+        np.count_nonzero(times > run.t_end - period)
         for times in (run.impacts.t, run.crossings.t[run.crossings.direction == "in"])
     ]
     orbit = pc.find_orbit(osc, force, guess=run)
     assert met == [2, 1]
     assert (orbit.n_impacts, orbit.n_periods, orbit.admissible) == (3, 1, True)
-    x, v = run(run.t_end - force.period / 2)
-    t = orbit.t0 + (run.t_end - force.period / 2 - orbit.t0) % force.period
+    x, v = run(run.t_end - period / 2)
+    t = orbit.t0 + (run.t_end - period / 2 - orbit.t0) % period
     np.testing.assert_allclose(orbit.trajectory()(t), (x, v), rtol=1e-7)

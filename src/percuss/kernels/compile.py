@@ -414,6 +414,11 @@ def _undisturbed(function: Callable[..., Any]) -> Callable[..., Any]:
                 return function(*args, **keywords)
         finally:
             if is_collecting:
+                if gc.get_freeze_count() == 0:
+                    # What is left of it counts as old, and is looked through with all that is old:
+                    # at once it would take half a second, which many a process never needs.
+                    gc.freeze()
+                    gc.unfreeze()
                 gc.enable()
 
     return wrapped
