@@ -415,6 +415,15 @@ class Flight:
         drag = a * s
         return c + drag, -(k * s), s, c - drag
 
+    def by_start(self, tau: Interval, departed: int | None) -> Matrix:
+        """Return the derivative of x and v by those of the start or, from a bound, by t and v there."""
+        x_x, v_x, x_v, v_v = self.response(tau)
+        if departed is None:
+            return (x_x, x_v), (v_x, v_v)
+        # A start later by dt is, at one instant, one that is moved by (-v, -a) dt.
+        v, a = self.start.v, self.acceleration(self.force(of(0)), self.start.x, self.start.v)
+        return (-(v * x_x + a * x_v), x_v), (-(v * v_x + a * v_v), v_v)
+
     def at(self, tau: Interval) -> tuple[Any, Any]:
         """Return x and v."""
         x_x, v_x, x_v, v_v = self.response(tau)
@@ -553,12 +562,7 @@ def met(
             break
     x, v = flight.at(tau)
     a = flight.acceleration(flight.force(tau), at, v)
-    begin = flight.acceleration(flight.force(of(0)), start.x, start.v)
-    x_x, v_x, x_v, v_v = flight.response(tau)
-    if departed is None:
-        x_t, v_t = x_x, v_x
-    else:
-        x_t, v_t = -(start.v * x_x + begin * x_v), -(start.v * v_x + begin * v_v)
+    (x_t, x_v), (v_t, v_v) = flight.by_start(tau, departed)
     t_t, t_v = -(x_t / v), -(x_v / v)
     restitution = law.bounds[bound].restitution
     kept, region = (of(1), number + sign) if restitution is None else (of(-restitution), number)
@@ -1184,13 +1188,7 @@ class Returns:
             total, start = product(event.derivative, total), after(self.law, event)
         flight, tau = Flight(self.law, 0, start), t + self.duration - start.t
         x, v = flight.at(tau)
-        begin = flight.acceleration(flight.force(of(0)), start.x, start.v)
-        x_x, v_x, x_v, v_v = flight.response(tau)
-        by_start = (
-            (-(start.v * x_x + begin * x_v), x_v),
-            (-(start.v * v_x + begin * v_v), v_v),
-        )
-        (a, b), (c, d) = product(by_start, total)
+        (a, b), (c, d) = product(flight.by_start(tau, 0), total)
         # The end is later by dt as well.
         a, c = a + v, c + flight.acceleration(flight.force(tau), x, v)
         return [x - self.at, -self.r * v - v0], [[a, b], [-self.r * c, -self.r * d - 1]]
