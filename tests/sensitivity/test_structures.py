@@ -17,10 +17,12 @@ from tests.oracle.test_structures import of_mass_one
 import percuss as pc
 from percuss.arrays import Complexes, Floats
 from percuss.model import as_fraction
+from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import PiTimes, angle
 from percuss.model.paths import get_parameter, replace_parameter
 from percuss.motion.moved_measures import MovedMeasure, has_rigid_stops
 from percuss.motion.structure_measures import structure_measure_and_derivative
+from percuss.orbits.orbit.structure_orbit import map_between
 
 # The error of a central difference is H^2 times a third derivative, and 1e-50 / H by rounding.
 H = Fraction(1, 10**13)
@@ -271,6 +273,36 @@ def test_two_masses_with_a_wall_and_a_soft_stop_between_them() -> None:
         "structure.stops.1.stiffness", "structure.stops.1.damping", "structure.stops.1.at",
         "loads.0.harmonics.0.omega", "loads.0.harmonics.0.phase", "start.v0.1", "start.t0",
     )  # fmt: skip
+
+
+def test_a_wall_that_lets_go_as_the_dashpot_of_a_soft_stop_sets_in() -> None:
+    """The release is as late as the crossing that jumps the forces, for perturbations too."""
+    structure = pc.Structure(
+        mass=[["1.15", "0.1"], ["0.1", 1]],
+        stiffness=[[3, -1], [-1, "2.13"]],
+        damping=[["0.2", "-0.1"], ["-0.1", "0.2"]],
+        stops=[
+            pc.Wall("0.2932", "above", 0, on=1),
+            pc.SoftStop("-0.0845", "below", "18.3", "0.65", on=(1, -1)),
+        ],
+    )
+    loads = pc.Loads({0: pc.cosine("1.855"), 1: pc.Forcing(constant="0.87")})
+    run = pc.simulate(structure, loads, v0=[0, "0.3"], t_end=2.5)
+    assert run.contacts.release[0] in run.crossings.t
+    check(run, "structure.stops.0.at", "structure.stops.1.at", "loads.0.harmonics.0.omega")
+
+    # And by the start, as orbits take it.
+    system, end = StructureSystem(structure, loads), 2.5
+    state = np.array([0.0, 0.0, 0.0, 0.3])
+    matrix = map_between(system, state, (0.0, end), "so long").derivative
+    for k in range(4):
+        ahead, behind = (
+            map_between(
+                system, state + way * np.eye(4)[k], (0.0, end), "so long", derivative=False
+            ).image
+            for way in (1e-6, -1e-6)
+        )
+        assert matrix[:, k] == pytest.approx((ahead - behind) / 2e-6, abs=1e-7)
 
 
 def test_equal_poles_gyroscopic_and_free_motions() -> None:

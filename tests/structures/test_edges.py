@@ -192,6 +192,24 @@ def test_an_impact_at_the_very_knot_of_a_record_is_one_impact() -> None:
     assert float(run(2.0)[0][0]) == pytest.approx(0.5 + 1 / 6, abs=1e-15)
 
 
+def test_a_wall_lets_go_at_a_jump_of_a_record_with_the_acceleration_of_the_jump() -> None:
+    """It leaves the wall at once: no landing, and no graze, at the very instant of the release."""
+    force = pc.record([0, 1, 2], [1, "0.8", -1], kind="hold")
+    alone = pc.Oscillator(damping="0.1", stops=(pc.Wall("0.2", "above", "0.3"),))
+    structure = pc.Structure([1], [1], ["0.2"], stops=[pc.Wall("0.2", "above", "0.3", on=0)])
+
+    run = pc.simulate(structure, pc.Loads({0: force}), x0=["0.2"], t_end=5)
+    other = pc.simulate(alone, force, x0="0.2", t_end=5)
+
+    assert run.contacts.release.tolist() == other.contacts.release.tolist() == [2.0]
+    assert len(run.impacts) == len(other.impacts) == 0
+    assert len(run.grazes) == len(other.grazes) == 0
+    assert run(3.0)[0][0] == pytest.approx(other(3.0)[0], abs=1e-15)
+    moved = run.sensitivity(["structure.stops.0.at"])(3.0)[0]
+    expected = other.sensitivity(["oscillator.stops.0.at"])(3.0)[0]
+    assert np.ravel(moved) == pytest.approx(np.ravel(expected), abs=1e-14)
+
+
 def test_free_masses_keep_their_momentum_exactly_through_impacts() -> None:
     """Three balls on a line without springs, elastic: velocities are handed on."""
     walls = [

@@ -253,6 +253,20 @@ def begin_record(run: StructureRun, kind: np.int64) -> None:
 
 
 @kernel
+def keep_last(run: StructureRun, last: int) -> None:
+    """Drop all rows of a full record but the last, with what it was."""
+    stop, before, after = (
+        run.marks[last, BOUND],
+        run.events[last, V_BEFORE],
+        run.events[last, V_AFTER],
+    )
+    begin_record(run, run.marks[last, KIND])
+    run.marks[0, BOUND] = stop
+    run.events[0, V_BEFORE] = before
+    run.events[0, V_AFTER] = after
+
+
+@kernel
 def store(members: StructureMembers, i: int, run: StructureRun) -> None:
     """Keep where a member is."""
     for k in range(run.state.shape[0]):
@@ -298,7 +312,7 @@ def follow_member(
             observe_event(members, i, viewer, options, row + 1)
         is_empty = last <= 0 and run.counters[N_GRAZES] < run.grazes.shape[0]
         if status == FULL and not is_empty:
-            begin_record(run, run.marks[last, KIND])
+            keep_last(run, last)
             status = MOVING
         elif status == REACHED_END:
             end = (until, 0.0, math.inf)

@@ -210,7 +210,10 @@ def carry_out(
     old_set = counters[SET]
     impacts = counters[N_IMPACTS]
     rows = counters[N_EVENTS]
-    touched = run.order[i]
+    order = run.order[i]
+    if not is_impact:
+        order = order_of_edge(run, flight, i, s)
+    is_at_rest_there = s == 0.0 and run.order[i] >= 2.0
     kept = run.scratch[7]
     slow = 0.0
     if is_impact:
@@ -228,7 +231,8 @@ def carry_out(
     change_set(run, b)
     clear_orders(run)
     if not is_impact:
-        pass_edge(run, i, speed, touched, s == 0.0)
+        run.order[i] = order
+        pass_edge(run, i, speed, is_at_rest_there)
         return MOVING
     status = strike(run, b, i, speed, slow, key & walls_of(sets))
     if status != MOVING:
@@ -256,20 +260,29 @@ def rounding_speed(run: StructureRun, i: int, s: float) -> float:
 
 
 @formula
-def pass_edge(run: StructureRun, i: int, speed: float, touched: float, at_once: bool) -> None:
-    """Record the crossing of the edge of a soft stop, or the release from a wall.
+def order_of_edge(run: StructureRun, flight: ModalFlight, i: int, s: float) -> float:
+    """Return the order of a guard's zero after the crossing of an edge, or the release of a wall.
 
-    ``touched`` is the order of the guard's zero at the last event, ``at_once`` tells that this one
-    is at the same instant.
+    Where the force of a wall falls to zero the structure leaves it with no acceleration; where a
+    jump of the forces has reversed it, at the begin of the flight, with one.
     """
+    if run.sets.stops[i, IS_WALL] != 1.0:
+        order = 1.0
+    elif s == 0.0 and run.values[i] < -uncertainty(flight, i, 0.0):
+        return 2.0
+    else:
+        order = 3.0
+    return max(order, run.order[i]) if s == 0.0 else order
+
+
+@formula
+def pass_edge(run: StructureRun, i: int, speed: float, is_at_rest_there: bool) -> None:
+    """Record the crossing of the edge of a soft stop, or the release from a wall."""
     counters = run.counters
-    is_wall = run.sets.stops[i, IS_WALL] == 1.0
-    order = 3.0 if is_wall else 1.0
-    run.order[i] = max(order, touched) if at_once else order
-    if counters[N_EVENTS] == 1 and at_once and touched >= 2.0:
+    if counters[N_EVENTS] == 1 and is_at_rest_there:
         # From rest at an edge the motion begins within the stop: nothing is crossed.
         keep(run, 0)
-    elif is_wall:
+    elif run.sets.stops[i, IS_WALL] == 1.0:
         note(run, RELEASE, i, 0.0, 0.0)
     else:
         side = 1.0 if run.sets.keys[counters[SET]] & (1 << i) == 0 else -1.0

@@ -316,7 +316,7 @@ def cross_columns(
         following = flight_after(run, row)
         c = run.marks[row, NEXT_REGION]
         pace(sets, c, following, following.begin, following.phases, 0.0, work.paces[1])
-        if kind != RELEASE or (run.marks[row - 1, KIND] == KNOT and s == 0.0):
+        if kind != RELEASE or is_forced_off(run, row, s):
             shift_columns(varied, record, row, work)
     for i in range(place.shape[1]):
         for p in range(place.shape[2]):
@@ -504,6 +504,15 @@ def moved_tail(varied: VariedRun, record: ColumnRecord, row: int, work: CarryWor
 
 
 @kernel
+def is_forced_off(run: StructureRun, row: int, s: float) -> bool:
+    """Return whether a release, a time s after the event before it, is one by a jump of the forces.
+
+    They jump at a knot, at the edge of a soft stop with a dashpot, and at an impact of another wall.
+    """
+    return s == 0.0 and run.marks[row - 1, KIND] != START
+
+
+@kernel
 def release(
     varied: VariedRun,
     record: ColumnRecord,
@@ -515,14 +524,14 @@ def release(
     """Write how the instant moves at which the force of a wall falls to zero."""
     run = varied.run
     stop = run.marks[row, BOUND]
-    at_knot = run.marks[row - 1, KIND] == KNOT and s == 0.0
+    is_forced = is_forced_off(run, row, s)
     b = set_of_flight(run, row - 1, False)
     fall = derivatives(flight, stop, s, False)[1]
     t = run.events[row - 1, EVENT_T]
     moved_force(flight, varied.moved, b, stop, (t, s), work.columns, work.series, work.forces)
     for p in range(work.forces.shape[0]):
         late = math.nan
-        if at_knot:
+        if is_forced:
             late = record.instants[row - 1, DT, p]
         elif fall != 0.0:
             late = -work.forces[p] / fall

@@ -166,6 +166,27 @@ def set_of_flight(run: StructureRun, row: int, is_last: bool) -> int:
 
 
 @kernel
+def delay_of(run: StructureRun, row: int, place: Floats, c: int) -> float:
+    """Return by how much an event is late, from derivatives of the coordinates just after it.
+
+    One that jumps the forces may let a wall go, which is as late. A knot is at its own instant.
+    """
+    stop = run.marks[row, BOUND]
+    if run.marks[row, KIND] == IMPACT:
+        speed = run.events[row, V_AFTER]
+    elif run.marks[row, KIND] == CROSSING:
+        # Its speed is that at which a clearance falls or, on the way out, how deep the stop is pressed in.
+        is_out = run.events[row, V_AFTER] > 0.0
+        speed = -run.events[row, V_BEFORE] if is_out else run.events[row, V_BEFORE]
+    else:
+        return 0.0
+    fall = 0.0
+    for i in range(place.shape[1]):
+        fall += run.sets.normals[stop, i] * place[0, i, c]
+    return -fall / speed if speed != 0.0 else 0.0
+
+
+@kernel
 def cross(
     run: StructureRun, row: int, s: float, place: Floats, columns: Floats, paces: Floats
 ) -> None:
@@ -206,10 +227,12 @@ def cross(
                 sets, stop, (fall, speed, run.events[row + 1, V_AFTER]), kept, paces, place, c
             )
             continue
-        delay = 0.0
         # A release, where the force of the wall is zero, is no jump of anything.
+        delay = 0.0
         if kind in (IMPACT, CROSSING) and speed != 0.0:
             delay = -fall / speed
+        elif kind == RELEASE and s == 0.0:
+            delay = delay_of(run, row, place, c)
         for i in range(place.shape[1]):
             place[0, i, c] += paces[0, 0, i] * delay
             place[1, i, c] += paces[0, 1, i] * delay
