@@ -241,6 +241,7 @@ def certify_branch(branch: Branch, report: Report = None) -> CertifiedBranch:
     chains: list[StripChain] = []
     grazes: list[GrazeEnds] = []
     reasons: list[str] = []
+    has_graze = any(point.kind == "grazing" for point in branch.special_points)
     progress = Progress(report, 0.0, "strips", is_bound=True)
 
     def tell(value: float) -> bool:
@@ -266,8 +267,10 @@ def certify_branch(branch: Branch, report: Report = None) -> CertifiedBranch:
                     chains.append(part)
                     # The ends of the branch itself are no grazes.
                     goes_on = bool(part.reason) or number + 1 < len(sections)
-                    before = _graze_of(part, 0, (low, high)) if begin or number else None
-                    after = _graze_of(part, -1, (low, high)) if goes_on else None
+                    before = (
+                        _graze_of(part, 0, (low, high)) if has_graze and (begin or number) else None
+                    )
+                    after = _graze_of(part, -1, (low, high)) if has_graze and goes_on else None
                     grazes.append((before, after))
                 if not part.reason or (after is not None and after.holds(points[-1])):
                     break
@@ -375,9 +378,7 @@ def _graze_of(part: StripChain, row: int, within: tuple[float, float]) -> GrazeE
     if part.reason == STOPPED or not part.strips[row].admissible:
         return None
     with suppress(Undecided):
-        graze = graze_at_end(part, at_begin=row == 0)
-        if graze is not None and within[0] <= float(graze.value) <= within[1]:
-            return graze
+        return graze_at_end(part, at_begin=row == 0, within=within)
     return None
 
 

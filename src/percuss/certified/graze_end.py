@@ -159,8 +159,15 @@ def _flight(equations: Shooting, states: States, i: int) -> tuple[Departure, arb
     return equations.departure(i, states[i]), equations.end_of_flight(i, states) - states[i][0]
 
 
-def graze_at_end(part: StripChain, *, at_begin: bool = False) -> GrazeEnd | None:
+def graze_at_end(
+    part: StripChain,
+    *,
+    at_begin: bool = False,
+    within: tuple[float, float] = (-math.inf, math.inf),
+) -> GrazeEnd | None:
     """Return the orbits from the end of a chain, or its begin, to a graze; None where it has none.
+
+    ``within`` are values that the parameter does not leave on the way.
 
     Raises
     ------
@@ -178,7 +185,7 @@ def graze_at_end(part: StripChain, *, at_begin: bool = False) -> GrazeEnd | None
         return None
     if curve.system.record is not None or curve.system.tables:
         raise Undecided("kind", "up to a graze under a record, or with a table of restitutions")
-    return _to_graze(part, box, number)
+    return _to_graze(part, box, number, within)
 
 
 def _slowing(part: StripChain, box: Vector, tube: Tube, *, forward: bool) -> int | None:
@@ -192,7 +199,7 @@ def _slowing(part: StripChain, box: Vector, tube: Tube, *, forward: bool) -> int
     return min(ways, key=lambda k: ways[k], default=None)
 
 
-def _to_graze(part: StripChain, box: Vector, number: int) -> GrazeEnd:
+def _to_graze(part: StripChain, box: Vector, number: int, within: tuple[float, float]) -> GrazeEnd:
     """Return the orbits along the velocity of an impact, from that in a box to velocity zero."""
     along = along_of(number)
     equations = _TimedEquations(part.curve)
@@ -224,6 +231,8 @@ def _to_graze(part: StripChain, box: Vector, number: int) -> GrazeEnd:
             if abs(step) < least:
                 raise
             continue
+        if not within[0] <= float(closer[-1]) <= within[1]:
+            raise Undecided("graze", "the way to a graze leaves the branch")
         tubes.append(tube)
         position = closer
         ends.append(position[-1])
