@@ -241,7 +241,6 @@ def certify_branch(branch: Branch, report: Report = None) -> CertifiedBranch:
     chains: list[StripChain] = []
     grazes: list[GrazeEnds] = []
     reasons: list[str] = []
-    has_graze = any(point.kind == "grazing" for point in branch.special_points)
     progress = Progress(report, 0.0, "strips", is_bound=True)
 
     def tell(value: float) -> bool:
@@ -267,10 +266,8 @@ def certify_branch(branch: Branch, report: Report = None) -> CertifiedBranch:
                     chains.append(part)
                     # The ends of the branch itself are no grazes.
                     goes_on = bool(part.reason) or number + 1 < len(sections)
-                    before = (
-                        _graze_of(part, 0, (low, high)) if has_graze and (begin or number) else None
-                    )
-                    after = _graze_of(part, -1, (low, high)) if has_graze and goes_on else None
+                    before = _graze_of(part, 0, branch) if begin or number else None
+                    after = _graze_of(part, -1, branch) if goes_on else None
                     grazes.append((before, after))
                 if not part.reason or (after is not None and after.holds(points[-1])):
                     break
@@ -373,10 +370,13 @@ def _nearest(points: Sequence[Sequence[float]], at: Sequence[float], scale: Sequ
     return min(range(len(points)), key=lambda i: distance(points[i]))
 
 
-def _graze_of(part: StripChain, row: int, within: tuple[float, float]) -> GrazeEnd | None:
-    """Return what is proven to lead to a graze from the first or the last strip of a chain."""
+def _graze_of(part: StripChain, row: int, branch: Branch) -> GrazeEnd | None:
+    """Return what is proven to lead to a graze of a branch from the first or last strip of a chain."""
     if part.reason == STOPPED or not part.strips[row].admissible:
         return None
+    if not any(point.kind == "grazing" for point in branch.special_points):
+        return None
+    within = float(branch.values.min()), float(branch.values.max())
     with suppress(Undecided):
         return graze_at_end(part, at_begin=row == 0, within=within)
     return None

@@ -41,7 +41,7 @@ from percuss.certified.system import BallSystem, system_of
 from percuss.numerics import directions
 from percuss.orbits.bifurcations.special_points import SpecialPoint
 
-__all__ = ["OrbitCurve", "flight_from", "fold_of", "slope_of"]
+__all__ = ["OrbitCurve", "flight_from", "fold_of", "slope_after", "slope_of"]
 
 # Bits of derivatives.
 COARSE = 128
@@ -121,12 +121,7 @@ class OrbitCurve:
         (x1, v1, a1), _ = flight.derivatives(arrival.box[0] - begin.t, 2)
         later = -(slope_of(x1) - slope_of(law.places[following.bound])) / constant_of(v1)
         faster = slope_of(v1) + constant_of(a1) * later
-        if not following.wall:
-            return later, faster
-        # By the velocity, and by the parameter at the same velocity.
-        kept = -following.passed(equations.system, constant_of(v1)).kept
-        after = law.rebound(following.stop or 0, constant_of(v1)).after
-        return later, kept * faster + slope_of(after)
+        return later, slope_after(equations, law, following, constant_of(v1), faster)
 
 
 @dataclass(frozen=True)
@@ -243,6 +238,15 @@ def _null_coordinate(equations: Shooting, states: States) -> int:
     scale = np.array([float(equations.period), speed] * (n // 2))
     _, rows = directions(floats * scale)
     return int(np.argmax(np.abs(rows[-1])))
+
+
+def slope_after(equations: Shooting, law: BallLaw, event: OrbitEvent, v: arb, faster: arb) -> arb:
+    """Return the derivative of the velocity after an event, ``faster`` that of the one before, v."""
+    if not event.wall:
+        return faster
+    # By the velocity, and by the parameter at the same velocity.
+    kept = -event.passed(equations.system, v).kept
+    return kept * faster + slope_of(law.rebound(event.stop or 0, v).after)
 
 
 def slope_of(number: object) -> arb:

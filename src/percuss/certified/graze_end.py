@@ -19,7 +19,7 @@ from flint import arb, arb_mat, arb_series, ctx
 from percuss.certified.ball_arithmetic import Undecided
 from percuss.certified.ball_law import BallLaw, law_of
 from percuss.certified.cloud import Cloud
-from percuss.certified.fold import flight_from, slope_of
+from percuss.certified.fold import flight_from, slope_after, slope_of
 from percuss.certified.numbers import ball, between, constant_of, exact_value, upper
 from percuss.certified.pieces import Moment
 from percuss.certified.properties import meets_first
@@ -138,11 +138,7 @@ class _TimedEquations(StripEquations):
         later = slope_of(law.period(self.curve.n_periods)) if i + 1 == len(states) else arb(0)
         by_x = slope_of(x1) + constant_of(v1) * later - slope_of(law.places[following.bound])
         by_v = slope_of(v1) + constant_of(a1) * later
-        if not following.wall:
-            return by_x, by_v
-        kept = -following.passed(equations.system, constant_of(v1)).kept
-        after = law.rebound(following.stop or 0, constant_of(v1)).after
-        return by_x, kept * by_v + slope_of(after)
+        return by_x, slope_after(equations, law, following, constant_of(v1), by_v)
 
 
 def along_of(number: int) -> int:

@@ -210,13 +210,13 @@ def carry_out(
     old_set = counters[SET]
     impacts = counters[N_IMPACTS]
     rows = counters[N_EVENTS]
-    order = run.order[i]
-    if not is_impact:
-        order = order_of_edge(run, flight, i, s)
     is_at_rest_there = s == 0.0 and run.order[i] >= 2.0
     kept = run.scratch[7]
+    order = 0.0
     slow = 0.0
-    if is_impact:
+    if not is_impact:
+        order = order_of_edge(run, flight, i, s)
+    else:
         for j in range(run.begin.shape[0]):
             kept[j, 0] = run.begin[j, U]
             kept[j, 1] = run.begin[j, W]
@@ -266,12 +266,10 @@ def order_of_edge(run: StructureRun, flight: ModalFlight, i: int, s: float) -> f
     Where the force of a wall falls to zero the structure leaves it with no acceleration; where a
     jump of the forces has reversed it, at the begin of the flight, with one.
     """
-    if run.sets.stops[i, IS_WALL] != 1.0:
-        order = 1.0
-    elif s == 0.0 and run.values[i] < -uncertainty(flight, i, 0.0):
-        return 2.0
-    else:
-        order = 3.0
+    order = 1.0
+    if run.sets.stops[i, IS_WALL] == 1.0:
+        is_forced_off = s == 0.0 and run.values[i] < -uncertainty(flight, i, 0.0)
+        order = 2.0 if is_forced_off else 3.0
     return max(order, run.order[i]) if s == 0.0 else order
 
 
