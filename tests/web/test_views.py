@@ -81,14 +81,20 @@ def test_a_computation_goes_on_while_another_view_is_seen(page: Page) -> None:
     expect(view.locator(".stale-note")).to_contain_text("The motion has been changed")
 
 
+COMPUTE_BOTH = """() => {
+  for (const view of ['Diagram', 'Basins']) {
+    const buttons = [...document.querySelectorAll(`section[aria-label=${view}] button`)];
+    buttons.find((it) => it.textContent === 'Compute').click();
+  }
+}"""
+
+
 def test_a_computation_that_another_one_replaces_says_so(page: Page) -> None:
+    fill(view_of(page, "Basins"), "starts along a side", "16")
     view = view_of(page, "Diagram")
     fill(view, "values", "8000")
-    view.get_by_role("button", name="Compute", exact=True).click()
-    basins = view_of(page, "Basins")
-    fill(basins, "starts along a side", "16")
-    compute(basins)
-    view_of(page, "Diagram")
+    # In one task of the page: a click from outside may come when the first is done.
+    page.evaluate(COMPUTE_BOTH)
 
     expect(view.locator(".status")).to_contain_text("another computation")
     expect(view.get_by_role("button", name="Cancel")).to_be_hidden()
