@@ -18,9 +18,10 @@ from flint import arb
 
 from percuss.certified.ball_arithmetic import Ball
 from percuss.certified.branch import system_at
-from percuss.certified.certified_branch import CertifiedBranch
+from percuss.certified.certified_branch import CertifiedBranch, GrazeEnds
 from percuss.certified.chaos import CertifiedChaos, growth_of_loops
 from percuss.certified.fold import OrbitCurve
+from percuss.certified.graze_end import GrazeEnd
 from percuss.certified.march import Ending
 from percuss.certified.numbers import exact_value, precision
 from percuss.certified.orbit_list import CompleteList
@@ -28,7 +29,7 @@ from percuss.certified.orbit_result import CertifiedOrbit
 from percuss.certified.proven_basins import CertifiedBasins
 from percuss.certified.results import CertifiedRun
 from percuss.certified.shooting import events_of
-from percuss.certified.strips import Strip
+from percuss.certified.strips import Strip, StripChain, Tube
 from percuss.certified.system import BallSystem, Region, system_of
 from percuss.certified.trapping import Trap
 from percuss.errors import ParameterError
@@ -39,6 +40,8 @@ __all__ = ["certificate"]
 VERSION = 1
 # A claim is wider than the ball that percuss has by this, so that other arithmetic can prove it.
 WIDER = 8
+# By how much the sides of a tube that leads to a graze are.
+ROOM = Fraction(3, 2)
 # Digits to which the ends of a claim are rounded outward, relative to its width.
 ROUNDING = 1000
 Json = dict[str, Any]
@@ -260,33 +263,67 @@ def _orbit(orbit: CertifiedOrbit) -> Json:
 
 def _branch(branch: CertifiedBranch) -> Json:
     with precision(branch.precision):
-        parts = [
-            (chain, list(strips))
-            for chain in branch.chains
-            for admissible, strips in groupby(chain.slender(), lambda strip: strip.admissible)
-            if admissible and not chain.curve.mirrored
+        curves = [
+            claims
+            for chain, ends in zip(branch.chains, branch.grazes, strict=True)
+            for claims in _curves(chain, ends)
         ]
-    if not parts and any(chain.curve.mirrored for chain in branch.chains):
-        raise _NoCertificateError("the program does not check halves of symmetric orbits")
-    if not parts:
+    if not curves:
         reason = branch.reason or "no orbit is proven to pass through no stop"
         raise _NoCertificateError(f"nothing is proven of the branch: {reason}")
-    ends = [end for _, strips in parts for strip in strips for end in strip.tube.parameters]
-    curve = parts[0][0].curve
+    ends = [end for chain in branch.chains for end in _range(chain)]
+    for before, after in branch.grazes:
+        ends += [end for graze in (before, after) if graze is not None for end in graze.parameters]
     return {
         "kind": "branch",
-        "law": _law_along(curve, min(ends), max(ends)),
-        "curves": [
-            {
-                "periods": chain.curve.n_periods
-                * _repeats(system_at(curve.system, curve.path, ends[0])),
-                "events": [{"bound": e.bound, "region": e.after} for e in chain.curve.events],
-                "strips": [_strip(strip, as_fraction(chain.room(strip.tube))) for strip in strips],
-                "points": list(_points(strips)),
-            }
-            for chain, strips in parts
-        ],
+        "law": _law_along(branch.chains[0].curve, min(ends), max(ends)),
+        "curves": curves,
     }
+
+
+def _range(chain: StripChain) -> Iterator[Fraction]:
+    for strip in chain.strips:
+        yield from strip.tube.parameters
+
+
+def _curves(chain: StripChain, ends: GrazeEnds) -> Iterator[Json]:
+    """Yield what is proven of the motions of a chain, with those next to grazes at its ends."""
+    curve = chain.curve
+    value = chain.strips[0].tube.parameters[0]
+    repeats = _repeats(system_at(curve.system, curve.path, value))
+    strips = list(chain.slender())
+    for admissible, group in groupby(strips, lambda strip: strip.admissible):
+        part = list(group)
+        if not admissible:
+            continue
+        before, after = (
+            ends[0] if part[0] is strips[0] else None,
+            (ends[1] if part[-1] is strips[-1] else None),
+        )
+        first = [] if before is None else list(_to_graze(before))
+        yield {
+            "periods": str(Fraction(curve.n_periods * repeats, 2 if curve.mirrored else 1)),
+            "events": [
+                {"bound": event.bound, "region": event.after}
+                for event in curve.events[: len(chain.scale) // 2]
+            ],
+            "strips": [
+                *({**it, "begin": it["end"], "end": it["begin"]} for it in reversed(first)),
+                *(_strip(strip, as_fraction(chain.room(strip.tube))) for strip in part),
+                *([] if after is None else _to_graze(after)),
+            ],
+            "points": [
+                {"kind": kind, "before": len(first) + i, "after": len(first) + j}
+                for kind, i, j in _points(part)
+            ],
+        }
+
+
+def _to_graze(graze: GrazeEnd) -> Iterator[Json]:
+    """Yield the claims of the tubes that lead to a graze."""
+    for tube in graze.tubes:
+        far, near = (tube.low, tube.high) if tube.high <= 0 else (tube.high, tube.low)
+        yield {**_tube(tube, far, near, ROOM), "stability": graze.stability, "slow": graze.number}
 
 
 def _law_along(curve: OrbitCurve, low: Fraction, high: Fraction) -> Json:
@@ -317,10 +354,19 @@ def _law_along(curve: OrbitCurve, low: Fraction, high: Fraction) -> Json:
 def _strip(strip: Strip, room: Fraction) -> Json:
     tube = strip.tube
     begin = tube.low if strip.end == tube.high else tube.high
+    return {
+        **_tube(tube, begin, strip.end, room),
+        "stability": _stability_claimed(strip.stability) if strip.is_clear else "undecided",
+        "slow": None,
+    }
+
+
+def _tube(tube: Tube, begin: Fraction, end: Fraction, room: Fraction) -> Json:
     half = (tube.high - tube.low) / 2
     middle, tangent, sizes = (
         [exact_value(part) for part in vector] for vector in (tube.middle, tube.tangent, tube.trial)
     )
+    middle[tube.along] = (tube.low + tube.high) / 2
     for i in range(len(sizes)):
         if i != tube.along:
             size = room * sizes[i]
@@ -330,20 +376,21 @@ def _strip(strip: Strip, room: Fraction) -> Json:
     return {
         "along": tube.along,
         "begin": str(begin),
-        "end": str(strip.end),
+        "end": str(end),
         "middle": [str(part) for part in middle],
         "tangent": [str(part) for part in tangent],
         "sizes": [str(part) for part in sizes],
-        "stability": _stability_claimed(strip.stability) if strip.is_clear else "undecided",
     }
 
 
-def _points(strips: Sequence[Strip]) -> Iterator[Json]:
+def _points(strips: Sequence[Strip]) -> Iterator[tuple[str, int, int]]:
     """Yield the special points between strips of which stability is decided."""
     decided = [i for i, strip in enumerate(strips) if strip.is_decided and strip.is_clear]
     for i, j in pairwise(decided):
+        along = all(strip.tube.is_along_parameter for strip in strips[i : j + 1])
         for kind in strips[i].points_before(strips[j]):
-            yield {"kind": kind, "before": i, "after": j}
+            if along or kind != "symmetry_breaking":
+                yield kind, i, j
 
 
 def _stability_claimed(stability: str) -> str:

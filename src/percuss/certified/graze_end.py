@@ -18,7 +18,7 @@ from flint import arb, arb_mat, arb_series, ctx
 
 from percuss.certified.ball_arithmetic import Undecided
 from percuss.certified.ball_law import BallLaw, law_of
-from percuss.certified.cloud import Cloud
+from percuss.certified.cloud import BallMatrix, Cloud, times
 from percuss.certified.fold import flight_from, slope_after, slope_of
 from percuss.certified.numbers import ball, between, constant_of, exact_value, upper
 from percuss.certified.pieces import Moment
@@ -27,6 +27,7 @@ from percuss.certified.shooting import Shooting, States, Vector, pairs
 from percuss.certified.step import (
     Departure,
     bracket_within,
+    event_derivative,
     flight_of,
     levels_of,
     moved_by,
@@ -61,12 +62,15 @@ class GrazeEnd:
         A ball that holds the parameter there.
     parameters
         Numbers between which the parameters of all orbits lie.
+    stability
+        "unstable" if all orbits with an impact of some velocity there are, else "undecided".
     """
 
     number: int
     tubes: tuple[Tube, ...]
     value: arb
     parameters: tuple[Fraction, Fraction]
+    stability: str
 
     def holds(self, point: Sequence[float]) -> bool:
         """Return whether a point, instants, velocities and the parameter, lies where its orbits alone are."""
@@ -201,6 +205,7 @@ def _to_graze(part: StripChain, box: Vector, number: int, within: tuple[float, f
     equations = _TimedEquations(part.curve)
     walk = StripWalk(equations, part.scale, 0.0)
     tubes: list[Tube] = []
+    unstable = True
     ends = [box[-1]]
     position = box
     # From a little before the end, so that the orbit there lies in the first tube.
@@ -220,7 +225,7 @@ def _to_graze(part: StripChain, box: Vector, number: int, within: tuple[float, f
                 guess, _ = walk.corrected(guess, along)
             tube = walk.tube(along, min(begin, near), max(begin, near), guess)
             _check_goes_on(tube, position)
-            _check_motions(equations, tube, number, away)
+            states = _check_motions(equations, tube, number, away)
             closer = walk.closer(tube, near, tube.end(near))
         except Undecided:
             step /= 2
@@ -230,13 +235,16 @@ def _to_graze(part: StripChain, box: Vector, number: int, within: tuple[float, f
         if not within[0] <= float(closer[-1]) <= within[1]:
             raise Undecided("graze", "the way to a graze leaves the branch")
         tubes.append(tube)
+        unstable = unstable and _are_unstable(equations.at(tube.box()[-1]), states, number)
         position = closer
         ends.append(position[-1])
         if near == 0:
             with suppress(Undecided):
                 position = walk.closer(tube, near, position)
             ends[-1] = position[-1]
-            return GrazeEnd(number, tuple(tubes), position[-1], _between(equations, tubes, ends))
+            stability = "unstable" if unstable else "undecided"
+            parameters = _between(equations, tubes, ends)
+            return GrazeEnd(number, tuple(tubes), position[-1], parameters, stability)
         if len(tubes) > MOST_TUBES:
             raise Undecided("precision", "the way to the graze is too long")
         begin, step = near, min(2 * step, near, key=abs)
@@ -267,8 +275,8 @@ def _check_goes_on(tube: Tube, position: Vector) -> None:
         raise Undecided("precision", "the orbits of one strip leave the next one")
 
 
-def _check_motions(equations: StripEquations, tube: Tube, number: int, away: int) -> None:
-    """Prove that each orbit of a tube meets the stops at its events and at no others.
+def _check_motions(equations: StripEquations, tube: Tube, number: int, away: int) -> States:
+    """Return the states of a tube; prove that its orbits meet the stops at their events alone.
 
     That with velocity zero touches the stop there instead. ``away`` is the sign of velocities off it.
 
@@ -291,8 +299,37 @@ def _check_motions(equations: StripEquations, tube: Tube, number: int, away: int
     for lift in LIFTS:
         with suppress(Undecided):
             if _slow_flights_are_clear(shooting, states, number, away, lift * pace):
-                return
+                return states
     raise Undecided("graze", "whether the flights next to the slow impact meet no stop is open")
+
+
+def _are_unstable(equations: Shooting, states: States, number: int) -> bool:
+    """Return whether all orbits are proven to be unstable whose slow impact has some velocity.
+
+    The velocity v before that impact is a divisor of their derivative over a period. Times v, that is
+    known on all of a tube; if its trace is above 2 v and the determinant at most 1, a multiplier lies
+    outside of the circle.
+    """
+    system = equations.system
+    if any(system.damping(region) < 0 for region in system.regions):
+        return False
+    total: BallMatrix = (arb(1), arb(0)), (arb(0), arb(1))
+    divisor = arb(0)
+    with suppress(Undecided):
+        for i in range(len(states)):
+            start, s = _flight(equations, states, i)
+            whole = flight_of(system, start, whole=True)
+            (_, v, a), _ = whole.derivatives(s, 2)
+            (x_t, x_v), (v_t, v_v) = moved = moved_by(start, whole, s)
+            by_t, by_v = (-x_t, -x_v), (v * v_t - a * x_t, v * v_v - a * x_v)
+            if (i + 1) % len(states) == number:
+                divisor = v
+            else:
+                by_t, by_v = event_derivative(moved, (v, a))
+            kept = -equations.next_event(i).passed(system, v).kept
+            total = times((by_t, (kept * by_v[0], kept * by_v[1])), total)
+        return bool(abs(total[0][0] + total[1][1]) > 2 * abs(divisor))
+    return False
 
 
 def _slow_flights_are_clear(
