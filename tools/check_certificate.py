@@ -616,7 +616,8 @@ def rebound(law: Law, number: int, bound: int, side: int) -> tuple[Any, int]:
 
 def _landing(law: Law, number: int, start: State, departed: int | None) -> Landing:
     """Return `Flight.landing`, found with few bits."""
-    shift = max(0, BITS - COARSE)
+    # The numbers of a branch's law are intervals of all bits.
+    shift = max(0, BITS - COARSE) if law.dual is None else 0
     few = State(*(Interval(value.low >> shift, -(-value.high >> shift)) for value in start))
     with bits(BITS - shift):
         found = Flight(law, number, few).landing(departed)
@@ -1018,12 +1019,10 @@ def check_first(cycle: Cycle, states: Sequence[Pair], slow: int) -> None:
         if leg.following == slow:
             _check_touch(flight, departed, leg.bound, tau)
             continue
-        found = flight.landing(departed)
-        assert found is not None
-        bound, side, low, high = found
-        # The bracket has one root, and so has all that the event may be in: v keeps its sign.
-        _, v = flight.at(_hull([of(low, high), tau]))
-        if bound != leg.bound or (side * v).low <= 0:
+        first = met(flight.law, flight.number, flight.start, departed)
+        # There is one root where the first event is or this one may be: v keeps its sign.
+        _, v = flight.at(_hull([first.tau, tau]))
+        if (first.bound, first.region) != (leg.bound, leg.region) or v.least == 0:
             raise NotProvenError("the events of the orbit are not those claimed")
 
 
@@ -1125,8 +1124,9 @@ def _stability(m: Matrix) -> str:
     return "undecided"
 
 
-# The number with which a multiplier agrees at a special point.
-POINTS = {"period_doubling": -1, "symmetry_breaking": -1, "fold": 1}
+POINTS = "fold", "period_doubling", "symmetry_breaking", "third_root", "fourth_root"
+# Of a law that keeps areas, so that the determinant is 1.
+ROOTS = {"third_root": "exp(2 pi i/3) and exp(-2 pi i/3)", "fourth_root": "i and -i"}
 STABILITIES = {
     "asymptotic": "Neighbouring motions approach the orbits",
     "unstable": "The orbits are unstable",
@@ -1183,7 +1183,7 @@ class Strip:
         if self.slow is not None:
             for eta, part in parts_of_curve:
                 self._check_slow(eta, self.around(eta, part), claimed)
-            self.signs = {1: {0}, -1: {0}}
+            self.signs = {kind: {0} for kind in POINTS}
             return
         if claimed != "undecided" and {_stability(shot.monodromy) for shot in shots} != {claimed}:
             # Where the orbits are known to be is less than the strip.
@@ -1191,10 +1191,8 @@ class Strip:
             found = {_stability(shot.monodromy) for shot in shots}
             if found != {claimed}:
                 raise NotProvenError(f"its orbits are {' or '.join(sorted(found))}")
-        self.signs = {
-            value: {_sign(_characteristic(shot.monodromy, value)) for shot in shots}
-            for value in (1, -1)
-        }
+        zeros = [_zero_at(shot.monodromy) for shot in shots]
+        self.signs = {kind: {_sign(zero[kind]) for zero in zeros} for kind in POINTS}
 
     def _check_slow(self, v: Interval, box: Sequence[Interval], claimed: str) -> None:
         """Prove that the orbits in a box are motions and, where that is claimed, unstable.
@@ -1266,15 +1264,23 @@ class Strip:
             widths = [part - middle for part, middle in zip(moved, middles, strict=True)]
             rows = self._others(self._shot(self.around(eta, moved)).rows)
             missed = self._shot(self.around(eta, middles)).missed
-            found = contracted(self.inverse, rows, widths, missed)
+            found = contracted(_inverse(rows), rows, widths, missed)
             moved = [part + middle for part, middle in zip(found, middles, strict=True)]
         return self.around(eta, moved)
 
 
-def _characteristic(m: Matrix, value: int) -> Any:
-    """Return det(m - value), for 1 or -1."""
+def _zero_at(m: Matrix) -> dict[str, Any]:
+    """Return what is zero where 1, -1 or, of a law that keeps areas, a root of 1 is a multiplier."""
     (a, b), (c, d) = m
-    return (a - value) * (d - value) - b * c
+    trace, determinant = a + d, a * d - b * c
+    doubling = 1 + trace + determinant
+    return {
+        "fold": 1 - trace + determinant,
+        "period_doubling": doubling,
+        "symmetry_breaking": doubling,
+        "third_root": 1 + trace,
+        "fourth_root": trace,
+    }
 
 
 def _sign(value: Interval) -> int:
@@ -1283,24 +1289,29 @@ def _sign(value: Interval) -> int:
 
 def proven_branch(_: None, claims: Any) -> str:
     """Prove the strips of each curve, that each goes on in the next one, and the points on it."""
-    text, told = claims["law"], []
-    for curve in claims["curves"]:
-        if not (curve["strips"] and curve["events"]):
-            raise NotProvenError("a curve has no strips, or no events")
-        if curve["periods"] <= 0 or curve["periods"].denominator > 2:
-            raise NotProvenError("the periods of a curve are no whole number, nor a half of one")
-        if any(claim["stability"] not in (*STABILITIES, "undecided") for claim in curve["strips"]):
-            raise NotProvenError("a stability is none that can be claimed")
-        _check_range(text, curve)
+    if not claims["curves"]:
+        raise NotProvenError("no curve is claimed")
+    return "\n".join(_proven_curve(claims["law"], curve) for curve in claims["curves"])
+
+
+def _proven_curve(text: Any, curve: Any) -> str:
+    if not (curve["strips"] and curve["events"]):
+        raise NotProvenError("a curve has no strips, or no events")
+    if curve["periods"] <= 0 or curve["periods"].denominator > 2:
+        raise NotProvenError("the periods of a curve are no whole number, nor a half of one")
+    if any(claim["stability"] not in (*STABILITIES, "undecided") for claim in curve["strips"]):
+        raise NotProvenError("a stability is none that can be claimed")
+    _check_range(text, curve)
+    sizes = [size for claim in curve["strips"] for size in claim["sizes"] if size > 0]
+    # Bits to spare beyond those of the sides of the strips.
+    enough = max((ceil(1 / size).bit_length() + 64 for size in sizes), default=0)
+    with bits(min(max(COARSE, enough), RUN_BITS[-1])):
         strips = [Strip(text, curve, claim) for claim in curve["strips"]]
         for strip, following in pairwise(strips):
             if not any(strip.goes_on_in(following, steps) for steps in range(3)):
                 at = _told(strip.orbit_at(1)[-1].fractions()[0])
                 raise NotProvenError(f"at p = {at} the curve is not proven to go on")
-        told.append(_curve_in_words(curve, strips))
-    if not told:
-        raise NotProvenError("no curve is claimed")
-    return "\n".join(told)
+        return _curve_in_words(text, curve, strips)
 
 
 def _check_range(text: Any, curve: Any) -> None:
@@ -1346,7 +1357,7 @@ def _parameters(claim: Any, n: int) -> tuple[Fraction, Fraction]:
     return low - sizes[n], high + sizes[n]
 
 
-def _curve_in_words(curve: Any, strips: Sequence[Strip]) -> str:
+def _curve_in_words(text: Any, curve: Any, strips: Sequence[Strip]) -> str:
     n, periods = len(curve["events"]), curve["periods"]
     halves = ""
     if periods.denominator == 2:
@@ -1367,7 +1378,7 @@ def _curve_in_words(curve: Any, strips: Sequence[Strip]) -> str:
         kind, i, j = point["kind"], point["before"], point["after"]
         if kind not in POINTS or not i < j < len(strips):
             raise NotProvenError(f"there is no {kind} between strips {i} and {j}")
-        said = _point_said(kind, strips[i : j + 1], mirrored=bool(halves))
+        said = _point_said(text, kind, strips[i : j + 1], mirrored=bool(halves))
         if not said:
             raise NotProvenError(f"that there is a {kind} between strips {i} and {j} is not proven")
         lines.append(
@@ -1385,15 +1396,20 @@ def _curve_in_words(curve: Any, strips: Sequence[Strip]) -> str:
     return "\n".join(lines)
 
 
-def _point_said(kind: str, strips: Sequence[Strip], *, mirrored: bool) -> str:
+def _point_said(text: Any, kind: str, strips: Sequence[Strip], *, mirrored: bool) -> str:
     """Return what lies between the first and the last of some strips, "" if it is not proven."""
-    first, last = (strips[i].signs[POINTS[kind]] for i in (0, -1))
+    first, last = (strips[i].signs[kind] for i in (0, -1))
     if sorted([*first, *last]) != [-1, 1]:
         return ""
     if kind == "fold":
         return "p is extremal along the curve"
+    if kind in ROOTS:
+        keeps_areas = all(it["damping"] in (0, (0, 0)) for it in text["regions"]) and all(
+            it["restitution"] in (None, 1, (1, 0)) for it in text["bounds"]
+        )
+        return f"the multipliers are {ROOTS[kind]}" if keeps_areas and not mirrored else ""
     # While 1 is no multiplier, the index of the map done twice changes its sign with det(M + 1).
-    has_others = {sign for strip in strips for sign in strip.signs[1]} in ({1}, {-1})
+    has_others = {sign for strip in strips for sign in strip.signs["fold"]} in ({1}, {-1})
     if kind == "period_doubling" and not mirrored:
         others = ", and orbits of twice the period branch off" if has_others else ""
         return f"a multiplier is -1{others}"

@@ -698,7 +698,7 @@ def test_a_certificate_is_written_and_no_file_is_lost(tmp_path: Path) -> None:
     [
         (
             lambda: 3,
-            "not one of CertifiedRun, CertifiedOrbit, CertifiedBranch, CertifiedChaos, CompleteList",
+            "not one of CertifiedRun, CertifiedOrbit, CertifiedPoint, CertifiedBranch, CertifiedChaos",
         ),
         (lambda: run_of(WALL, None, v0=1, t_end=1), "the run meets no stop"),
         (

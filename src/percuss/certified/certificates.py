@@ -11,12 +11,12 @@ from fractions import Fraction
 from functools import reduce
 from itertools import groupby, pairwise
 from math import gcd, lcm
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from flint import arb
 
-from percuss.certified.ball_arithmetic import Ball
+from percuss.certified.ball_arithmetic import Ball, Undecided
 from percuss.certified.branch import system_at
 from percuss.certified.certified_branch import CertifiedBranch, GrazeEnds
 from percuss.certified.chaos import CertifiedChaos, growth_of_loops
@@ -29,6 +29,8 @@ from percuss.certified.orbit_result import CertifiedOrbit
 from percuss.certified.proven_basins import CertifiedBasins
 from percuss.certified.results import CertifiedRun
 from percuss.certified.shooting import events_of
+from percuss.certified.special import CertifiedPoint
+from percuss.certified.special_strips import strips_about
 from percuss.certified.strips import Strip, StripChain, Tube
 from percuss.certified.system import BallSystem, Region, system_of
 from percuss.certified.trapping import Trap
@@ -40,7 +42,7 @@ __all__ = ["certificate"]
 VERSION = 1
 # A claim is wider than the ball that percuss has by this, so that other arithmetic can prove it.
 WIDER = 8
-# By how much the sides of a tube that leads to a graze are.
+# How much wider the sides of tubes next to a graze, and about a special point, are than those proven.
 ROOM = Fraction(3, 2)
 # Digits to which the ends of a claim are rounded outward, relative to its width.
 ROUNDING = 1000
@@ -50,6 +52,7 @@ Json = dict[str, Any]
 def certificate(
     result: CertifiedRun
     | CertifiedOrbit
+    | CertifiedPoint
     | CertifiedBranch
     | CertifiedChaos
     | CompleteList
@@ -60,8 +63,8 @@ def certificate(
     Parameters
     ----------
     result
-        Of `certify`, for a run, an orbit or a branch, or of `prove_chaos`, `list_orbits` or
-        `prove_basins`. Of a branch, what is proven of orbits that pass through no stop.
+        Of `certify`, or of `prove_chaos`, `list_orbits` or `prove_basins`. Of a branch, what is proven
+        of orbits that pass through no stop; of a special point, the short branch about it.
 
     Returns
     -------
@@ -73,7 +76,8 @@ def certificate(
     ParameterError
         If nothing is proven; if numbers are irrational or an interval, the force has a record or a wall
         a table of restitutions; if a run holds a chatter or a contact, or an orbit has no events; if
-        the numbers of the equation of motion are not linear in the parameter of a branch; if a list
+        the numbers of the equation of motion are not linear in the parameter of a branch; if the
+        orbits of a special point are formal, or it is a corner or the graze of a soft stop; if a list
         is not complete, or of more than one wall; if no cell of a basin is proven.
 
     Examples
@@ -88,6 +92,7 @@ def certificate(
     kinds: dict[type, Callable[[Any], Json]] = {
         CertifiedRun: _run,
         CertifiedOrbit: _orbit,
+        CertifiedPoint: _point,
         CertifiedBranch: _branch,
         CertifiedChaos: _chaos,
         CompleteList: _list,
@@ -263,60 +268,81 @@ def _orbit(orbit: CertifiedOrbit) -> Json:
 
 def _branch(branch: CertifiedBranch) -> Json:
     with precision(branch.precision):
-        curves = [
-            claims
+        parts = [
+            part
             for chain, ends in zip(branch.chains, branch.grazes, strict=True)
-            for claims in _curves(chain, ends)
+            for part in _motions(chain, ends)
         ]
-    if not curves:
+    if not parts:
         reason = branch.reason or "no orbit is proven to pass through no stop"
         raise _NoCertificateError(f"nothing is proven of the branch: {reason}")
-    ends = [end for chain in branch.chains for end in _range(chain)]
-    for before, after in branch.grazes:
-        ends += [end for graze in (before, after) if graze is not None for end in graze.parameters]
-    return {
-        "kind": "branch",
-        "law": _law_along(branch.chains[0].curve, min(ends), max(ends)),
-        "curves": curves,
-    }
+    return _curves(parts)
 
 
-def _range(chain: StripChain) -> Iterator[Fraction]:
-    for strip in chain.strips:
-        yield from strip.tube.parameters
+class _Part(NamedTuple):
+    """Motions on a curve: strips, how much wider they may be, their special points, grazes at the ends."""
+
+    curve: OrbitCurve
+    strips: list[Strip]
+    room: list[Fraction]
+    points: list[tuple[str, int, int]]
+    grazes: GrazeEnds
 
 
-def _curves(chain: StripChain, ends: GrazeEnds) -> Iterator[Json]:
-    """Yield what is proven of the motions of a chain, with those next to grazes at its ends."""
-    curve = chain.curve
-    value = chain.strips[0].tube.parameters[0]
-    repeats = _repeats(system_at(curve.system, curve.path, value))
+def _motions(chain: StripChain, grazes: GrazeEnds) -> Iterator[_Part]:
+    """Yield the motions of a chain."""
     strips = list(chain.slender())
     for admissible, group in groupby(strips, lambda strip: strip.admissible):
         part = list(group)
-        if not admissible:
-            continue
-        before, after = (
-            ends[0] if part[0] is strips[0] else None,
-            (ends[1] if part[-1] is strips[-1] else None),
-        )
-        first = [] if before is None else list(_to_graze(before))
-        yield {
-            "periods": str(Fraction(curve.n_periods * repeats, 2 if curve.mirrored else 1)),
-            "events": [
-                {"bound": event.bound, "region": event.after}
-                for event in curve.events[: len(chain.scale) // 2]
-            ],
-            "strips": [
-                *({**it, "begin": it["end"], "end": it["begin"]} for it in reversed(first)),
-                *(_strip(strip, as_fraction(chain.room(strip.tube))) for strip in part),
-                *([] if after is None else _to_graze(after)),
-            ],
-            "points": [
-                {"kind": kind, "before": len(first) + i, "after": len(first) + j}
-                for kind, i, j in _points(part)
-            ],
-        }
+        if admissible:
+            room = [as_fraction(chain.room(strip.tube)) for strip in part]
+            begins, ends = part[0] is strips[0], part[-1] is strips[-1]
+            own = grazes[0] if begins else None, grazes[1] if ends else None
+            yield _Part(chain.curve, part, room, list(_points(part)), own)
+
+
+def _point(point: CertifiedPoint) -> Json:
+    """Return a special point by itself as the shortest branch that has it."""
+    if not point.exists:
+        raise _NoCertificateError(f"the point is not proven: {point.reason}")
+    try:
+        curve, strips, kind, graze = strips_about(point)
+    except Undecided as question:
+        raise _NoCertificateError(question.reason or question.kind) from None
+    points = [] if graze is not None else [(kind, 0, len(strips) - 1)]
+    return _curves([_Part(curve, strips, [ROOM] * len(strips), points, (None, graze))])
+
+
+def _curves(parts: Sequence[_Part]) -> Json:
+    tubes = [strip.tube for part in parts for strip in part.strips]
+    for graze in (end for part in parts for end in part.grazes):
+        tubes += [] if graze is None else graze.tubes
+    ends = [end for tube in tubes for end in tube.parameters]
+    return {
+        "kind": "branch",
+        "law": _law_along(parts[0].curve, min(ends), max(ends)),
+        "curves": [_curve(part, ends[0]) for part in parts],
+    }
+
+
+def _curve(part: _Part, value: Fraction) -> Json:
+    curve, strips, room, points, (before, after) = part
+    repeats = _repeats(system_at(curve.system, curve.path, value))
+    first = [] if before is None else list(_to_graze(before))
+    events = curve.events[: len(curve.events) // 2] if curve.mirrored else curve.events
+    return {
+        "periods": str(Fraction(curve.n_periods * repeats, 2 if curve.mirrored else 1)),
+        "events": [{"bound": event.bound, "region": event.after} for event in events],
+        "strips": [
+            *({**it, "begin": it["end"], "end": it["begin"]} for it in reversed(first)),
+            *(_strip(strip, wider) for strip, wider in zip(strips, room, strict=True)),
+            *([] if after is None else _to_graze(after)),
+        ],
+        "points": [
+            {"kind": kind, "before": len(first) + i, "after": len(first) + j}
+            for kind, i, j in points
+        ],
+    }
 
 
 def _to_graze(graze: GrazeEnd) -> Iterator[Json]:
@@ -371,7 +397,8 @@ def _tube(tube: Tube, begin: Fraction, end: Fraction, room: Fraction) -> Json:
         if i != tube.along:
             size = room * sizes[i]
             middle[i] = _rounded(middle[i], size)
-            tangent[i] = _rounded(tangent[i], size / half)
+            # What it leaves is multiplied by matrices.
+            tangent[i] = _rounded(tangent[i], size / half / ROUNDING)
             sizes[i] = _rounded(size, size)
     return {
         "along": tube.along,

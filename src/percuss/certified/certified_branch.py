@@ -486,14 +486,15 @@ def _points(
     low, high = _ends(between)
     value = Ball(ball(low).union(ball(high)))
     kinds = ends[0].points_before(ends[1])
+    along = all(strip.tube.is_along_parameter for strip in (*ends, *between))
     if "period_doubling" in kinds:
-        yield EnclosedPoint(
-            "period_doubling", value, "a multiplier goes through -1 on the curve, which is smooth"
-        )
+        reason = "a multiplier goes through -1 on the curve, which is smooth"
+        # No multiplier is 1 there, so that the index of the map done twice changes.
+        reason += ": orbits of twice the period branch off" if along else ""
+        yield EnclosedPoint("period_doubling", value, reason)
     if "fold" in kinds:
         reason = f"a multiplier goes through 1 on the curve, along which {path} is extremal"
         yield EnclosedPoint("fold", value, reason)
-    along = all(strip.tube.is_along_parameter for strip in (*ends, *between))
     if "symmetry_breaking" in kinds and along:
         reason = (
             "a multiplier of the map over half an orbit goes through -1 on a smooth curve of symmetric "

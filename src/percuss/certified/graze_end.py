@@ -19,7 +19,7 @@ from flint import arb, arb_mat, arb_series, ctx
 from percuss.certified.ball_arithmetic import Undecided
 from percuss.certified.ball_law import BallLaw, law_of
 from percuss.certified.cloud import BallMatrix, Cloud, times
-from percuss.certified.fold import flight_from, slope_after, slope_of
+from percuss.certified.fold import OrbitCurve, flight_from, slope_after, slope_of
 from percuss.certified.numbers import ball, between, constant_of, exact_value, upper
 from percuss.certified.pieces import Moment
 from percuss.certified.properties import meets_first
@@ -37,7 +37,7 @@ from percuss.certified.step import (
 from percuss.certified.strips import StripChain, StripEquations, StripWalk, Tube, split_along
 from percuss.certified.system import BallSystem
 
-__all__ = ["GrazeEnd", "graze_at_end"]
+__all__ = ["GrazeEnd", "graze_about", "graze_at_end"]
 
 # Tubes that lead to the graze, at most, and the least part of the way that one is tried for.
 MOST_TUBES, LEAST_PART = 200, Fraction(1, 2**10)
@@ -46,6 +46,8 @@ OVERLAP, STEPS, FEW_BITS = 1.0 + 2.0**-8, 4, 20
 # Times before and after a slow impact in which the acceleration lifts off, as parts of the fastest
 # change of the motion: tried in turn.
 LIFTS = (2.0**-2, 2.0**-4, 2.0**-6, 2.0**-8)
+# The greatest velocity of one tube next to a graze, as a part of that of other events: tried in turn.
+PARTS_OF_SPEED = tuple(Fraction(1, 2**n) for n in (16, 24, 32))
 
 
 @dataclass(frozen=True)
@@ -197,6 +199,40 @@ def _slowing(part: StripChain, box: Vector, tube: Tube, *, forward: bool) -> int
         if event.wall and v * slope < 0:
             ways[k] = -v / slope
     return min(ways, key=lambda k: ways[k], default=None)
+
+
+def graze_about(
+    curve: OrbitCurve, scale: Vector, point: Vector, number: int, away: int
+) -> GrazeEnd:
+    """Return the orbits next to a graze, from a point near it at which an event has no velocity.
+
+    In one tube, as wide as one is proven. ``away`` is the sign of velocities off the stop.
+
+    Raises
+    ------
+    Undecided
+        If none is proven.
+    """
+    along = along_of(number)
+    equations = _TimedEquations(curve)
+    walk = StripWalk(equations, scale, 0.0)
+    for part in PARTS_OF_SPEED:
+        begin = away * Fraction(float(scale[along])) * part
+        guess = list(point)
+        guess[along] = ball(begin / 2).mid()
+        try:
+            for _ in range(STEPS):
+                guess, _ = walk.corrected(guess, along)
+            tube = walk.tube(along, min(begin, Fraction(0)), max(begin, Fraction(0)), guess)
+            states = _check_motions(equations, tube, number, away)
+        except Undecided as question:
+            fault = question
+            continue
+        unstable = _are_unstable(equations.at(tube.box()[-1]), states, number)
+        stability = "unstable" if unstable else "undecided"
+        value = walk.closer(tube, Fraction(0), tube.end(Fraction(0)))[-1]
+        return GrazeEnd(number, (tube,), value, tube.parameters, stability)
+    raise fault
 
 
 def _to_graze(part: StripChain, box: Vector, number: int, within: tuple[float, float]) -> GrazeEnd:
