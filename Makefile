@@ -1,4 +1,5 @@
-# make paper | demo | test | frozen | nightly | floors | dist | docs | benchmark | wasm | lock | clean.
+# make paper | demo | test | frozen | nightly | floors | dist | docs | benchmark | kernels | wasm |
+# lock | clean.
 # Set-up happens by itself, in .venv.
 
 # The first Python that is new enough; PYTHON=... on the command line chooses another.
@@ -14,7 +15,7 @@ PIP = $$($(BIN)/python -c 'import pip' 2>/dev/null && echo $(BIN)/python || echo
 
 STUDIES = examples/n3_above.toml examples/n3_below.toml examples/half_harmonic.toml
 
-.PHONY: paper demo test frozen nightly docs benchmark wasm large-kernels doctests types style
+.PHONY: paper demo test frozen nightly docs benchmark kernels wasm large-kernels doctests types style
 .PHONY: floors dist lock clean numbers numbers-of-motions numbers-of-grids
 .DELETE_ON_ERROR:
 
@@ -108,9 +109,9 @@ floors:
 		--group floors --editable ".[certified,design,netcdf,stores]"
 	.venv-floors/bin/python -m pytest -q -n logical --dist worksteal $(OLD) $(FLOORS)
 
-# The wheel and the source distribution, and what is in them. Where the kernels of the page are not
-# those of today, they are made first.
-dist: .venv/dev.stamp
+# The wheel and the source distribution, and what is in them. Where what is made of the kernels is not
+# of those of today, it is made first.
+dist: kernels
 	$(BIN)/python -m percuss.web.wasm.sources || $(BIN)/python -m percuss.web.wasm.build
 	$(BIN)/python -m hatchling build
 	$(BIN)/python -m pytest -q tests/test_distribution.py
@@ -121,6 +122,10 @@ docs: .venv/docs.stamp
 
 benchmark: .venv/benchmark.stamp
 	$(BIN)/python benchmarks/run.py
+
+# What the package keeps of the kernels' compilation, after a change of kernels.
+kernels: .venv/dev.stamp
+	MPLBACKEND=agg $(BIN)/python tools/precompile.py
 
 # The kernels of the page, after a change of kernels. Needs wasm-ld (Debian: lld), or LINKER=...
 wasm: .venv/run.stamp

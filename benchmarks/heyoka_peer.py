@@ -256,5 +256,54 @@ class Bilinear:
         return np.concatenate([_from_rest(t[:first]), rest])
 
 
+class ThreeHarmonics:
+    """The oscillator of `benchmarks.three_harmonics`: a wall at 0, and a soft stop at 1."""
+
+    TERMS = ((1.0, 0.2, 2.0), (0.3, 0.0, 4.0), (0.1, 0.15, 6.0))
+
+    def __init__(self) -> None:
+        x, v = hy.make_vars("x", "v")
+        peer = self
+
+        class Impact:
+            def __call__(self, ta: Any, _: int) -> bool:
+                peer.impacts.append(ta.time)
+                ta.state[1] = -0.9 * ta.state[1]
+                return True
+
+            def __deepcopy__(self, _: object) -> Impact:
+                return self
+
+        class Edge:
+            def __call__(self, ta: Any, _: int) -> bool:
+                peer.crossings.append(ta.time)
+                ta.pars[0] = 1.0 if ta.state[1] > 0.0 else 0.0
+                return True
+
+            def __deepcopy__(self, _: object) -> Edge:
+                return self
+
+        waves = [a * hy.cos(w * hy.time) + b * hy.sin(w * hy.time) for a, b, w in self.TERMS]
+        stop = hy.par[0] * (8.0 * (x - 1.0) + 0.1 * v)
+        force = waves[0] + waves[1] + waves[2]
+        events = [
+            hy.t_event(x, callback=Impact(), direction=hy.event_direction.negative),
+            hy.t_event(x - 1.0, callback=Edge()),
+        ]
+        system = [(x, v), (v, force - 0.04 * v - x - stop)]
+        self.ta = hy.taylor_adaptive(system, [0.5, 0.0], t_events=events, pars=[0.0])
+        self.impacts: list[float] = []
+        self.crossings: list[float] = []
+
+    def run(self, t_end: float) -> tuple[Floats, Floats]:
+        """Return the times of the impacts and of the crossings."""
+        self.impacts, self.crossings = [], []
+        self.ta.time, self.ta.pars[0] = 0.0, 0.0
+        self.ta.state[:] = (0.5, 0.0)
+        self.ta.reset_cooldowns()
+        self.ta.propagate_until(t_end)
+        return np.array(self.impacts), np.array(self.crossings)
+
+
 def _from_rest(t: Floats | float) -> Floats:
     return np.asarray((np.sin(t) - t * np.cos(t)) / 2)

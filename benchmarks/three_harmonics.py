@@ -7,7 +7,7 @@ from tests.oracle.event_driven import simulate
 from tests.oracle.from_model import problem_of
 
 import percuss as pc
-from benchmarks.report import Report
+from benchmarks.report import Report, installed
 from benchmarks.timing import race
 
 OSCILLATOR = pc.Oscillator(
@@ -20,6 +20,8 @@ OSCILLATOR = pc.Oscillator(
 FORCE = pc.fourier(2.0, cos=(1.0, 0.3, 0.1), sin=(0.2, 0.0, 0.15))
 # Impacts and entries into the soft stop, which come in turn.
 N = 200_000
+# Of the comparison.
+T = 2000.0
 
 
 def run(report: Report) -> None:
@@ -44,7 +46,30 @@ def run(report: Report) -> None:
     report.below("percuss, ns per impact (aim)", taken / impacts * 1e9, 200, "ns")
     report.line("crossings per impact", f"{crossings / impacts:.2f}")
     each = taken / (impacts + crossings)
-    report.line("percuss, ns per impact or crossing", f"{each * 1e9:.0f} ns")
+    report.below("percuss, ns per impact or crossing (aim)", each * 1e9, 150, "ns")
+    if installed("heyoka"):
+        _compare(report)
+
+
+def _compare(report: Report) -> None:
+    from benchmarks.heyoka_peer import ThreeHarmonics
+
+    peer = ThreeHarmonics()
+    impacts, crossings = peer.run(T)
+    own = pc.simulate(OSCILLATOR, FORCE, x0=0.5, t_end=T)
+    # Rounding grows: the beginning tells whether both follow the same motion.
+    np.testing.assert_allclose(impacts[:20], own.impacts.t[:20], rtol=0, atol=1e-11)
+    contenders = {
+        "heyoka": lambda: peer.run(T),
+        "percuss": lambda: pc.simulate(OSCILLATOR, FORCE, x0=0.5, t_end=T),
+    }
+    taken = race(contenders)
+    each = {
+        "heyoka": taken["heyoka"] / (len(impacts) + len(crossings)),
+        "percuss": taken["percuss"] / (len(own.impacts) + len(own.crossings)),
+    }
+    report.line("heyoka, ns per impact or crossing", f"{each['heyoka'] * 1e9:.0f} ns")
+    report.ratio("heyoka : percuss", each["heyoka"] / each["percuss"], 35.0)
 
 
 def _motion(n: int) -> pc.Trajectory:

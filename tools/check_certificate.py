@@ -50,6 +50,8 @@ SMALLEST_BOX, FINEST_STEP = Fraction(1, 2**24), Fraction(1, 64)
 SET_BITS, SMALLEST_PART, MOST_EVENTS = 64, Fraction(1, 2**10), 60
 # Each half of a strip of a branch is divided into so many parts along its coordinate.
 PARTS_OF_STRIP = (1, 3, 9, 27)
+# How long before a touch x'' is to point off the wall: the first of these that suffices.
+LIFTS = tuple(Fraction(1, n) for n in (4, 16, 64, 256, 1024))
 
 
 class NotProvenError(Exception):
@@ -369,7 +371,7 @@ class Flight:
     """The motion in one region from states; tau is the time since the start."""
 
     def __init__(self, law: Law, number: int, start: State) -> None:
-        self.law, self.start = law, start
+        self.law, self.number, self.start = law, number, start
         self.region = law.regions[number]
         self.waves = [self._wave(tone) for tone in law.tones]
         p, q = self._particular(of(0), start.t)
@@ -442,7 +444,8 @@ class Flight:
     def on_step(self, begin: Fraction, h: Fraction) -> tuple[Interval, Interval, Interval]:
         """Return x and v on a step, and what has the sign of x(s) - x(begin).
 
-        That is the mean velocity since the start or, from rest, the mean acceleration.
+        That is the mean velocity since then. Where the velocity was 0, or had the sign of the mean
+        acceleration, it is that.
         By Taylor's theorem, with x and v on all of the step in intervals that Picard's operator maps
         into themselves, and therefore hold the motion.
         """
@@ -453,21 +456,26 @@ class Flight:
             next_x, next_v = first_x + since * v, first_v + since * a
             if x.holds(next_x) and v.holds(next_v):
                 mean = first_v + Fraction(1, 2) * a * since
-                return first_x + since * mean, next_v, mean if any(first_v) else a
+                sure = (first_v.low == 0 or a.high < 0) and (first_v.high == 0 or a.low > 0)
+                return first_x + since * mean, next_v, a if sure else mean
             x, v = next_x.wider(), next_v.wider()
         raise NotProvenError("a step is too long")
 
-    def landing(self, departed: int | None, *, may_settle: bool = False) -> Landing | None:
+    def landing(
+        self, departed: int | None, *, may_settle: bool = False, until: Fraction | None = None
+    ) -> Landing | None:
         """Return the bound that all motions meet first, its side, and between which tau.
 
         On each step before, x keeps off both bounds; on the last one it passes the bound and v keeps
-        its sign, so that each motion passes it once. ``departed`` is the bound of the start. With
-        ``may_settle`` None says that all motions are proven to meet no bound any more.
+        its sign, so that each motion passes it once. ``departed`` is the bound of the start. None says
+        that all motions are proven to meet no bound ``until`` then or, with ``may_settle``, any more.
         """
         begin, h = Fraction(0), LONGEST
         # Steps that are short beside the width of the states are of no use.
         wide = Fraction(max(value.width for value in self.start), 1 << BITS)
         while begin < FLIGHT:
+            if until is not None:
+                h = min(h, until - begin)
             try:
                 met = self._met_on(begin, h, departed)
             except NotProvenError:
@@ -480,7 +488,7 @@ class Flight:
             if met is not None:
                 return (*met, begin, begin + h)
             begin, h = begin + h, min(2 * h, LONGEST)
-            if may_settle and self._settles(begin):
+            if begin == until or (may_settle and self._settles(begin)):
                 return None
         raise NotProvenError(f"no event within {FLIGHT}")
 
@@ -560,28 +568,56 @@ def met(
         done, tau = 4 * new.width >= 3 * tau.width, new
         if done:
             break
-    x, v = flight.at(tau)
-    a = flight.acceleration(flight.force(tau), at, v)
-    (x_t, x_v), (v_t, v_v) = flight.by_start(tau, departed)
-    t_t, t_v = -(x_t / v), -(x_v / v)
-    restitution = law.bounds[bound].restitution
-    kept, region = (of(1), number + sign) if restitution is None else (of(-restitution), number)
-    derivative = (t_t, t_v), (kept * (v_t + a * t_t), kept * (v_v + a * t_v))
-    t_p = v_p = of(0)
+    passing = passage(flight, departed, bound, tau)
+    v, a = passing.v, passing.a
+    # The event is later by dt, for which v dt is by how much x is short of the bound.
+    t_t, t_v, t_p = later = tuple(-(part / v) for part in passing.x_by)
+    v_t, v_v, v_p = (part + a * dt for part, dt in zip(passing.v_by, later, strict=True))
+    kept, region = rebound(law, number, bound, sign)
+    derivative = (t_t, t_v), (kept * v_t, kept * v_v)
+    slopes = t_p, kept * v_p + passing.kept_by * v
+    return Event(bound, region, tau, start.t + tau, v, kept * v, derivative, slopes)
+
+
+class Passage(NamedTuple):
+    """Velocity and acceleration where motions pass a bound.
+
+    And, at one instant, the derivatives of x - bound and v by t and v of the start and the parameter,
+    and that of what is kept of the velocity.
+    """
+
+    v: Interval
+    a: Interval
+    x_by: tuple[Interval, Interval, Interval]
+    v_by: tuple[Interval, Interval, Interval]
+    kept_by: Interval
+
+
+def passage(flight: Flight, departed: int | None, bound: int, tau: Interval) -> Passage:
+    """Return how the motions of a flight pass a bound that they meet at tau."""
+    law, (_, v) = flight.law, flight.at(tau)
+    a = flight.acceleration(flight.force(tau), of(law.bounds[bound].at), v)
+    x_by, v_by = flight.by_start(tau, departed)
+    x_p = v_p = kept_by = of(0)
     if law.dual is not None and departed is not None:
-        there = law.dual.bounds[bound]
-        moved = Flight(law.dual, number, start._replace(x=of(law.dual.bounds[departed].at)))
-        x_p, v_p = (dual(part).slope for part in moved.at(tau))
-        t_p = -((x_p - dual(there.at).slope) / v)
-        v_p = kept * (v_p + a * t_p)
-        if restitution is not None:
-            v_p = v_p - dual(there.restitution).slope * v
-    return Event(bound, region, tau, start.t + tau, v, kept * v, derivative, (t_p, v_p))
+        at, restitution = law.dual.bounds[bound]
+        start = flight.start._replace(x=of(law.dual.bounds[departed].at))
+        x, slope = (dual(part).slope for part in Flight(law.dual, flight.number, start).at(tau))
+        x_p, v_p = x - dual(at).slope, slope
+        kept_by = of(0) if restitution is None else -dual(restitution).slope
+    return Passage(v, a, (*x_by, x_p), (*v_by, v_p), kept_by)
+
+
+def rebound(law: Law, number: int, bound: int, side: int) -> tuple[Any, int]:
+    """Return what a bound keeps of a velocity, and the region after it."""
+    restitution = law.bounds[bound].restitution
+    return (of(1), number + side) if restitution is None else (of(-restitution), number)
 
 
 def _landing(law: Law, number: int, start: State, departed: int | None) -> Landing:
     """Return `Flight.landing`, found with few bits."""
-    shift = max(0, BITS - COARSE)
+    # The numbers of a branch's law are intervals of all bits.
+    shift = max(0, BITS - COARSE) if law.dual is None else 0
     few = State(*(Interval(value.low >> shift, -(-value.high >> shift)) for value in start))
     with bits(BITS - shift):
         found = Flight(law, number, few).landing(departed)
@@ -617,9 +653,10 @@ LAW = {
 }  # fmt: skip
 # Orbits for all values of one coordinate, number ``along``, of the instants and velocities after the
 # events and the parameter: within ``sizes`` of middle + tangent (value - middle of this coordinate).
+# Next to a graze ``slow`` is the number of the event whose velocity goes to zero.
 STRIP = {
     "along": "n", "begin": "q", "end": "q", "middle": ["q"], "tangent": ["q"], "sizes": ["q"],
-    "stability": "w",
+    "stability": "w", "slow": "n?",
 }  # fmt: skip
 ORBIT = {
     "periods": "n",
@@ -635,7 +672,8 @@ FORMS: dict[str, dict[str, Any]] = {
     "branch": {
         "curves": [
             {
-                "periods": "n",
+                # A whole number, or a half of an odd one: after it the orbit is its mirror image.
+                "periods": "q",
                 "events": [{"bound": "n", "region": "n"}],
                 "strips": [STRIP],
                 "points": [{"kind": "w", "before": "n", "after": "n"}],
@@ -830,8 +868,8 @@ def proven_orbit(law: Law, text: Any) -> str:
         raise NotProvenError("an interval of the orbit is empty, or one point")
     boxes = [(of(*claim["t"]), of(*claim["v"])) for claim in claims]
     middles = [(t.middle(), v.middle()) for t, v in boxes]
-    shot = shot_of(law, claims, periods, boxes)
-    missed = shot_of(law, claims, periods, middles).missed
+    cycle = Cycle(law, claims, periods)
+    shot, missed = shot_of(cycle, boxes), shot_of(cycle, middles).missed
     rows = [row[:-1] for row in shot.rows]
     widths = [
         Interval(-((box.width + 1) // 2) - 1, (box.width + 1) // 2 + 1)
@@ -856,7 +894,7 @@ class Shot(NamedTuple):
     """Flights from all events of an orbit to the next ones.
 
     By how much they miss these; the derivative of that by instants and velocities, and by the
-    parameter; and that of the state a period later by the first one.
+    parameter; and that of the state after the last flight by the first one.
     """
 
     missed: list[Interval]
@@ -864,30 +902,158 @@ class Shot(NamedTuple):
     monodromy: Matrix
 
 
-def shot_of(
-    law: Law, events: Sequence[Any], periods: int, states: Sequence[tuple[Interval, Interval]]
-) -> Shot:
-    n, zero = len(events), of(0)
+class Leg(NamedTuple):
+    """A flight of an orbit from event k to the next one, or its image under the symmetry of the law."""
+
+    k: int
+    following: int
+    # The next event, where the flight comes to it.
+    bound: int
+    region: int
+    # -1 if that is the image of the first event of the orbit, and what is later than it.
+    sign: int
+    later: Any
+
+
+class Cycle(NamedTuple):
+    """The events of an orbit, the last of which leads to the first after some periods.
+
+    After half a period more than a whole number it leads to the mirror image of the first.
+    """
+
+    law: Law
+    events: Sequence[Any]
+    periods: Fraction | int
+
+    def legs(self) -> Iterator[Leg]:
+        for k, following in enumerate([*range(1, len(self.events)), 0]):
+            event = self.events[following]
+            bound, region, sign, later = event["bound"], event["region"], 1, dual(0)
+            if following == 0:
+                later = dual(self.periods * (self.law.dual or self.law).period())
+                if self.periods.denominator == 2:
+                    bounds, regions = len(self.law.bounds) - 1, len(self.law.regions) - 1
+                    bound, region, sign = bounds - bound, regions - region, -1
+            yield Leg(k, following, bound, region, sign, later)
+
+
+def shot_of(cycle: Cycle, states: Sequence[Pair]) -> Shot:
+    """Return the flights from all events, each proven to meet the next event first."""
+    (law, events, _), zero = cycle, of(0)
+    n = len(events)
     missed: list[Interval] = []
     rows: list[list[Interval]] = []
     monodromy = ((of(1), zero), (zero, of(1)))
-    for k, (event, state) in enumerate(zip(events, states, strict=True)):
-        bound, number, following = event["bound"], event["region"], (k + 1) % n
-        image = met(law, number, departing(law, number, bound, state), bound)
-        if (image.bound, image.region) != tuple(
-            events[following][key] for key in ("bound", "region")
-        ):
+    for leg in cycle.legs():
+        bound, number = events[leg.k]["bound"], events[leg.k]["region"]
+        image = met(law, number, departing(law, number, bound, states[leg.k]), bound)
+        if (image.bound, image.region) != (leg.bound, leg.region):
             raise NotProvenError("the events of the orbit are not those claimed")
-        monodromy = product(image.derivative, monodromy)
-        shift = dual(periods * (law.dual or law).period() if following == 0 else 0)
-        ends = image.t - shift.value, image.v
+        by_t, by_v = image.derivative
+        derivative = by_t, (leg.sign * by_v[0], leg.sign * by_v[1])
+        monodromy = product(derivative, monodromy)
+        ends = image.t - leg.later.value, leg.sign * image.v
+        slopes = image.slopes[0] - leg.later.slope, leg.sign * image.slopes[1]
         for i in range(2):
-            missed.append(ends[i] - states[following][i])
+            missed.append(ends[i] - states[leg.following][i])
             row = [zero] * (2 * n)
-            row[2 * k : 2 * k + 2] = image.derivative[i]
-            row[2 * following + i] = row[2 * following + i] - of(1)
-            rows.append([*row, image.slopes[i] - (zero if i else shift.slope)])
+            row[2 * leg.k : 2 * leg.k + 2] = derivative[i]
+            row[2 * leg.following + i] = row[2 * leg.following + i] - of(1)
+            rows.append([*row, slopes[i]])
     return Shot(missed, rows, monodromy)
+
+
+def timed_shot_of(cycle: Cycle, states: Sequence[Pair], slow: int) -> Shot:
+    """Return the same by other equations: place and velocity at the instants of the next events.
+
+    Where the velocity of the event ``slow`` is zero they are regular. Which bound is met first is not
+    asked; `check_first` does that. The derivative of the state is that times the slow velocity.
+    """
+    law, n, zero = cycle.law, len(cycle.events), of(0)
+    missed: list[Interval] = []
+    rows: list[list[Interval]] = []
+    total = ((of(1), zero), (zero, of(1)))
+    for leg, flight, departed, tau in timed_flights(cycle, states, slow):
+        x, _ = flight.at(tau)
+        side = leg.region - flight.number
+        kept, region = rebound(law, flight.number, leg.bound, side)
+        if region != leg.region:
+            raise NotProvenError("an event does not lead into its region")
+        v, a, x_by, v_by, kept_by = passage(flight, departed, leg.bound, tau)
+        kept = leg.sign * kept
+        missed += [x - of(law.bounds[leg.bound].at), kept * v - states[leg.following][1]]
+        # As in `met`, or times the velocity that is a divisor there.
+        ratio, whole = (kept, kept * v) if leg.following == slow else (1 / v, of(1))
+        t_t, t_v, _ = later = tuple(-(part * ratio) for part in x_by)
+        v_t, v_v, _ = (kept * (whole * part + a * dt) for part, dt in zip(v_by, later, strict=True))
+        total = product(((t_t, t_v), (v_t, v_v)), total)
+        # The end is later by the next instant, and by the periods of the parameter.
+        for (by_t, by_v, by_p), end, factor in ((x_by, v, of(1)), (v_by, a, kept)):
+            row = [zero] * (2 * n)
+            row[2 * leg.k : 2 * leg.k + 2] = factor * by_t, factor * by_v
+            row[2 * leg.following] = row[2 * leg.following] + factor * end
+            rows.append([*row, factor * (by_p + end * leg.later.slope)])
+        row = rows[-1]
+        row[2 * leg.following + 1] = row[2 * leg.following + 1] - of(1)
+        row[-1] = row[-1] + leg.sign * kept_by * v
+    return Shot(missed, rows, total)
+
+
+def timed_flights(
+    cycle: Cycle, states: Sequence[Pair], slow: int
+) -> Iterator[tuple[Leg, Flight, int, Interval]]:
+    """Yield the flights from all events, the bounds they depart from, and how long they are."""
+    law, events, _ = cycle
+    for leg in cycle.legs():
+        bound, number = events[leg.k]["bound"], events[leg.k]["region"]
+        start = departing(law, number, bound, states[leg.k], may_rest=leg.k == slow)
+        tau = states[leg.following][0] + leg.later.value - start.t
+        if tau.low <= 0:
+            raise NotProvenError("an event does not come after the one before it")
+        yield leg, Flight(law, number, start), bound, tau
+
+
+def check_first(cycle: Cycle, states: Sequence[Pair], slow: int) -> None:
+    """Prove that orbits with these events meet the stops at them and at no others."""
+    for leg, flight, departed, tau in timed_flights(cycle, states, slow):
+        if leg.following == slow:
+            _check_touch(flight, departed, leg.bound, tau)
+            continue
+        first = met(flight.law, flight.number, flight.start, departed)
+        # There is one root where the first event is or this one may be: v keeps its sign.
+        _, v = flight.at(_hull([first.tau, tau]))
+        if (first.bound, first.region) != (leg.bound, leg.region) or v.least == 0:
+            raise NotProvenError("the events of the orbit are not those claimed")
+
+
+def _check_touch(flight: Flight, departed: int, bound: int, tau: Interval) -> None:
+    """Prove that a flight which ends on a wall at tau with no or little speed meets nothing before.
+
+    Shortly before, x'' points off the wall: by Taylor's theorem at the end, where the velocity is not
+    off it, the motion is off it then.
+    """
+    lower, upper = flight.region.lower, flight.region.upper
+    restitution = flight.law.bounds[bound].restitution
+    if restitution is None or of(restitution).low <= 0:
+        raise NotProvenError(
+            "the event without velocity is on no wall, or on one that keeps nothing"
+        )
+    for lift in LIFTS:
+        with suppress(NotProvenError):
+            first, last = tau.fractions()
+            until = first - lift
+            if until <= 0 or flight.landing(departed, until=until) is not None:
+                continue
+            x, v, _ = flight.on_step(until, last - until)
+            a = flight.acceleration(flight.force(of(until, last)), x, v)
+            off = [
+                (sign * (of(flight.law.bounds[other].at) - x)).low > 0
+                for other, sign in ((lower, -1), (upper, 1))
+                if other is not None and other != bound
+            ]
+            if all(off) and ((1 if bound == lower else -1) * a).low > 0:
+                return
+    raise NotProvenError("that the flight to a touch meets nothing before is open")
 
 
 def contracted(
@@ -915,12 +1081,13 @@ def _check_inside(widths: Sequence[Interval], moved: Sequence[Interval]) -> None
             raise NotProvenError("the boxes are not proven to hold an orbit")
 
 
-def departing(law: Law, number: int, bound: int, box: tuple[Interval, Interval]) -> State:
+def departing(law: Law, number: int, bound: int, box: Pair, *, may_rest: bool = False) -> State:
     """Return the states that leave a bound of a region, into it, at these instants and velocities."""
     if number >= len(law.regions):
         raise NotProvenError(f"there is no region {number}")
     region, (t, v) = law.regions[number], box
-    if not ((bound == region.lower and v.low > 0) or (bound == region.upper and v.high < 0)):
+    least = v.low if bound == region.lower else -v.high if bound == region.upper else -1
+    if least < 0 or (least == 0 and not may_rest):
         raise NotProvenError("an event does not lead into its region")
     return State(t, of(law.bounds[bound].at), v)
 
@@ -957,8 +1124,9 @@ def _stability(m: Matrix) -> str:
     return "undecided"
 
 
-# The number with which a multiplier agrees at a special point.
-MULTIPLIERS = {"period_doubling": -1, "fold": 1}
+POINTS = "fold", "period_doubling", "symmetry_breaking", "third_root", "fourth_root"
+# Of a law that keeps areas, so that the determinant is 1.
+ROOTS = {"third_root": "exp(2 pi i/3) and exp(-2 pi i/3)", "fourth_root": "i and -i"}
 STABILITIES = {
     "asymptotic": "Neighbouring motions approach the orbits",
     "unstable": "The orbits are unstable",
@@ -971,7 +1139,7 @@ class Strip:
     def __init__(self, text: Any, curve: Any, claim: Any) -> None:
         self.text, self.curve, self.claim = text, curve, claim
         self.along, self.middle, self.tangent = claim["along"], claim["middle"], claim["tangent"]
-        self.ends = claim["begin"], claim["end"]
+        self.ends, self.slow = (claim["begin"], claim["end"]), claim["slow"]
         # The number of the parameter.
         self.n = 2 * len(curve["events"])
         self.widths = [of(-size, size) for i, size in enumerate(claim["sizes"]) if i != self.along]
@@ -1012,22 +1180,45 @@ class Strip:
                 shots.append(shot)
         self.moved = [_hull(e) for e in zip(*(part for _, part in parts_of_curve), strict=True)]
         claimed = self.claim["stability"]
+        if self.slow is not None:
+            for eta, part in parts_of_curve:
+                self._check_slow(eta, self.around(eta, part), claimed)
+            self.signs = {kind: {0} for kind in POINTS}
+            return
         if claimed != "undecided" and {_stability(shot.monodromy) for shot in shots} != {claimed}:
             # Where the orbits are known to be is less than the strip.
             shots = [self._shot(self.around(*part)) for part in parts_of_curve]
             found = {_stability(shot.monodromy) for shot in shots}
             if found != {claimed}:
                 raise NotProvenError(f"its orbits are {' or '.join(sorted(found))}")
-        self.signs = {
-            kind: {_sign(_characteristic(shot.monodromy, value)) for shot in shots}
-            for kind, value in MULTIPLIERS.items()
-        }
+        zeros = [_zero_at(shot.monodromy) for shot in shots]
+        self.signs = {kind: {_sign(zero[kind]) for zero in zeros} for kind in POINTS}
+
+    def _check_slow(self, v: Interval, box: Sequence[Interval], claimed: str) -> None:
+        """Prove that the orbits in a box are motions and, where that is claimed, unstable.
+
+        A determinant is 1 at most, and a trace above 2; both times the slow velocity v.
+        """
+        cycle, states = self._at(box)
+        assert self.slow is not None
+        check_first(cycle, states, self.slow)
+        (a, _), (_, d) = timed_shot_of(cycle, states, self.slow).monodromy
+        damped = all(of(region.damping).low >= 0 for region in cycle.law.regions)
+        is_unstable = damped and (a + d).least > 2 * v.size
+        if claimed != "undecided" and (claimed != "unstable" or not is_unstable):
+            raise NotProvenError(f"that orbits next to a graze are {claimed} is not proven")
 
     def _shot(self, point: Sequence[Interval]) -> Shot:
-        pairs = list(zip(point[:-1:2], point[1::2], strict=True))
-        return shot_of(
-            law_over(self.text, point[-1]), self.curve["events"], self.curve["periods"], pairs
+        cycle, states = self._at(point)
+        return (
+            shot_of(cycle, states) if self.slow is None else timed_shot_of(cycle, states, self.slow)
         )
+
+    def _at(self, point: Sequence[Interval]) -> tuple[Cycle, list[Pair]]:
+        """Return the orbit, under the law of its parameter, and its states at a point."""
+        law = law_over(self.text, point[-1])
+        states = list(zip(point[:-1:2], point[1::2], strict=True))
+        return Cycle(law, self.curve["events"], self.curve["periods"]), states
 
     def _others(self, rows: Sequence[Sequence[Interval]]) -> list[list[Interval]]:
         return [[e for i, e in enumerate(row) if i != self.along] for row in rows]
@@ -1056,23 +1247,40 @@ class Strip:
             for a, w in zip(apart, self.widths, strict=True)
         )
 
-    def last(self, wider: int = 0) -> list[Interval]:
-        """Return a box with the orbit at its end, smaller after some steps."""
-        eta, moved = of(self.ends[1]), self.moved
-        for _ in range(wider):
+    def goes_on_in(self, following: Strip, steps: int) -> bool:
+        """Return whether the curve goes on in the next strip, by an orbit that both have.
+
+        Those from a graze reach beyond the first orbit of the next strip; else it is that at their end.
+        """
+        if self.slow is not None and self.has_only(following.orbit_at(0, steps)):
+            return True
+        return following.has_only(self.orbit_at(1, steps))
+
+    def orbit_at(self, end: int, steps: int = 0) -> list[Interval]:
+        """Return a box with the orbit at its begin, 0, or end, 1; smaller after some steps."""
+        eta, moved = of(self.ends[end]), self.moved
+        for _ in range(steps):
             middles = [part.middle() for part in moved]
             widths = [part - middle for part, middle in zip(moved, middles, strict=True)]
             rows = self._others(self._shot(self.around(eta, moved)).rows)
             missed = self._shot(self.around(eta, middles)).missed
-            found = contracted(self.inverse, rows, widths, missed)
+            found = contracted(_inverse(rows), rows, widths, missed)
             moved = [part + middle for part, middle in zip(found, middles, strict=True)]
         return self.around(eta, moved)
 
 
-def _characteristic(m: Matrix, value: int) -> Any:
-    """Return det(m - value), for 1 or -1."""
+def _zero_at(m: Matrix) -> dict[str, Any]:
+    """Return what is zero where 1, -1 or, of a law that keeps areas, a root of 1 is a multiplier."""
     (a, b), (c, d) = m
-    return (a - value) * (d - value) - b * c
+    trace, determinant = a + d, a * d - b * c
+    doubling = 1 + trace + determinant
+    return {
+        "fold": 1 - trace + determinant,
+        "period_doubling": doubling,
+        "symmetry_breaking": doubling,
+        "third_root": 1 + trace,
+        "fourth_root": trace,
+    }
 
 
 def _sign(value: Interval) -> int:
@@ -1081,22 +1289,29 @@ def _sign(value: Interval) -> int:
 
 def proven_branch(_: None, claims: Any) -> str:
     """Prove the strips of each curve, that each goes on in the next one, and the points on it."""
-    text, told = claims["law"], []
-    for curve in claims["curves"]:
-        if not (curve["strips"] and curve["events"] and curve["periods"]):
-            raise NotProvenError("a curve has no strips, no events or no periods")
-        if any(claim["stability"] not in (*STABILITIES, "undecided") for claim in curve["strips"]):
-            raise NotProvenError("a stability is none that can be claimed")
-        _check_range(text, curve)
+    if not claims["curves"]:
+        raise NotProvenError("no curve is claimed")
+    return "\n".join(_proven_curve(claims["law"], curve) for curve in claims["curves"])
+
+
+def _proven_curve(text: Any, curve: Any) -> str:
+    if not (curve["strips"] and curve["events"]):
+        raise NotProvenError("a curve has no strips, or no events")
+    if curve["periods"] <= 0 or curve["periods"].denominator > 2:
+        raise NotProvenError("the periods of a curve are no whole number, nor a half of one")
+    if any(claim["stability"] not in (*STABILITIES, "undecided") for claim in curve["strips"]):
+        raise NotProvenError("a stability is none that can be claimed")
+    _check_range(text, curve)
+    sizes = [size for claim in curve["strips"] for size in claim["sizes"] if size > 0]
+    # Bits to spare beyond those of the sides of the strips.
+    enough = max((ceil(1 / size).bit_length() + 64 for size in sizes), default=0)
+    with bits(min(max(COARSE, enough), RUN_BITS[-1])):
         strips = [Strip(text, curve, claim) for claim in curve["strips"]]
         for strip, following in pairwise(strips):
-            if not any(following.has_only(strip.last(steps)) for steps in range(3)):
-                at = _told(strip.last()[-1].fractions()[0])
+            if not any(strip.goes_on_in(following, steps) for steps in range(3)):
+                at = _told(strip.orbit_at(1)[-1].fractions()[0])
                 raise NotProvenError(f"at p = {at} the curve is not proven to go on")
-        told.append(_curve_in_words(curve, strips))
-    if not told:
-        raise NotProvenError("no curve is claimed")
-    return "\n".join(told)
+        return _curve_in_words(text, curve, strips)
 
 
 def _check_range(text: Any, curve: Any) -> None:
@@ -1109,6 +1324,20 @@ def _check_range(text: Any, curve: Any) -> None:
     laws = [law_of(text, p) for p in (low, (low + high) / 2, high)]
     if len({tuple(tone.omega / law.base for tone in law.tones) for law in laws}) > 1:
         raise NotProvenError("the frequencies are not the same multiples of their base throughout")
+    if curve["periods"].denominator == 2 and not all(_is_symmetric(law) for law in laws):
+        raise NotProvenError("an orbit of half periods is of a law without the symmetry")
+
+
+def _is_symmetric(law: Law) -> bool:
+    """Return whether a law is unchanged under (x, t) -> (-x, t + half a period)."""
+    n = len(law.bounds) - 1
+    regions = [
+        Region(k, a, -c, None if upper is None else n - upper, None if lower is None else n - lower)
+        for k, a, c, lower, upper in reversed(law.regions)
+    ]
+    bounds = [Bound(-at, restitution) for at, restitution in reversed(law.bounds)]
+    odd = all((tone.omega / law.base).numerator % 2 == 1 for tone in law.tones)
+    return odd and regions == list(law.regions) and bounds == list(law.bounds)
 
 
 def _parameters(claim: Any, n: int) -> tuple[Fraction, Fraction]:
@@ -1119,6 +1348,8 @@ def _parameters(claim: Any, n: int) -> tuple[Fraction, Fraction]:
     if (claim["tangent"][along], sizes[along]) != (1, 0) or min(sizes) < 0:
         raise NotProvenError("the sides of a strip are not those of its coordinate")
     begin, end = claim["begin"], claim["end"]
+    if claim["slow"] is not None and (along != 2 * claim["slow"] + 1 or along >= n):
+        raise NotProvenError("a strip next to a graze is not along the velocity of its event")
     if begin == end or 2 * claim["middle"][along] != begin + end:
         raise NotProvenError("a strip has no length, or its middle is not there")
     p, slope = claim["middle"][n], claim["tangent"][n]
@@ -1126,14 +1357,16 @@ def _parameters(claim: Any, n: int) -> tuple[Fraction, Fraction]:
     return low - sizes[n], high + sizes[n]
 
 
-def _curve_in_words(curve: Any, strips: Sequence[Strip]) -> str:
+def _curve_in_words(text: Any, curve: Any, strips: Sequence[Strip]) -> str:
     n, periods = len(curve["events"]), curve["periods"]
-    begin = strips[0].around(of(strips[0].ends[0]), strips[0].moved)[-1].fractions()
-    end = strips[-1].last()[-1].fractions()
+    halves = ""
+    if periods.denominator == 2:
+        n, periods, halves = 2 * n, 2 * periods, ", its second half the mirror image of the first"
+    begin, end = strips[0].orbit_at(0)[-1].fractions(), strips[-1].orbit_at(1)[-1].fractions()
     said = (
         f"The {len(strips)} strips of a curve hold, for each value of the coordinate of each, one "
-        f"periodic orbit of {n} events in {periods} periods of the force, and one only; each meets "
-        f"the stops at these events and no others. They form one smooth curve, which leads from a "
+        f"periodic orbit of {n} events in {periods} periods of the force{halves}, and one only; each "
+        f"meets the stops at these events and no others. They form one smooth curve, which leads from a "
         f"parameter p between {_near(begin)} to one between {_near(end)}."
     )
     lines = [said]
@@ -1143,14 +1376,46 @@ def _curve_in_words(curve: Any, strips: Sequence[Strip]) -> str:
         lines.append(f"  {said}, on the part of the curve with p between {_near((low, high))}.")
     for point in curve["points"]:
         kind, i, j = point["kind"], point["before"], point["after"]
-        if kind not in MULTIPLIERS or not i < j < len(strips):
+        if kind not in POINTS or not i < j < len(strips):
             raise NotProvenError(f"there is no {kind} between strips {i} and {j}")
-        if sorted([*strips[i].signs[kind], *strips[j].signs[kind]]) != [-1, 1]:
+        said = _point_said(text, kind, strips[i : j + 1], mirrored=bool(halves))
+        if not said:
             raise NotProvenError(f"that there is a {kind} between strips {i} and {j} is not proven")
-        said = {"fold": "p is extremal along the curve"}.get(kind, "a multiplier is -1")
-        low, high = _parameters_of(strips[i : j + 1])
-        lines.append(f"  On the way {said}, at p between {_near((low, high))}.")
+        lines.append(
+            f"  On the way {said}, at p between {_near(_parameters_of(strips[i : j + 1]))}."
+        )
+    for strip in strips:
+        for number, value in enumerate(strip.ends):
+            if strip.slow is not None and value == 0:
+                near = _near(strip.orbit_at(number, 3)[-1].fractions())
+                lines.append(
+                    f"  At the end with p between {near} event {strip.slow} has no velocity: the "
+                    f"motion touches the wall there, and goes on as if it were not there; of the stability of "
+                    f"this orbit nothing is claimed."
+                )
     return "\n".join(lines)
+
+
+def _point_said(text: Any, kind: str, strips: Sequence[Strip], *, mirrored: bool) -> str:
+    """Return what lies between the first and the last of some strips, "" if it is not proven."""
+    first, last = (strips[i].signs[kind] for i in (0, -1))
+    if sorted([*first, *last]) != [-1, 1]:
+        return ""
+    if kind == "fold":
+        return "p is extremal along the curve"
+    if kind in ROOTS:
+        keeps_areas = all(it["damping"] in (0, (0, 0)) for it in text["regions"]) and all(
+            it["restitution"] in (None, 1, (1, 0)) for it in text["bounds"]
+        )
+        return f"the multipliers are {ROOTS[kind]}" if keeps_areas and not mirrored else ""
+    # While 1 is no multiplier, the index of the map done twice changes its sign with det(M + 1).
+    has_others = {sign for strip in strips for sign in strip.signs["fold"]} in ({1}, {-1})
+    if kind == "period_doubling" and not mirrored:
+        others = ", and orbits of twice the period branch off" if has_others else ""
+        return f"a multiplier is -1{others}"
+    if kind == "symmetry_breaking" and mirrored and has_others:
+        return "a multiplier over half an orbit is -1, and orbits without the symmetry branch off"
+    return ""
 
 
 def _parameters_of(strips: Sequence[Strip]) -> tuple[Fraction, Fraction]:
@@ -1824,15 +2089,17 @@ def _logarithm(value: Fraction) -> Fraction:
     return Fraction(low, 10**6)
 
 
-def _told(value: Fraction) -> str:
+def _told(value: Fraction, digits: int = 9) -> str:
     """Return a number with some digits, rounded down."""
     sign, whole = ("-", -value) if value < 0 else ("", value)
-    digits = floor(whole * 10**9)
-    return f"{sign}{digits // 10**9}.{digits % 10**9:09d}".rstrip("0").rstrip(".")
+    number, unit = floor(whole * 10**digits), 10**digits
+    return f"{sign}{number // unit}.{number % unit:0{digits}d}".rstrip("0").rstrip(".")
 
 
 def _near(pair: tuple[Fraction, Fraction]) -> str:
-    return f"{_told(pair[0])}... and {_told(pair[1])}..."
+    """Return two numbers with as many digits as tell them apart."""
+    digits = max(9, len(str(ceil(1 / (pair[1] - pair[0]))))) if pair[0] < pair[1] else 9
+    return f"{_told(pair[0], digits)}... and {_told(pair[1], digits)}..."
 
 
 def _phase(pair: tuple[Fraction, Fraction]) -> str:

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import copy
+import json
 import math
+import re
 from dataclasses import replace
 from fractions import Fraction
+from typing import Any
 
 import pytest
 from flint import arb
+from tests.certified.checker import changed, check, leaves
 
 import percuss as pc
 from percuss.certified import CertifiedBranch, certificate
@@ -117,13 +122,122 @@ def test_a_branch_goes_on_to_its_graze(proven: CertifiedBranch) -> None:
     assert "touches the stop" in point.statement
     to_graze, after = proven.stretches[-2:]
     assert after.joined
-    assert (to_graze.admissible, to_graze.stability) == (True, "undecided")
+    assert (to_graze.admissible, to_graze.stability) == (True, "unstable")
     assert to_graze.low <= point.value.mid() <= to_graze.high
     assert to_graze.high >= after.low > to_graze.low
     assert proven.events_at("0.797")
     assert len(proven.outlines()) > len(proven)
-    strips = [strip for curve in certificate(proven)["curves"] for strip in curve["strips"]]
-    assert min(Fraction(strip["end"]) for strip in strips) > Fraction(point.value.mid())
+    # Strips of the chain that lie on the way to the graze as well are left out.
+    assert len(proven) < 10
+    (words, graze, *_) = check.theorem(json.dumps(certificate(proven))).splitlines()[1:]
+    assert "The orbits are unstable, on the part of the curve with p between 0.794" in words
+    assert "has no velocity: the motion touches the wall there" in graze
+
+
+@pytest.fixture(scope="module")
+def claims(part: StripChain, graze: GrazeEnd) -> dict[str, Any]:
+    """What is claimed of a strip of a chain and the tubes to the graze at its begin."""
+    branch = certified(part, (graze, None))
+    return certificate(branch)
+
+
+def certified(part: StripChain, grazes: tuple[GrazeEnd | None, GrazeEnd | None]) -> CertifiedBranch:
+    short = replace(part, strips=part.strips[:1] if grazes[0] is not None else part.strips[-1:])
+    return CertifiedBranch(
+        oscillator=part.curve.system.oscillator,
+        forcing=part.curve.system.forcing,
+        path=part.curve.path,
+        stretches=(),
+        special_points=(),
+        complete=False,
+        reason="",
+        precision=96,
+        chains=(short,),
+        grazes=(grazes,),
+    )
+
+
+def graze_in_words(claims: dict[str, Any]) -> tuple[Fraction, Fraction]:
+    """Return the numbers between which the parameter of a graze is proven to be."""
+    lines = check.theorem(json.dumps(claims)).splitlines()
+    (line,) = (line for line in lines if "has no velocity" in line)
+    low, high = re.findall(r"[0-9]\.[0-9]+", line)
+    return Fraction(low), Fraction(high)
+
+
+def test_a_graze_is_proven_again(claims: dict[str, Any]) -> None:
+    low, high = graze_in_words(claims)
+
+    # 1 - omega^2 = -5/4 and 2 a omega = 3/20; the words round down.
+    unit = Fraction(1, 10**15)
+    assert low**2 <= 1 / (Fraction(25, 16) + Fraction(9, 400)) <= (high + unit) ** 2
+    assert high - low < Fraction(1, 10**12)
+    assert "The orbits are unstable" in check.theorem(json.dumps(claims))
+
+
+def test_a_graze_at_the_end_of_a_curve_is_proven_again(
+    part: StripChain, graze: GrazeEnd, claims: dict[str, Any]
+) -> None:
+    turned = replace(part, strips=[
+        replace(strip, end=strip.tube.low if strip.end == strip.tube.high else strip.tube.high)
+        for strip in reversed(part.strips)
+    ])  # fmt: skip
+
+    other = certificate(certified(turned, (None, graze)))
+
+    assert other["curves"][0]["strips"][-1]["end"] == "0"
+    assert graze_in_words(other) == graze_in_words(claims)
+
+
+def test_a_graze_that_is_changed_anywhere_is_refused(claims: dict[str, Any]) -> None:
+    strips = claims["curves"][0]["strips"]
+    n_slow = sum(strip["slow"] is not None for strip in strips)
+    for path in leaves(claims):
+        if "strips" in path and path[3] not in (0, n_slow):
+            continue
+        with pytest.raises(check.NotProvenError):
+            check.theorem(changed(claims, path))
+
+
+def test_a_graze_of_other_equations_or_beyond_another_stop_is_refused(
+    claims: dict[str, Any],
+) -> None:
+    strips = claims["curves"][0]["strips"]
+    slow = [strip for strip in strips if strip["slow"] is not None]
+    (first, *_) = slow
+    assert first["begin"] == "0"
+    half = str(Fraction(first["end"]) / 2)
+    # The same strip on both sides of zero: an impact at which the motion goes into the wall.
+    past = first | {"begin": str(-Fraction(first["end"]))}
+    for change in (
+        [first | {"slow": None}],
+        [first | {"slow": 1, "along": 3}],
+        [first | {"stability": "asymptotic"}],
+        [past | {"middle": [first["middle"][0], "0", *first["middle"][2:]]}],
+        [strips[-1] | {"slow": 0}],
+        [first | {"begin": half}, slow[-1]],
+    ):
+        with pytest.raises(check.NotProvenError):
+            check.theorem(
+                json.dumps(claims | {"curves": [claims["curves"][0] | {"strips": change}]})
+            )
+    # A second wall, which the orbits meet on the way; and one that they do not come to.
+    for at, is_met in (("-7/10", True), ("-7", False)):
+        other = copy.deepcopy(claims)
+        law = other["law"]
+        law["bounds"] = [{"at": at, "restitution": "7/10"}, *law["bounds"]]
+        law["regions"][0] |= {"lower": 0, "upper": 1}
+        other["curves"][0]["events"][0]["bound"] = 1
+        if is_met:
+            with pytest.raises(check.NotProvenError):
+                check.theorem(json.dumps(other))
+        else:
+            assert graze_in_words(other) == graze_in_words(claims)
+    # A wall that keeps nothing, or a spring in its place: the velocity before says nothing any more.
+    other = copy.deepcopy(claims)
+    other["law"]["bounds"][0]["restitution"] = "0"
+    with pytest.raises(check.NotProvenError):
+        check.theorem(json.dumps(other))
 
 
 @pytest.mark.nightly

@@ -290,12 +290,17 @@ def test_strips_left_out_turned_or_of_another_curve_are_refused(branch: dict[str
         {"strips": []},
         {"events": []},
         {"events": curve["events"][:1]},
-        {"periods": 0},
+        {"periods": "0"},
+        {"periods": "1/2"},
+        {"periods": "1/3"},
         {"strips": [one | {"sizes": ["0"] * 5}]},
         {"strips": [one | {"sizes": [f"-{size}" for size in one["sizes"]]}]},
         {"strips": [one | {"middle": one["middle"][:-1]}]},
         {"strips": [one | {"end": one["begin"], "middle": [*one["middle"][:-1], one["begin"]]}]},
         {"strips": [one | {"along": 5}]},
+        {"strips": [one | {"slow": 0}]},
+        {"strips": [one | {"slow": 1, "along": 3}]},
+        {"strips": [one | {"slow": 2, "along": 5}]},
     ]
     for change in changes:
         with pytest.raises(check.NotProvenError):
@@ -331,10 +336,10 @@ def test_a_frequency_that_leaves_its_base_on_a_branch_is_refused() -> None:
     # At p = 1, 2 and 3 it is a multiple, but not between.
     strip = {
         "along": 2, "begin": "1", "end": "3", "middle": ["0", "1", "2"], "tangent": ["0", "0", "1"],
-        "sizes": ["1/9", "1/9", "0"], "stability": "undecided",
+        "sizes": ["1/9", "1/9", "0"], "stability": "undecided", "slow": None,
     }  # fmt: skip
     curve = {
-        "periods": 1,
+        "periods": "1",
         "events": [{"bound": 0, "region": 0}],
         "strips": [strip],
         "points": [],
@@ -693,7 +698,7 @@ def test_a_certificate_is_written_and_no_file_is_lost(tmp_path: Path) -> None:
     [
         (
             lambda: 3,
-            "not one of CertifiedRun, CertifiedOrbit, CertifiedBranch, CertifiedChaos, CompleteList",
+            "not one of CertifiedRun, CertifiedOrbit, CertifiedPoint, CertifiedBranch, CertifiedChaos",
         ),
         (lambda: run_of(WALL, None, v0=1, t_end=1), "the run meets no stop"),
         (

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
+import json
+import re
 from typing import Any
 
 import numpy as np
 import pytest
 from flint import arb, ctx
+from tests.certified.checker import changed, check, leaves
 
 import percuss as pc
 from percuss.certified import CertifiedBranch, certificate
@@ -57,8 +60,64 @@ def test_a_branch_of_symmetric_orbits_is_one_curve_through_it(
     assert point.kind == "symmetry_breaking"
     assert point.value.arb.contains(pc.certify(breaking, digits=30).value.arb)
     assert float(point.value.radius()) < 1e-4
-    with pytest.raises(pc.ParameterError, match="halves of symmetric orbits"):
-        certificate(whole)
+
+
+@pytest.fixture(scope="module")
+def claims() -> dict[str, Any]:
+    """The strips next to the breaking, from one that is stable to one that is not."""
+    orbit = pc.find_orbit(OSC, pc.cosine("1.5", amplitude="0.593"), 2, 1)
+    branch = pc.continue_orbit(orbit, over={"forcing.amplitude": (0.5925, 0.594)})
+    claims = certificate(pc.certify(branch))
+    (curve,) = claims["curves"]
+    (point,) = curve["points"]
+    first = point["before"]
+    curve["strips"] = curve["strips"][first : point["after"] + 1]
+    curve["points"] = [point | {"before": 0, "after": point["after"] - first}]
+    return claims
+
+
+def test_a_breaking_on_a_branch_is_proven_again(
+    claims: dict[str, Any], breaking: pc.SpecialPoint
+) -> None:
+    words = check.theorem(json.dumps(claims))
+
+    assert "its second half the mirror image of the first" in words
+    (said,) = (line for line in words.splitlines() if "without the symmetry branch off" in line)
+    low, high = (float(word) for word in re.findall(r"0\.59[0-9]+", said))
+    assert low <= pc.certify(breaking).value.mid() <= high + 1e-9
+    assert high - low < 1e-5
+
+
+def test_a_breaking_that_is_changed_anywhere_is_refused(claims: dict[str, Any]) -> None:
+    (curve,) = claims["curves"]
+    n = len(curve["strips"])
+
+    for path in leaves(claims):
+        if "strips" in path and 0 < path[3] < n - 1:
+            continue
+        with pytest.raises(check.NotProvenError):
+            check.theorem(changed(claims, path))
+    for change in (
+        {"periods": "1"},
+        {"periods": "3/2"},
+        {"points": [curve["points"][0] | {"kind": "period_doubling"}]},
+        {"points": [curve["points"][0] | {"kind": "fold"}]},
+    ):
+        with pytest.raises(check.NotProvenError):
+            check.theorem(json.dumps(claims | {"curves": [curve | change]}))
+
+
+def test_halves_of_orbits_of_a_law_without_the_symmetry_are_refused(claims: dict[str, Any]) -> None:
+    law = claims["law"]
+    (tone,), (region,) = law["tones"], law["regions"]
+    for change in (
+        {"regions": [region | {"constant": "1/1000"}]},
+        {"bounds": [law["bounds"][0] | {"at": "-31/100"}, law["bounds"][1]]},
+        {"bounds": [law["bounds"][0], law["bounds"][1] | {"restitution": "71/100"}]},
+        {"tones": [tone, {"omega": "3", "amplitude": "0", "phase": ["0", "0"]}]},
+    ):
+        with pytest.raises(check.NotProvenError, match="a law without the symmetry"):
+            check.theorem(json.dumps(claims | {"law": law | change}))
 
 
 @pytest.mark.parametrize("row", [3, -3])

@@ -71,6 +71,26 @@ def test_the_branch_of_a_study_has_a_certificate() -> None:
     assert claims["law"]["tones"][0]["omega"] == ["0", "1"]
 
 
+def test_a_special_point_of_a_branch_has_a_certificate_by_itself() -> None:
+    model = CHAOTIC.split("[start]", maxsplit=1)[0].replace("14/5", "5/2")
+    question = '[study]\nkind = "branch"\n[over]\n"forcing.omega" = [2.5, 2.7]\n'
+    Path("branch.toml").write_text(model + question)
+
+    status, out, _ = prove("branch.toml", "--point", "1")
+
+    assert status == 0
+    assert "period_doubling at forcing.harmonics.0.omega = [2.65334772785532" in out
+    (curve,) = json.loads(Path("branch.certificate.json").read_text())["curves"]
+    assert [point["kind"] for point in curve["points"]] == ["period_doubling"]
+    for study, number, reason in (
+        ("branch.toml", "2", "the branch has 1 special point"),
+        ("study.toml", "1", "a special point of a branch; the study has none"),
+    ):
+        status, _, err = prove(study, "--point", number, "-f")
+        assert status == 2
+        assert reason in err
+
+
 def test_all_orbits_of_the_studys_system_have_a_certificate() -> None:
     status, out, _ = prove("study.toml", "--list", "1", "1", "--speeds", "1/5", "3", "-o", "a.json")
 

@@ -14,7 +14,8 @@ import pytest
 
 from percuss.arrays import Floats
 from percuss.kernels import arithmetic
-from percuss.kernels.compile import has_fused_products, is_portable, kernel, uncompiled
+from percuss.kernels.compile import kernel, uncompiled
+from percuss.kernels.parts import has_fused_products, is_portable
 
 SIDES = [5e-324, 2.2250738585072014e-308, 1e-300, 1e-17, 0.5, 1.0, 2.0, 1e17, 1e300]
 ENDS = [709.782712893384, 709.7827128933841, -708.4, -745.1332191019411, -745.1332191019412]

@@ -18,6 +18,7 @@ from numba.core.types.functions import BaseFunction
 from tests.kernels.uncompiled import python_of
 
 from percuss.kernels import compile as compile_module
+from percuss.kernels import intermediate_code, parts, sources
 from percuss.kernels.arithmetic import product_error
 
 LEAF = """
@@ -171,8 +172,10 @@ def written(root: Path) -> Package:
     made = Package(root)
     made.folder.mkdir()
     (made.folder / "__init__.py").touch()
-    text = Path(str(compile_module.__file__)).read_text()
-    (made.folder / "compile.py").write_text(text.replace("percuss.kernels", "throwaway"))
+    for module in (compile_module, parts, intermediate_code, sources):
+        file = Path(str(module.__file__))
+        text = file.read_text().replace("percuss.kernels", "throwaway")
+        (made.folder / file.name).write_text(text)
     (made.folder / "caller.py").write_text(CALLER)
     made.write_leaf(-2.0)
     return made
@@ -362,7 +365,7 @@ def test_a_cold_kernel_stays_a_call_of_its_caller() -> None:
 
 
 def test_code_for_other_processors_has_no_part_that_was_made_for_this_one() -> None:
-    if not compile_module.has_fused_products():
+    if not parts.has_fused_products():
         pytest.skip("both are made of the same instructions")
 
     @compile_module.kernel
@@ -375,11 +378,11 @@ def test_code_for_other_processors_has_no_part_that_was_made_for_this_one() -> N
     njit: Any = numba.njit
     here, portable = njit(errors), njit(errors)
     value = here(1.1)
-    token = compile_module.is_portable.set(True)
+    token = parts.is_portable.set(True)
     try:
         assert portable(1.1) == value
     finally:
-        compile_module.is_portable.reset(token)
+        parts.is_portable.reset(token)
 
     (text,) = here.inspect_llvm().values()
     assert "llvm.fma" in text

@@ -11,16 +11,17 @@ from fractions import Fraction
 from functools import reduce
 from itertools import groupby, pairwise
 from math import gcd, lcm
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from flint import arb
 
-from percuss.certified.ball_arithmetic import Ball
+from percuss.certified.ball_arithmetic import Ball, Undecided
 from percuss.certified.branch import system_at
-from percuss.certified.certified_branch import CertifiedBranch
+from percuss.certified.certified_branch import CertifiedBranch, GrazeEnds
 from percuss.certified.chaos import CertifiedChaos, growth_of_loops
 from percuss.certified.fold import OrbitCurve
+from percuss.certified.graze_end import GrazeEnd
 from percuss.certified.march import Ending
 from percuss.certified.numbers import exact_value, precision
 from percuss.certified.orbit_list import CompleteList
@@ -28,7 +29,9 @@ from percuss.certified.orbit_result import CertifiedOrbit
 from percuss.certified.proven_basins import CertifiedBasins
 from percuss.certified.results import CertifiedRun
 from percuss.certified.shooting import events_of
-from percuss.certified.strips import Strip
+from percuss.certified.special import CertifiedPoint
+from percuss.certified.special_strips import strips_about
+from percuss.certified.strips import Strip, StripChain, Tube
 from percuss.certified.system import BallSystem, Region, system_of
 from percuss.certified.trapping import Trap
 from percuss.errors import ParameterError
@@ -39,6 +42,8 @@ __all__ = ["certificate"]
 VERSION = 1
 # A claim is wider than the ball that percuss has by this, so that other arithmetic can prove it.
 WIDER = 8
+# How much wider the sides of tubes next to a graze, and about a special point, are than those proven.
+ROOM = Fraction(3, 2)
 # Digits to which the ends of a claim are rounded outward, relative to its width.
 ROUNDING = 1000
 Json = dict[str, Any]
@@ -47,6 +52,7 @@ Json = dict[str, Any]
 def certificate(
     result: CertifiedRun
     | CertifiedOrbit
+    | CertifiedPoint
     | CertifiedBranch
     | CertifiedChaos
     | CompleteList
@@ -57,8 +63,8 @@ def certificate(
     Parameters
     ----------
     result
-        Of `certify`, for a run, an orbit or a branch, or of `prove_chaos`, `list_orbits` or
-        `prove_basins`. Of a branch, what is proven of orbits that pass through no stop.
+        Of `certify`, or of `prove_chaos`, `list_orbits` or `prove_basins`. Of a branch, what is proven
+        of orbits that pass through no stop; of a special point, the short branch about it.
 
     Returns
     -------
@@ -70,7 +76,8 @@ def certificate(
     ParameterError
         If nothing is proven; if numbers are irrational or an interval, the force has a record or a wall
         a table of restitutions; if a run holds a chatter or a contact, or an orbit has no events; if
-        the numbers of the equation of motion are not linear in the parameter of a branch; if a list
+        the numbers of the equation of motion are not linear in the parameter of a branch; if the
+        orbits of a special point are formal, or it is a corner or the graze of a soft stop; if a list
         is not complete, or of more than one wall; if no cell of a basin is proven.
 
     Examples
@@ -85,6 +92,7 @@ def certificate(
     kinds: dict[type, Callable[[Any], Json]] = {
         CertifiedRun: _run,
         CertifiedOrbit: _orbit,
+        CertifiedPoint: _point,
         CertifiedBranch: _branch,
         CertifiedChaos: _chaos,
         CompleteList: _list,
@@ -261,32 +269,87 @@ def _orbit(orbit: CertifiedOrbit) -> Json:
 def _branch(branch: CertifiedBranch) -> Json:
     with precision(branch.precision):
         parts = [
-            (chain, list(strips))
-            for chain in branch.chains
-            for admissible, strips in groupby(chain.slender(), lambda strip: strip.admissible)
-            if admissible and not chain.curve.mirrored
+            part
+            for chain, ends in zip(branch.chains, branch.grazes, strict=True)
+            for part in _motions(chain, ends)
         ]
-    if not parts and any(chain.curve.mirrored for chain in branch.chains):
-        raise _NoCertificateError("the program does not check halves of symmetric orbits")
     if not parts:
         reason = branch.reason or "no orbit is proven to pass through no stop"
         raise _NoCertificateError(f"nothing is proven of the branch: {reason}")
-    ends = [end for _, strips in parts for strip in strips for end in strip.tube.parameters]
-    curve = parts[0][0].curve
+    return _curves(parts)
+
+
+class _Part(NamedTuple):
+    """Motions on a curve: strips, how much wider they may be, their special points, grazes at the ends."""
+
+    curve: OrbitCurve
+    strips: list[Strip]
+    room: list[Fraction]
+    points: list[tuple[str, int, int]]
+    grazes: GrazeEnds
+
+
+def _motions(chain: StripChain, grazes: GrazeEnds) -> Iterator[_Part]:
+    """Yield the motions of a chain."""
+    strips = list(chain.slender())
+    for admissible, group in groupby(strips, lambda strip: strip.admissible):
+        part = list(group)
+        if admissible:
+            room = [as_fraction(chain.room(strip.tube)) for strip in part]
+            begins, ends = part[0] is strips[0], part[-1] is strips[-1]
+            own = grazes[0] if begins else None, grazes[1] if ends else None
+            yield _Part(chain.curve, part, room, list(_points(part)), own)
+
+
+def _point(point: CertifiedPoint) -> Json:
+    """Return a special point by itself as the shortest branch that has it."""
+    if not point.exists:
+        raise _NoCertificateError(f"the point is not proven: {point.reason}")
+    try:
+        curve, strips, kind, graze = strips_about(point)
+    except Undecided as question:
+        raise _NoCertificateError(question.reason or question.kind) from None
+    points = [] if graze is not None else [(kind, 0, len(strips) - 1)]
+    return _curves([_Part(curve, strips, [ROOM] * len(strips), points, (None, graze))])
+
+
+def _curves(parts: Sequence[_Part]) -> Json:
+    tubes = [strip.tube for part in parts for strip in part.strips]
+    for graze in (end for part in parts for end in part.grazes):
+        tubes += [] if graze is None else graze.tubes
+    ends = [end for tube in tubes for end in tube.parameters]
     return {
         "kind": "branch",
-        "law": _law_along(curve, min(ends), max(ends)),
-        "curves": [
-            {
-                "periods": chain.curve.n_periods
-                * _repeats(system_at(curve.system, curve.path, ends[0])),
-                "events": [{"bound": e.bound, "region": e.after} for e in chain.curve.events],
-                "strips": [_strip(strip, as_fraction(chain.room(strip.tube))) for strip in strips],
-                "points": list(_points(strips)),
-            }
-            for chain, strips in parts
+        "law": _law_along(parts[0].curve, min(ends), max(ends)),
+        "curves": [_curve(part, ends[0]) for part in parts],
+    }
+
+
+def _curve(part: _Part, value: Fraction) -> Json:
+    curve, strips, room, points, (before, after) = part
+    repeats = _repeats(system_at(curve.system, curve.path, value))
+    first = [] if before is None else list(_to_graze(before))
+    events = curve.events[: len(curve.events) // 2] if curve.mirrored else curve.events
+    return {
+        "periods": str(Fraction(curve.n_periods * repeats, 2 if curve.mirrored else 1)),
+        "events": [{"bound": event.bound, "region": event.after} for event in events],
+        "strips": [
+            *({**it, "begin": it["end"], "end": it["begin"]} for it in reversed(first)),
+            *(_strip(strip, wider) for strip, wider in zip(strips, room, strict=True)),
+            *([] if after is None else _to_graze(after)),
+        ],
+        "points": [
+            {"kind": kind, "before": len(first) + i, "after": len(first) + j}
+            for kind, i, j in points
         ],
     }
+
+
+def _to_graze(graze: GrazeEnd) -> Iterator[Json]:
+    """Yield the claims of the tubes that lead to a graze."""
+    for tube in graze.tubes:
+        far, near = (tube.low, tube.high) if tube.high <= 0 else (tube.high, tube.low)
+        yield {**_tube(tube, far, near, ROOM), "stability": graze.stability, "slow": graze.number}
 
 
 def _law_along(curve: OrbitCurve, low: Fraction, high: Fraction) -> Json:
@@ -317,33 +380,44 @@ def _law_along(curve: OrbitCurve, low: Fraction, high: Fraction) -> Json:
 def _strip(strip: Strip, room: Fraction) -> Json:
     tube = strip.tube
     begin = tube.low if strip.end == tube.high else tube.high
+    return {
+        **_tube(tube, begin, strip.end, room),
+        "stability": _stability_claimed(strip.stability) if strip.is_clear else "undecided",
+        "slow": None,
+    }
+
+
+def _tube(tube: Tube, begin: Fraction, end: Fraction, room: Fraction) -> Json:
     half = (tube.high - tube.low) / 2
     middle, tangent, sizes = (
         [exact_value(part) for part in vector] for vector in (tube.middle, tube.tangent, tube.trial)
     )
+    middle[tube.along] = (tube.low + tube.high) / 2
     for i in range(len(sizes)):
         if i != tube.along:
             size = room * sizes[i]
             middle[i] = _rounded(middle[i], size)
-            tangent[i] = _rounded(tangent[i], size / half)
+            # What it leaves is multiplied by matrices.
+            tangent[i] = _rounded(tangent[i], size / half / ROUNDING)
             sizes[i] = _rounded(size, size)
     return {
         "along": tube.along,
         "begin": str(begin),
-        "end": str(strip.end),
+        "end": str(end),
         "middle": [str(part) for part in middle],
         "tangent": [str(part) for part in tangent],
         "sizes": [str(part) for part in sizes],
-        "stability": _stability_claimed(strip.stability) if strip.is_clear else "undecided",
     }
 
 
-def _points(strips: Sequence[Strip]) -> Iterator[Json]:
+def _points(strips: Sequence[Strip]) -> Iterator[tuple[str, int, int]]:
     """Yield the special points between strips of which stability is decided."""
     decided = [i for i, strip in enumerate(strips) if strip.is_decided and strip.is_clear]
     for i, j in pairwise(decided):
+        along = all(strip.tube.is_along_parameter for strip in strips[i : j + 1])
         for kind in strips[i].points_before(strips[j]):
-            yield {"kind": kind, "before": i, "after": j}
+            if along or kind != "symmetry_breaking":
+                yield kind, i, j
 
 
 def _stability_claimed(stability: str) -> str:

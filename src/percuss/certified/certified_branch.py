@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
@@ -31,7 +32,7 @@ from percuss.orbits.bifurcations.branch import Branch
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.progress import Progress, Report
 
-__all__ = ["BranchStretch", "CertifiedBranch", "EnclosedPoint", "certify_branch"]
+__all__ = ["BranchStretch", "CertifiedBranch", "EnclosedPoint", "GrazeEnds", "certify_branch"]
 
 # What leads from the begin and from the end of a chain to a graze.
 GrazeEnds = tuple[GrazeEnd | None, GrazeEnd | None]
@@ -195,11 +196,9 @@ class CertifiedBranch:
             admissible; in order, those next to grazes last.
         """
         found = []
-        grazing = chain.from_iterable(
-            end.tubes for end in chain.from_iterable(self.grazes) if end is not None
-        )
+        grazing = [end for end in chain.from_iterable(self.grazes) if end is not None]
         tubes = [(strip.tube, strip.stability, strip.admissible) for strip in self._strips()]
-        tubes += [(tube, "undecided", True) for tube in grazing]
+        tubes += [(tube, end.stability, True) for end in grazing for tube in end.tubes]
         with precision(self.precision):
             for tube, stability, admissible in tubes:
                 p, q = tube.parameters
@@ -260,20 +259,23 @@ def certify_branch(branch: Branch, report: Report = None) -> CertifiedBranch:
             scale = _scale(orbit, points, high - low)
             begin = 0
             while begin + 1 < len(points) and not progress.is_stopped:
-                part = chain_of(curve, points[begin:], scale, FINEST, tell)
+                walked = part = chain_of(curve, points[begin:], scale, FINEST, tell)
                 after = None
                 if part.strips:
-                    chains.append(part)
                     # The ends of the branch itself are no grazes.
                     goes_on = bool(part.reason) or number + 1 < len(sections)
-                    before = _graze_of(part, 0, branch) if begin or number else None
-                    after = _graze_of(part, -1, branch) if goes_on else None
+                    before = None
+                    if begin or number:
+                        part, before = _with_graze(part, branch, at_begin=True)
+                    if goes_on:
+                        part, after = _with_graze(part, branch, at_begin=False)
+                    chains.append(part)
                     grazes.append((before, after))
                 if not part.reason or (after is not None and after.holds(points[-1])):
                     break
                 at, nearest = points[begin], begin
                 if part.strips:
-                    at = [float(value) for value in part.strips[-1].tube.middle]
+                    at = [float(value) for value in walked.strips[-1].tube.middle]
                     nearest = _nearest(points, at, scale)
                 # Of the orbits next to one that is told of it goes without saying.
                 if part.strips or begin == 0:
@@ -370,15 +372,41 @@ def _nearest(points: Sequence[Sequence[float]], at: Sequence[float], scale: Sequ
     return min(range(len(points)), key=lambda i: distance(points[i]))
 
 
-def _graze_of(part: StripChain, row: int, branch: Branch) -> GrazeEnd | None:
-    """Return what is proven to lead to a graze of a branch from the first or last strip of a chain."""
-    if part.reason == STOPPED or not part.strips[row].admissible:
+def _with_graze(
+    part: StripChain, branch: Branch, *, at_begin: bool
+) -> tuple[StripChain, GrazeEnd | None]:
+    """Return a chain and what is proven to lead from its end, or its begin, to a graze of the branch.
+
+    Without the strips there whose orbits lie on that way as well, and of which the same is proven.
+    """
+    graze = _graze_of(part, branch, at_begin=at_begin)
+    if graze is None:
+        return part, None
+    strips = part.strips[::-1] if at_begin else part.strips
+    alike = 0
+    while alike < len(strips) and (
+        (strips[-1 - alike].stability, strips[-1 - alike].admissible) == (graze.stability, True)
+    ):
+        alike += 1
+    while alike > 1:
+        kept = strips[: len(strips) - alike + 1]
+        shorter = dataclasses.replace(part, strips=kept[::-1] if at_begin else kept)
+        longer = _graze_of(shorter, branch, at_begin=at_begin)
+        if longer is not None and longer.stability == graze.stability:
+            return shorter, longer
+        alike //= 2
+    return part, graze
+
+
+def _graze_of(part: StripChain, branch: Branch, *, at_begin: bool) -> GrazeEnd | None:
+    """Return what is proven to lead to a graze of a branch from the end of a chain, or its begin."""
+    if part.reason == STOPPED or not part.strips[0 if at_begin else -1].admissible:
         return None
     if not any(point.kind == "grazing" for point in branch.special_points):
         return None
     within = float(branch.values.min()), float(branch.values.max())
     with suppress(Undecided):
-        return graze_at_end(part, at_begin=row == 0, within=within)
+        return graze_at_end(part, at_begin=at_begin, within=within)
     return None
 
 
@@ -388,7 +416,7 @@ def _to_graze(graze: GrazeEnd, *, joined: bool) -> tuple[BranchStretch, Enclosed
     stretch = BranchStretch(
         low=_outward(low, -math.inf),
         high=_outward(high, math.inf),
-        stability="undecided",
+        stability=graze.stability,
         admissible=True,
         n_strips=len(graze.tubes),
         joined=joined,
@@ -458,14 +486,15 @@ def _points(
     low, high = _ends(between)
     value = Ball(ball(low).union(ball(high)))
     kinds = ends[0].points_before(ends[1])
+    along = all(strip.tube.is_along_parameter for strip in (*ends, *between))
     if "period_doubling" in kinds:
-        yield EnclosedPoint(
-            "period_doubling", value, "a multiplier goes through -1 on the curve, which is smooth"
-        )
+        reason = "a multiplier goes through -1 on the curve, which is smooth"
+        # No multiplier is 1 there, so that the index of the map done twice changes.
+        reason += ": orbits of twice the period branch off" if along else ""
+        yield EnclosedPoint("period_doubling", value, reason)
     if "fold" in kinds:
         reason = f"a multiplier goes through 1 on the curve, along which {path} is extremal"
         yield EnclosedPoint("fold", value, reason)
-    along = all(strip.tube.is_along_parameter for strip in (*ends, *between))
     if "symmetry_breaking" in kinds and along:
         reason = (
             "a multiplier of the map over half an orbit goes through -1 on a smooth curve of symmetric "

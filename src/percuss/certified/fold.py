@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from fractions import Fraction
+from typing import NamedTuple
 
 import numpy as np
 from flint import arb, arb_mat, arb_series, ctx
@@ -41,7 +42,7 @@ from percuss.certified.system import BallSystem, system_of
 from percuss.numerics import directions
 from percuss.orbits.bifurcations.special_points import SpecialPoint
 
-__all__ = ["OrbitCurve", "flight_from", "fold_of", "slope_after", "slope_of"]
+__all__ = ["OrbitCurve", "flight_from", "fold_of", "slope_after", "slope_of", "turn_of"]
 
 # Bits of derivatives.
 COARSE = 128
@@ -195,11 +196,17 @@ class CurveResidual(Residual):
         return self.curve.with_column(super().derivative(z), z, self.eta)
 
 
-def fold_of(point: SpecialPoint, path: str, digits: int) -> tuple[arb, bool | None]:
-    """Return a ball of the parameter at a fold.
+class Turn(NamedTuple):
+    """A stretch of a coordinate on which the parameter turns: middle, half-width, and the orbit there."""
 
-    And whether the orbits of the stretch are admissible, None where that is open.
-    """
+    curve: OrbitsAlong
+    middle: Fraction
+    half: Fraction
+    orbit: Vector
+
+
+def turn_of(point: SpecialPoint, path: str, digits: int) -> Turn:
+    """Return about where the parameter turns along a coordinate, and a stretch for so many digits."""
     system = system_of(point.orbit.oscillator, point.orbit.forcing)
     equations, guess = shooting_of(system, point.orbit)
     w = vector_of(guess)
@@ -214,9 +221,17 @@ def fold_of(point: SpecialPoint, path: str, digits: int) -> tuple[arb, bool | No
 
     size = Fraction(max(abs(float(start)), 1e-3))
     zero = root_of(test, start, size / 10**8)
-    width = size / 10 ** (digits + 3)
+    return Turn(curve, zero, size / 10 ** (digits + 3), curve.solution(ball(zero).mid(), w))
+
+
+def fold_of(point: SpecialPoint, path: str, digits: int) -> tuple[arb, bool | None]:
+    """Return a ball of the parameter at a fold.
+
+    And whether the orbits of the stretch are admissible, None where that is open.
+    """
+    curve, zero, width, w = turn_of(point, path, digits)
     whole = ball(zero - width).union(ball(zero + width))
-    solved = curve.enclosed(curve.solution(ball(zero).mid(), w), whole)
+    solved = curve.enclosed(w, whole)
     signs = []
     for eta in (zero - width, zero + width):
         near = ball(eta).mid()

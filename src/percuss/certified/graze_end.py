@@ -18,8 +18,8 @@ from flint import arb, arb_mat, arb_series, ctx
 
 from percuss.certified.ball_arithmetic import Undecided
 from percuss.certified.ball_law import BallLaw, law_of
-from percuss.certified.cloud import Cloud
-from percuss.certified.fold import flight_from, slope_after, slope_of
+from percuss.certified.cloud import BallMatrix, Cloud, times
+from percuss.certified.fold import OrbitCurve, flight_from, slope_after, slope_of
 from percuss.certified.numbers import ball, between, constant_of, exact_value, upper
 from percuss.certified.pieces import Moment
 from percuss.certified.properties import meets_first
@@ -27,6 +27,7 @@ from percuss.certified.shooting import Shooting, States, Vector, pairs
 from percuss.certified.step import (
     Departure,
     bracket_within,
+    event_derivative,
     flight_of,
     levels_of,
     moved_by,
@@ -36,7 +37,7 @@ from percuss.certified.step import (
 from percuss.certified.strips import StripChain, StripEquations, StripWalk, Tube, split_along
 from percuss.certified.system import BallSystem
 
-__all__ = ["GrazeEnd", "graze_at_end"]
+__all__ = ["GrazeEnd", "graze_about", "graze_at_end"]
 
 # Tubes that lead to the graze, at most, and the least part of the way that one is tried for.
 MOST_TUBES, LEAST_PART = 200, Fraction(1, 2**10)
@@ -45,6 +46,8 @@ OVERLAP, STEPS, FEW_BITS = 1.0 + 2.0**-8, 4, 20
 # Times before and after a slow impact in which the acceleration lifts off, as parts of the fastest
 # change of the motion: tried in turn.
 LIFTS = (2.0**-2, 2.0**-4, 2.0**-6, 2.0**-8)
+# The greatest velocity of one tube next to a graze, as a part of that of other events: tried in turn.
+PARTS_OF_SPEED = tuple(Fraction(1, 2**n) for n in (16, 24, 32))
 
 
 @dataclass(frozen=True)
@@ -61,12 +64,15 @@ class GrazeEnd:
         A ball that holds the parameter there.
     parameters
         Numbers between which the parameters of all orbits lie.
+    stability
+        "unstable" if all orbits with an impact of some velocity there are, else "undecided".
     """
 
     number: int
     tubes: tuple[Tube, ...]
     value: arb
     parameters: tuple[Fraction, Fraction]
+    stability: str
 
     def holds(self, point: Sequence[float]) -> bool:
         """Return whether a point, instants, velocities and the parameter, lies where its orbits alone are."""
@@ -195,12 +201,47 @@ def _slowing(part: StripChain, box: Vector, tube: Tube, *, forward: bool) -> int
     return min(ways, key=lambda k: ways[k], default=None)
 
 
+def graze_about(
+    curve: OrbitCurve, scale: Vector, point: Vector, number: int, away: int
+) -> GrazeEnd:
+    """Return the orbits next to a graze, from a point near it at which an event has no velocity.
+
+    In one tube, as wide as one is proven. ``away`` is the sign of velocities off the stop.
+
+    Raises
+    ------
+    Undecided
+        If none is proven.
+    """
+    along = along_of(number)
+    equations = _TimedEquations(curve)
+    walk = StripWalk(equations, scale, 0.0)
+    for part in PARTS_OF_SPEED:
+        begin = away * Fraction(float(scale[along])) * part
+        guess = list(point)
+        guess[along] = ball(begin / 2).mid()
+        try:
+            for _ in range(STEPS):
+                guess, _ = walk.corrected(guess, along)
+            tube = walk.tube(along, min(begin, Fraction(0)), max(begin, Fraction(0)), guess)
+            states = _check_motions(equations, tube, number, away)
+        except Undecided as question:
+            fault = question
+            continue
+        unstable = _are_unstable(equations.at(tube.box()[-1]), states, number)
+        stability = "unstable" if unstable else "undecided"
+        value = walk.closer(tube, Fraction(0), tube.end(Fraction(0)))[-1]
+        return GrazeEnd(number, (tube,), value, tube.parameters, stability)
+    raise fault
+
+
 def _to_graze(part: StripChain, box: Vector, number: int, within: tuple[float, float]) -> GrazeEnd:
     """Return the orbits along the velocity of an impact, from that in a box to velocity zero."""
     along = along_of(number)
     equations = _TimedEquations(part.curve)
     walk = StripWalk(equations, part.scale, 0.0)
     tubes: list[Tube] = []
+    unstable = True
     ends = [box[-1]]
     position = box
     # From a little before the end, so that the orbit there lies in the first tube.
@@ -220,7 +261,7 @@ def _to_graze(part: StripChain, box: Vector, number: int, within: tuple[float, f
                 guess, _ = walk.corrected(guess, along)
             tube = walk.tube(along, min(begin, near), max(begin, near), guess)
             _check_goes_on(tube, position)
-            _check_motions(equations, tube, number, away)
+            states = _check_motions(equations, tube, number, away)
             closer = walk.closer(tube, near, tube.end(near))
         except Undecided:
             step /= 2
@@ -230,13 +271,16 @@ def _to_graze(part: StripChain, box: Vector, number: int, within: tuple[float, f
         if not within[0] <= float(closer[-1]) <= within[1]:
             raise Undecided("graze", "the way to a graze leaves the branch")
         tubes.append(tube)
+        unstable = unstable and _are_unstable(equations.at(tube.box()[-1]), states, number)
         position = closer
         ends.append(position[-1])
         if near == 0:
             with suppress(Undecided):
                 position = walk.closer(tube, near, position)
             ends[-1] = position[-1]
-            return GrazeEnd(number, tuple(tubes), position[-1], _between(equations, tubes, ends))
+            stability = "unstable" if unstable else "undecided"
+            parameters = _between(equations, tubes, ends)
+            return GrazeEnd(number, tuple(tubes), position[-1], parameters, stability)
         if len(tubes) > MOST_TUBES:
             raise Undecided("precision", "the way to the graze is too long")
         begin, step = near, min(2 * step, near, key=abs)
@@ -267,8 +311,8 @@ def _check_goes_on(tube: Tube, position: Vector) -> None:
         raise Undecided("precision", "the orbits of one strip leave the next one")
 
 
-def _check_motions(equations: StripEquations, tube: Tube, number: int, away: int) -> None:
-    """Prove that each orbit of a tube meets the stops at its events and at no others.
+def _check_motions(equations: StripEquations, tube: Tube, number: int, away: int) -> States:
+    """Return the states of a tube; prove that its orbits meet the stops at their events alone.
 
     That with velocity zero touches the stop there instead. ``away`` is the sign of velocities off it.
 
@@ -291,8 +335,37 @@ def _check_motions(equations: StripEquations, tube: Tube, number: int, away: int
     for lift in LIFTS:
         with suppress(Undecided):
             if _slow_flights_are_clear(shooting, states, number, away, lift * pace):
-                return
+                return states
     raise Undecided("graze", "whether the flights next to the slow impact meet no stop is open")
+
+
+def _are_unstable(equations: Shooting, states: States, number: int) -> bool:
+    """Return whether all orbits are proven to be unstable whose slow impact has some velocity.
+
+    The velocity v before that impact is a divisor of their derivative over a period. Times v, that is
+    known on all of a tube; if its trace is above 2 v and the determinant at most 1, a multiplier lies
+    outside of the circle.
+    """
+    system = equations.system
+    if any(system.damping(region) < 0 for region in system.regions):
+        return False
+    total: BallMatrix = (arb(1), arb(0)), (arb(0), arb(1))
+    divisor = arb(0)
+    with suppress(Undecided):
+        for i in range(len(states)):
+            start, s = _flight(equations, states, i)
+            whole = flight_of(system, start, whole=True)
+            (_, v, a), _ = whole.derivatives(s, 2)
+            (x_t, x_v), (v_t, v_v) = moved = moved_by(start, whole, s)
+            by_t, by_v = (-x_t, -x_v), (v * v_t - a * x_t, v * v_v - a * x_v)
+            if (i + 1) % len(states) == number:
+                divisor = v
+            else:
+                by_t, by_v = event_derivative(moved, (v, a))
+            kept = -equations.next_event(i).passed(system, v).kept
+            total = times((by_t, (kept * by_v[0], kept * by_v[1])), total)
+        return bool(abs(total[0][0] + total[1][1]) > 2 * abs(divisor))
+    return False
 
 
 def _slow_flights_are_clear(

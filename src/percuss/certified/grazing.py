@@ -31,6 +31,7 @@ from percuss.certified.flight import EnclosedFlight
 from percuss.certified.numbers import ball, constant_of, span
 from percuss.certified.properties import admissible_of
 from percuss.certified.shooting import (
+    OrbitEvent,
     Shooting,
     States,
     check_inside,
@@ -48,7 +49,7 @@ from percuss.orbits.bifurcations.special_points import SpecialPoint
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.turning_points import turns_of
 
-__all__ = ["TurningPoint", "clearances_at_ends", "grazing_of"]
+__all__ = ["TurningBranch", "TurningPoint", "clearances_at_ends", "grazing_of", "turning_branch"]
 
 # Newton's steps to a turning point; each doubles the digits.
 MOST_STEPS = 60
@@ -73,8 +74,8 @@ class TurningBranch:
 
     Attributes
     ----------
-    branch, guess
-        The orbits, and states nearly after their events; none for steady motion.
+    branch, events, guess
+        The orbits, their events, and states nearly after these; none for steady motion.
     flight, region
         The flight with the turning point, and its region.
     bound, s
@@ -83,6 +84,7 @@ class TurningBranch:
     """
 
     branch: ParameterBranch
+    events: list[OrbitEvent]
     guess: States
     flight: int
     region: int
@@ -204,16 +206,20 @@ def grazing_of(point: SpecialPoint, path: str, digits: int) -> tuple[arb, bool |
 
     And whether the orbits are admissible apart from that, None where that is open.
     """
-    system = system_of(point.orbit.oscillator, point.orbit.forcing)
-    impact = point.detail.startswith("an impact")
-    branch = (_without_impact if impact else _with_passage)(system, path, point.orbit)
-    value = Fraction(point.value)
+    branch, value = turning_branch(point, path), Fraction(point.value)
     zero = root_of(branch.clearance, value, (abs(value) + 1) / 10**9)
     low, high = stretch_around(zero, digits)
     before, after, admissible = branch.over(low, high)
     if is_positive(before) == is_positive(after):
         raise Undecided("precision", "the turning point does not pass the stop on the stretch")
     return ball(low).union(ball(high)), admissible
+
+
+def turning_branch(point: SpecialPoint, path: str) -> TurningBranch:
+    """Return the orbits one of whose turning points passes a stop at a graze."""
+    system = system_of(point.orbit.oscillator, point.orbit.forcing)
+    impact = point.detail.startswith("an impact")
+    return (_without_impact if impact else _with_passage)(system, path, point.orbit)
 
 
 def _without_impact(system: BallSystem, path: str, orbit: PeriodicOrbit) -> TurningBranch:
@@ -232,14 +238,14 @@ def _without_impact(system: BallSystem, path: str, orbit: PeriodicOrbit) -> Turn
     branch = ParameterBranch(system, path, equations)
     if not kept:
         s = _in_period(system, instants[slow])
-        return TurningBranch(branch, [], 0, region, bound, s)
+        return TurningBranch(branch, [], [], 0, region, bound, s)
     period = float(law_of(system).period(orbit.n_periods))
     states: States = []
     for i in kept:
         later = 0.0 if instants[i] >= instants[kept[0]] else period
         states.append((arb(instants[i] + later), guess[i][1]))
     s = (instants[slow] - instants[kept[-1]]) % period
-    return TurningBranch(branch, states, len(kept) - 1, region, bound, s)
+    return TurningBranch(branch, reduced, states, len(kept) - 1, region, bound, s)
 
 
 def _with_passage(system: BallSystem, path: str, orbit: PeriodicOrbit) -> TurningBranch:
@@ -259,6 +265,7 @@ def _with_passage(system: BallSystem, path: str, orbit: PeriodicOrbit) -> Turnin
     equations = partial(Shooting.of, events=events, n_periods=orbit.n_periods)
     return TurningBranch(
         branch=ParameterBranch(system, path, equations),
+        events=events,
         guess=guess_of(orbit) if n else [],
         flight=flight if n else 0,
         region=region_of_row(system, int(marks[flight, 2])),

@@ -37,6 +37,7 @@ __all__ = [
     "check_mirrored",
     "check_symmetric_over",
     "crossing_of",
+    "half_of_doubled",
     "symmetry_breaking_of",
     "symmetry_function",
 ]
@@ -154,6 +155,11 @@ def _proof(point: SpecialPoint, path: str, digits: int) -> tuple[arb, bool | Non
         return *crossing_of(point, path, digits), (
             "on a smooth branch of orbits over the ball, the trace goes through the value of a "
             f"{point.kind.replace('_', ' ')} there"
+            + (
+                ", and orbits of twice the period branch off"
+                if point.kind == "period_doubling"
+                else ""
+            )
         )
     if point.kind == "symmetry_breaking":
         return *symmetry_breaking_of(point, path, digits), (
@@ -199,13 +205,8 @@ def crossing_of(point: SpecialPoint, path: str, digits: int) -> tuple[arb, bool 
 
     And whether the orbits at all values in it are admissible, None where that is open.
     """
-    orbit = point.orbit
-    system = system_of(orbit.oscillator, orbit.forcing)
-    events, guess, n_periods = events_of(system, orbit), guess_of(orbit), orbit.n_periods
-    if point.kind == "period_doubling" and TWO_FOLD in point.detail:
-        # The double cover of the orbit that doubles.
-        half = len(events) // 2
-        events, guess, n_periods = events[:half], guess[:half], n_periods // 2
+    system = system_of(point.orbit.oscillator, point.orbit.forcing)
+    events, guess, n_periods = half_of_doubled(point, system)
 
     def test_function(equations: Shooting, states: States) -> arb:
         monodromy, _ = monodromy_of(equations, states)
@@ -218,6 +219,19 @@ def crossing_of(point: SpecialPoint, path: str, digits: int) -> tuple[arb, bool 
 
     branch = ParameterBranch(system, path, partial(Shooting.of, events=events, n_periods=n_periods))
     return branch.enclosed_zero(test_function, Fraction(point.value), guess, digits)
+
+
+def half_of_doubled(
+    point: SpecialPoint, system: BallSystem
+) -> tuple[list[OrbitEvent], States, int]:
+    """Return events, states and periods of the orbit of a point: of the one that doubles, not twice it."""
+    orbit = point.orbit
+    events, guess, n_periods = events_of(system, orbit), guess_of(orbit), orbit.n_periods
+    if point.kind == "period_doubling" and TWO_FOLD in point.detail:
+        # The double cover of the orbit that doubles.
+        half = len(events) // 2
+        events, guess, n_periods = events[:half], guess[:half], n_periods // 2
+    return events, guess, n_periods
 
 
 def symmetry_function(equations: Shooting, states: States) -> arb:

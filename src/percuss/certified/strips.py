@@ -147,6 +147,8 @@ class Strip:
         As of `CertifiedOrbit`.
     half
         Of symmetric orbits det(1 - H') with the mirrored map H over half of each; else None.
+    keeps_areas
+        Whether the determinant is 1 exactly.
     """
 
     tube: Tube
@@ -156,6 +158,7 @@ class Strip:
     stability: str
     admissible: bool | None
     half: arb | None = None
+    keeps_areas: bool = False
 
     @property
     def is_decided(self) -> bool:
@@ -176,6 +179,9 @@ class Strip:
         if self.half is None or other.half is None:
             doubling = [1 + strip.trace + strip.determinant for strip in both]
             functions = {"period_doubling": doubling, "fold": fold}
+            if all(strip.keeps_areas for strip in both):
+                functions["third_root"] = [1 + strip.trace for strip in both]
+                functions["fourth_root"] = [strip.trace for strip in both]
         else:
             # M = H^2, so that det(1 - M) = det(1 - H') det(1 + H').
             half = [self.half, other.half]
@@ -367,7 +373,7 @@ class StripWalk:
                     phase, step = phase + 1, (FIRST_STEP if phase == 0 else NARROW)
                     since = 0
                 continue
-            strip = self._proven(tube, far)
+            strip = self.proven(tube, far)
             if not strip.is_decided and length > self.finest:
                 step, held = length / 2, 0
                 continue
@@ -406,7 +412,7 @@ class StripWalk:
             halves.reverse()
         for half in halves:
             end = half.high if strip.end == tube.high else half.low
-            yield from self.parts(self._proven(half, end), cuts - 1)
+            yield from self.parts(self.proven(half, end), cuts - 1)
 
     def width_to_length(self, tube: Tube) -> float:
         """Return the width of a tube over its length, both in instants and velocities."""
@@ -523,8 +529,8 @@ class StripWalk:
             sizes = [(WIDER * a).max(b) for a, b in zip(reached, sizes, strict=True)]
         raise Undecided("precision", "no box was found that the equations map into itself")
 
-    def _proven(self, tube: Tube, end: Fraction) -> Strip:
-        """Return the strip of a tube."""
+    def proven(self, tube: Tube, end: Fraction) -> Strip:
+        """Return the strip of a tube whose curve goes on at an end."""
         box = tube.box()
         equations, states = self.equations.at(box[-1]), pairs(box[:-1])
         half: arb | None = None
@@ -535,13 +541,13 @@ class StripWalk:
                 half = (1 - a) * (1 - d) - b * c
             equations, states = equations.whole(states)
         trace = determinant = arb.nan()
-        stability = "undecided"
+        stability, keeps_areas = "undecided", False
         with suppress(Undecided):
             monodromy, _ = monodromy_of(equations, states)
             trace, determinant = monodromy.trace, monodromy.determinant
-            stability = monodromy.stability
+            stability, keeps_areas = monodromy.stability, monodromy.conservative
         admissible = admissible_of(equations, states)[0]
-        return Strip(tube, end, trace, determinant, stability, admissible, half)
+        return Strip(tube, end, trace, determinant, stability, admissible, half, keeps_areas)
 
 
 def _mid(box: Vector) -> Vector:

@@ -197,6 +197,13 @@ def prove(
             help="With --list: speeds after impacts; default: about those of the orbits found.",
         ),
     ] = None,
+    point: Annotated[
+        int | None,
+        typer.Option(
+            metavar="NUMBER",
+            help="Prove this special point of the study's branch by itself, the first is 1.",
+        ),
+    ] = None,
     digits: Annotated[int, typer.Option("--digits", help="Digits of the enclosures.")] = 15,
     out: Annotated[
         Path | None,
@@ -220,7 +227,8 @@ def prove(
         check_output([file], force=force)
         with ProgressBar("proving", is_quiet=quiet) as progress:
             given = load_study(study, changes=tuple(changes or ()))
-            result = proven(given, digits, progress, chaos=chaos, orbits=orbits, speeds=speeds)
+            asked: dict[str, Any] = {"orbits": orbits, "speeds": speeds, "point": point}
+            result = proven(given, digits, progress, chaos=chaos, **asked)
         typer.echo(result)
         save_certificate(result, file, force=force)
         typer.echo(f"wrote {file}; check it with: python tools/check_certificate.py {file}")

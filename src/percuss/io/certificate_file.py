@@ -15,6 +15,7 @@ if TYPE_CHECKING:
         CertifiedBranch,
         CertifiedChaos,
         CertifiedOrbit,
+        CertifiedPoint,
         CertifiedRun,
         CompleteList,
     )
@@ -25,6 +26,7 @@ __all__ = ["save_certificate"]
 def save_certificate(
     result: CertifiedRun
     | CertifiedOrbit
+    | CertifiedPoint
     | CertifiedBranch
     | CertifiedChaos
     | CompleteList
@@ -38,8 +40,8 @@ def save_certificate(
     Parameters
     ----------
     result
-        Of `certify`, for a run, an orbit or a branch, or of `percuss.certified.prove_chaos`,
-        `percuss.certified.list_orbits` or `percuss.certified.prove_basins`.
+        Of `certify`, or of `percuss.certified.prove_chaos`, `percuss.certified.list_orbits` or
+        `percuss.certified.prove_basins`.
     path
         The file.
     force

@@ -1,10 +1,4 @@
-"""The decorator of every kernel, its cache, and kernels inside kernels.
-
-numba compiles each function for itself, optimised, with machine code and an entry from Python,
-before its caller is compiled, and then the caller with a copy of it: through ten levels of calls
-the same code is optimised ten times. A *part* stops at LLVM's intermediate code. The whole of a
-program is then optimised once, as one: two thirds of the time, and a tenth faster code
-(docs/decisions/006-parts.md).
+"""The decorator of every kernel, and its cache.
 
 numba keeps the machine code of a function beside a stamp of the one file that holds it, but that
 machine code has its callees inlined: an edit of a callee's file leaves the caller stale, silently.
@@ -18,25 +12,20 @@ import builtins
 import contextlib
 import functools
 import gc
-import hashlib
-import platform
 import sys
 import types
-from collections.abc import Callable, Iterator, Mapping
-from contextvars import ContextVar
-from importlib import resources
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar, cast
 
-import llvmlite.binding
 import numba
 import numba.extending
 from numba.core.caching import CompileResultCacheImpl, FunctionCache
-from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import Compiler, DefaultPassBuilder
 from numba.core.compiler_lock import global_compiler_lock
-from numba.core.compiler_machinery import PassManager
 from numba.core.types.functions import BaseFunction
+
+from percuss.kernels.parts import as_part, has_fused_products
+from percuss.kernels.sources import sources_hash
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -53,132 +42,8 @@ OPTIONS: dict[str, Any] = {
     "forceinline": False,
 }
 
-
-# numba's passes that take long and find nothing to do in a kernel: closures and overloads written
-# out, whole-array expressions fused, and the ends of variables marked, for the references that
-# kernels do not count.
-_NOT_NEEDED = ("inline_closure_likes", "inline_overloads", "nopython_rewrites", "ir_legalization")
 # The signatures that numba has found, by what it was asked: an operator and the types it is given.
 _MEANT: dict[tuple[Any, ...], Any] = {}
-# Whether code is made for other processors than this one.
-is_portable: ContextVar[bool] = ContextVar("is_portable", default=False)
-
-
-def as_part(compiled: Any, options: Mapping[str, Any], is_cold: bool = False) -> None:
-    """Let kernels that call ``compiled`` take its code in, instead of calling its machine code."""
-
-    @functools.cache
-    def part_for(_is_portable: bool) -> Any:
-        njit: Any = numba.njit
-        compiler = _ColdPartCompiler if is_cold else _PartCompiler
-        return njit(pipeline_class=compiler, no_cpython_wrapper=True, **options)(compiled.py_func)
-
-    def part() -> Any:
-        return part_for(is_portable.get())
-
-    def call_template(args: Any, kws: Any) -> Any:
-        # One part for all values of an argument: a constant that is given is passed to it.
-        return part().get_call_template(tuple(map(numba.types.unliteral, args)), kws)
-
-    # These two are what numba asks of a function that is called by one it compiles.
-    compiled.get_call_template = call_template
-    compiled.get_overload = lambda sig: part().get_overload(sig)
-
-
-class _PartLibrary(JITCodeLibrary):
-    """The code of a part, to be linked into that of its callers and optimised there.
-
-    It is kept without that of the parts that it calls, which a program takes in once each.
-    """
-
-    def finalize(self) -> None:
-        """Leave the code as it is."""
-        self._finalize_dynamic_globals()
-        self._finalized = True
-
-    def _get_module_for_linking(self) -> Any:
-        if self._shared_module is None:
-            self._shared_module = self._own().clone()
-            for library in self._gather({}):
-                is_part = isinstance(library, _PartLibrary)
-                other = library._own() if is_part else library._get_module_for_linking()
-                self._shared_module.link_in(other, preserve=True)
-        return self._shared_module
-
-    def _own(self) -> Any:
-        """Return the code of this part alone, which may be linked in more than once."""
-        for function in self._final_module.functions:
-            if not function.is_declaration:
-                function.linkage = "linkonce_odr"
-        return self._final_module
-
-    def _gather(self, found: dict[Any, None]) -> dict[Any, None]:
-        """Add the libraries that this part calls, and those that these parts call, each once."""
-        for library in self._linking_libraries:
-            if library not in found:
-                found[library] = None
-                if isinstance(library, _PartLibrary):
-                    library._gather(found)
-        return found
-
-
-class _ColdPartLibrary(_PartLibrary):
-    """A part that stays a call, known to the optimiser as one of a cold path."""
-
-    def add_ir_module(self, ir_module: Any) -> None:
-        # Said here, and not of the finished module: llvmlite 0.44 puts an attribute of a finished
-        # function on its return value.
-        for function in ir_module.functions:
-            if not function.is_declaration:
-                function.attributes.add("noinline")
-                function.attributes.add("cold")
-        super().add_ir_module(ir_module)
-
-
-class _PartCompiler(Compiler):
-    """Compiles to a part."""
-
-    library_class: type[_PartLibrary] = _PartLibrary
-
-    def define_pipelines(self) -> list[Any]:
-        """Leave out the passes that find nothing to do in a kernel, a tenth of the time."""
-        pipeline: Any = DefaultPassBuilder.define_nopython_pipeline(self.state)
-        needed = PassManager(pipeline.pipeline_name)
-        needed.passes = [each for each in pipeline.passes if each[0].name() not in _NOT_NEEDED]
-        needed.finalize()
-        return [needed]
-
-    def compile_extra(self, func: Callable[..., Any]) -> Any:
-        self.state.library = self.library_class(self.state.targetctx.codegen(), func.__qualname__)
-        self.state.flags.no_compile = True
-        result = super().compile_extra(func)
-        # numba identifies a function by a built-in one, which is never called.
-        nothing: list[None] = []
-        key = nothing.append
-        self.state.targetctx.insert_user_function(key, result.fndesc, [result.library])
-        return result._replace(entry_point=key)
-
-
-class _ColdPartCompiler(_PartCompiler):
-    """Compiles to a part that stays a call."""
-
-    library_class = _ColdPartLibrary
-
-
-@functools.cache
-def _sources_hash() -> str:
-    """Hash the names and contents of all Python files of kernels, once a process."""
-    digest = hashlib.sha256()
-    folders = [resources.files(__package__)]
-    for folder in folders:
-        for entry in sorted(folder.iterdir(), key=lambda entry: entry.name):
-            if entry.name.endswith(".py"):
-                content = entry.read_bytes()
-                digest.update(f"{entry.name} {len(content)}\n".encode())
-                digest.update(content)
-            elif entry.is_dir() and entry.name != "__pycache__":
-                folders.append(entry)
-    return digest.hexdigest()[:20]
 
 
 @functools.cache
@@ -186,14 +51,14 @@ def _announce_compilation() -> None:
     """Explain at a terminal or in a notebook, once a process, why the first call takes long."""
     terminal = sys.stderr is not None and sys.stderr.isatty()
     if terminal or hasattr(builtins, "__IPYTHON__"):
-        sys.stderr.write("percuss: compiling (some ten seconds, once for an installation)\n")
+        sys.stderr.write("percuss: compiling (some seconds, once for an installation)\n")
 
 
 class _NamedBySources(CompileResultCacheImpl):
     """Puts the hash of the sources into the names of a kernel's cache files."""
 
     def get_filename_base(self, fullname: str, abiflags: str) -> str:
-        return str(super().get_filename_base(f"{fullname}-{_sources_hash()}", abiflags))
+        return str(super().get_filename_base(f"{fullname}-{sources_hash()}", abiflags))
 
 
 class KernelCache(FunctionCache):
@@ -221,9 +86,9 @@ class KernelCache(FunctionCache):
             self._remove_files_of_other_sources()
 
     def _remove_files_of_other_sources(self) -> None:
-        name, _ = self._impl.filename_base.split(f"-{_sources_hash()}-")
+        name, _ = self._impl.filename_base.split(f"-{sources_hash()}-")
         for file in Path(self.cache_path).glob(f"{name}-*-*.nb[ci]"):
-            if not file.name.startswith(f"{name}-{_sources_hash()}-"):
+            if not file.name.startswith(f"{name}-{sources_hash()}-"):
                 # Another process may have removed it first.
                 file.unlink(missing_ok=True)
 
@@ -315,19 +180,6 @@ def cold(function: Callable[P, R]) -> Callable[P, R]:
     0.0
     """
     return _compiled(function, OPTIONS, is_cold=True)
-
-
-def has_fused_products() -> bool:
-    """Return whether the processor that is compiled for multiplies and adds with one rounding."""
-    settings: Any = numba.config
-    if is_portable.get():
-        return False
-    if settings.CPU_NAME is not None:
-        # Chosen by the user; what its name implies is not known here.
-        return "+fma" in (settings.CPU_FEATURES or "")
-    if platform.machine().lower() in ("arm64", "aarch64"):
-        return True
-    return bool(llvmlite.binding.get_host_cpu_features().get("fma", False))
 
 
 def error_of_product(function: Callable[P, R]) -> Callable[P, R]:

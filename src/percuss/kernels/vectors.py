@@ -23,6 +23,7 @@ from numba.core import cgutils
 from numpy.typing import NDArray
 
 from percuss.arrays import Floats
+from percuss.kernels.intermediate_code import TYPES
 
 WIDTH = 8
 HALF = WIDTH // 2
@@ -49,6 +50,7 @@ class _EightType(_types.Type):  # type: ignore[misc]
 
 
 _EIGHT = _EightType()
+TYPES[str(_EIGHT)] = _EIGHT
 
 
 @_extending.register_model(_EightType)

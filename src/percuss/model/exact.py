@@ -22,7 +22,7 @@ from percuss.errors import ParameterError
 from percuss.kernels import law_formulas
 from percuss.kernels.arithmetic import LARGEST_ANGLE
 from percuss.model.ratios import PI, exact, ratio_of
-from percuss.numerics import cos, sin
+from percuss.numerics import cosine_sine
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -261,7 +261,7 @@ def plain(value: object) -> object:
     >>> plain(np.array(0.25)), plain(np.float32(0.1)), plain(np.int64(3))
     (0.25, 0.10000000149011612, 3)
     """
-    if type(value) in _PLAIN_TYPES or isinstance(value, bool):
+    if type(value) in _PLAIN_TYPES or value is None or isinstance(value, bool):
         return value
     # Recognised without importing NumPy. The item of an instant or a duration is a bare count of
     # its units, and that of a masked value is 0.
@@ -448,6 +448,8 @@ def as_fraction(value: Exact) -> Fraction:
     >>> as_fraction(0.5)
     Fraction(1, 2)
     """
+    if type(value) is float and math.isfinite(value):
+        return Fraction(value)
     number = plain(value)
     problem = number_problem(number)
     if problem is not None:
@@ -540,10 +542,10 @@ def cos_sin(phase: Phase) -> tuple[float, float]:
     0.5
     """
     if type(phase) is float and abs(phase) < LARGEST_ANGLE:
-        return cos(phase), sin(phase)
+        return cosine_sine(phase)
     times, plus = angle(phase)
     if times == 0 and abs(plus) > _LARGEST_REDUCED:
-        return cos(float(plus)), sin(float(plus))
+        return cosine_sine(float(plus))
     cosine, sine = _phasor(ratio_of(times), ratio_of(plus))
     return cosine, sine
 
@@ -565,6 +567,8 @@ def rational_cosine(times: Fraction, plus: Fraction) -> Fraction | None:
 def computed_in(*values: object) -> Iterator[Computed]:
     """Yield the numbers in parts of a model that follow from others."""
     for value in values:
+        if type(value) in _PLAIN_TYPES or value is None:
+            continue
         if isinstance(value, Computed):
             yield value
         elif isinstance(value, tuple):

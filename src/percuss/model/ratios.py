@@ -16,7 +16,6 @@ from typing import Any, TypeAlias
 
 from percuss.kernels import law_formulas
 from percuss.kernels.compile import uncompiled
-from percuss.numerics import exp, hypot
 
 __all__ = ["PI", "Ratio", "exact", "ratio_of"]
 
@@ -107,9 +106,6 @@ _ARITHMETIC: dict[str, Any] = {
     "rounded": _rounded,
     "rounded_pair": _rounded_pair,
     "nearest_whole": _nearest_whole,
-    # The same bits, without a compiler.
-    "exponential": exp,
-    "hypotenuse": hypot,
 }
 
 

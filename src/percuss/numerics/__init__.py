@@ -6,6 +6,7 @@ Those of NumPy, LAPACK and the C library differ between machines in the last dig
 from percuss.numerics.functions import (
     atan2,
     cos,
+    cosine_sine,
     exp,
     expm1,
     geometric,
@@ -42,6 +43,7 @@ __all__ = [
     "atan2",
     "cholesky",
     "cos",
+    "cosine_sine",
     "determinant",
     "directions",
     "dot",

@@ -18,6 +18,7 @@ from percuss.kernels.compile import uncompiled
 __all__ = [
     "atan2",
     "cos",
+    "cosine_sine",
     "exp",
     "expm1",
     "geometric",
@@ -189,6 +190,18 @@ def hypot(x: Any, y: Any) -> Any:
     5.0
     """
     return _evaluated(arithmetic.HYPOTENUSE, x, y)
+
+
+def cosine_sine(angle: float) -> tuple[float, float]:
+    """Return the cosine and the sine of a number.
+
+    Examples
+    --------
+    >>> cosine_sine(0.0)
+    (1.0, 0.0)
+    """
+    cosine, sine = _cosine_sine(angle)
+    return cosine, sine
 
 
 def phasor(angle: Floats | float) -> Complexes:

@@ -138,9 +138,11 @@ def proven(
     chaos: bool = False,
     orbits: tuple[int, int] | None = None,
     speeds: tuple[Exact, Exact] | None = None,
+    point: int | None = None,
 ) -> (
     CertifiedRun
     | CertifiedOrbit
+    | CertifiedPoint
     | CertifiedBranch
     | CertifiedBasins
     | CertifiedChaos
@@ -162,16 +164,21 @@ def proven(
         Impacts and periods of the orbits of which all are to be found, and the range of speeds after
         impacts, as in `list_of`.
 
+    point
+        Number of the special point of a branch that is to be proven by itself, from 1.
+
     Returns
     -------
-    CertifiedRun, CertifiedOrbit, CertifiedBranch, CertifiedBasins, CertifiedChaos or CompleteList
+    CertifiedRun, CertifiedOrbit, CertifiedPoint, CertifiedBranch, CertifiedBasins, CertifiedChaos or
+    CompleteList
         What has a certificate, or says what is open.
 
     Raises
     ------
     ParameterError
         If the study has a structure, no motion, orbit, branch or basins, or no forcing that chaos and
-        lists need; if speeds are given without the orbits, or these together with chaos.
+        lists need; if speeds are given without the orbits, or these together with chaos; if a branch
+        has no special point of that number.
     MissingExtraError
         If python-flint is not installed.
     """
@@ -198,8 +205,18 @@ def proven(
         )
         raise ParameterError("study", study.kind, reason)
     answer: Trajectory | PeriodicOrbit | Branch
+    if point is not None and study.kind != "branch":
+        raise ParameterError("point", point, "a special point of a branch; the study has none")
     answer = study.question.answer(study, Execution(progress=progress))
-    return certify(answer) if isinstance(answer, Branch) else certify(answer, digits)
+    if not isinstance(answer, Branch):
+        return certify(answer, digits)
+    if point is None:
+        return certify(answer)
+    number = len(answer.special_points)
+    if not 1 <= point <= number:
+        reason = f"the branch has {number} special point{'' if number == 1 else 's'}"
+        raise ParameterError("point", point, reason)
+    return certify(answer.special_points[point - 1], digits)
 
 
 def chaos_of(study: Study, progress: Report = None) -> CertifiedChaos:

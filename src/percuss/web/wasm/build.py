@@ -20,7 +20,8 @@ from typing import Any, get_type_hints
 
 from percuss.ensembles import decisions
 from percuss.kernels import batch, fill_law, law_columns, observables, record
-from percuss.kernels.compile import OPTIONS, is_portable
+from percuss.kernels.compile import OPTIONS
+from percuss.kernels.parts import is_portable
 from percuss.web import facts
 from percuss.web.wasm import attractors, basins, exponents
 from percuss.web.wasm.entries import ENTRIES, SIGNATURES

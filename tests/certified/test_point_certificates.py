@@ -1,0 +1,254 @@
+"""Special points by themselves: each is the shortest of branches, which another program proves again."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import json
+import re
+from fractions import Fraction
+from typing import Any
+
+import pytest
+from tests.certified.checker import changed, check, leaves
+from tests.certified.test_special_points import impacting, points
+
+import percuss as pc
+from percuss.certified import CertifiedPoint, certificate
+from percuss.errors import ParameterError
+
+WALL_0 = pc.find_orbit(pc.impact_oscillator("0.8"), pc.cosine("2.5"))
+ELASTIC = pc.find_orbit(pc.impact_oscillator(1), pc.cosine("2.5"))
+TWO_WALLS = pc.Oscillator(
+    1, "0.02", (pc.Wall("0.3", "above", "0.7"), pc.Wall("-0.5", "below", "0.7"))
+)
+SPRING_AND_WALL = pc.Oscillator(
+    1, "0.05", (pc.SoftStop("0.6", "above", 9), pc.Wall("0.9", "above", "0.7"))
+)
+
+
+def backlash() -> pc.PeriodicOrbit:
+    osc = pc.backlash_oscillator(gap=1, stiffness="26.7", damping="0.1")
+    orbits = pc.find_orbits(osc, pc.cosine("1.2", amplitude="1.2"), max_impacts=2, max_periods=2)
+    return next(o for o in orbits if o.n_impacts == 2 and o.stability == "unstable")
+
+
+def symmetric() -> pc.PeriodicOrbit:
+    walls = pc.Wall("0.3", "above", "0.7"), pc.Wall("-0.3", "below", "0.7")
+    return pc.find_orbit(pc.Oscillator(1, "0.02", walls), pc.cosine("1.5"), 2, 1)
+
+
+def point_of(orbit: pc.PeriodicOrbit, path: str, ends: tuple[float, float], near: float) -> Any:
+    branch = pc.continue_orbit(orbit, over={path: ends})
+    return min(branch.special_points, key=lambda point: abs(point.value - near))
+
+
+def proven_again(claims: dict[str, Any], said: str) -> tuple[Fraction, Fraction]:
+    """Return the numbers between which the parameter is proven to be."""
+    lines = check.theorem(json.dumps(claims)).splitlines()
+    (line,) = (line for line in lines if said in line)
+    low, high = re.findall(r"-?[0-9]+\.[0-9]+", line)
+    return Fraction(low), Fraction(high)
+
+
+@pytest.mark.parametrize("digits", [8, 12, 25])
+def test_a_doubling_is_proven_again(digits: int) -> None:
+    point = points(WALL_0, "forcing.omega", 2.3, 2.8)["period_doubling"]
+
+    claims = certificate(pc.certify(point, digits=digits))
+
+    low, high = proven_again(claims, "a multiplier is -1, and orbits of twice the period branch")
+    # 20 digits by another way: see tests/reference/cases.json, pd-r0.8-n1.
+    known, unit = Fraction("2.6533477278553229342"), Fraction(1, 10**19)
+    assert low - unit <= known <= high + unit
+    assert high - low < Fraction(1, 10 ** (digits - 1))
+
+
+@pytest.mark.parametrize("digits", [8, 25])
+def test_a_fold_is_proven_again(digits: int) -> None:
+    point = points(impacting(1), "oscillator.stops.0.at", 0.5, 2.5)["fold"]
+
+    claims = certificate(pc.certify(point, digits=digits))
+
+    low, high = proven_again(claims, "p is extremal along the curve")
+    # sigma = G sqrt(1 + (omega k_x / k_d)^2): tests/reference/cases.json, fold-a0.05-r0.7-w1.5.
+    known, unit = Fraction("2.1214694431410491882"), Fraction(1, 10**19)
+    assert low - unit <= known <= high + unit
+    assert high - low < Fraction(1, 10**digits)
+
+
+@pytest.mark.parametrize("n_impacts", [0, 1])
+def test_a_graze_is_proven_again_from_both_sides(n_impacts: int) -> None:
+    point = points(impacting(n_impacts), "oscillator.stops.0.at", 0.5, 2.5)["grazing"]
+
+    claims = certificate(pc.certify(point))
+
+    low, high = proven_again(claims, "event 0 has no velocity")
+    # The amplitude of steady motion, 1/|1 - omega^2 + 2 i a omega|; the words round down.
+    unit = Fraction(1, 10**20)
+    assert low**2 <= 1 / (Fraction(25, 16) + Fraction(9, 400)) <= (high + unit) ** 2
+    assert high - low < Fraction(1, 10**20)
+
+
+@pytest.mark.parametrize(
+    ("point", "said"),
+    [
+        (lambda: point_of(symmetric(), "forcing.amplitude", (0.4, 1.1), 0.593), "half an orbit"),
+        (lambda: points(backlash(), "forcing.amplitude", 0.3, 2.5)["fold"], "p is extremal"),
+        (lambda: point_of(ELASTIC, "forcing.omega", (2.2, 2.9), 2.457), "are i and -i"),
+        (lambda: point_of(ELASTIC, "forcing.omega", (2.2, 2.9), 2.562), "exp(2 pi i/3)"),
+        (
+            lambda: point_of(
+                pc.find_orbit(TWO_WALLS, pc.cosine("1.5"), 2, 1),
+                "oscillator.stops.1.at",
+                (-3, -0.4),
+                -1.4485,
+            ),
+            "event 1 has no velocity",
+        ),
+        (
+            lambda: point_of(
+                pc.find_orbit(TWO_WALLS, pc.cosine("1.5"), 2, 1),
+                "oscillator.stops.1.at",
+                (-3, -0.4),
+                -0.4468,
+            ),
+            "event 2 has no velocity",
+        ),
+        (
+            lambda: point_of(
+                pc.find_orbit(SPRING_AND_WALL, pc.cosine("1.5", amplitude=2), 2, 1),
+                "forcing.amplitude",
+                (0.1, 2.5),
+                0.776,
+            ),
+            "event 2 has no velocity",
+        ),
+    ],
+    ids=[
+        "symmetry breaking",
+        "fold of four events",
+        "fourth roots",
+        "third roots",
+        "graze of the last impact",
+        "graze between two events",
+        "graze among soft stops",
+    ],
+)
+def test_points_of_each_kind_are_proven_again(point: Any, said: str) -> None:
+    proven = pc.certify(point())
+
+    low, high = proven_again(certificate(proven), said)
+
+    unit = Fraction(1, 10**9)
+    assert low - unit < Fraction(proven.value.mid()) < high + unit
+    assert high - low < unit
+
+
+@pytest.fixture(scope="module")
+def doubling() -> CertifiedPoint:
+    return pc.certify(points(WALL_0, "forcing.omega", 2.3, 2.8)["period_doubling"])
+
+
+@pytest.mark.parametrize(
+    "point",
+    [
+        lambda: points(WALL_0, "forcing.omega", 2.3, 2.8)["period_doubling"],
+        lambda: points(impacting(1), "oscillator.stops.0.at", 0.5, 2.5)["fold"],
+        lambda: point_of(symmetric(), "forcing.amplitude", (0.4, 1.1), 0.593),
+        lambda: point_of(ELASTIC, "forcing.omega", (2.2, 2.9), 2.457),
+        lambda: points(impacting(1), "oscillator.stops.0.at", 0.5, 2.5)["grazing"],
+    ],
+    ids=["doubling", "fold", "symmetry breaking", "resonance", "graze"],
+)
+def test_a_point_that_is_changed_anywhere_is_refused(point: Any) -> None:
+    claims = certificate(pc.certify(point()))
+    check.theorem(json.dumps(claims))
+    strips = claims["curves"][0]["strips"]
+
+    for path in leaves(claims):
+        if path[-1] == "slow" and strips[path[3]]["along"] == 1 and path[3] == 1:
+            # The strip with a fold is along a velocity already: other equations prove it as well.
+            assert "p is extremal" in check.theorem(changed(claims, path))
+            continue
+        with pytest.raises(check.NotProvenError):
+            check.theorem(changed(claims, path))
+
+
+def test_a_point_of_another_kind_than_it_is_is_refused(doubling: CertifiedPoint) -> None:
+    claims = certificate(doubling)
+    for kind in ("fold", "symmetry_breaking", "third_root", "fourth_root", "grazing"):
+        other = copy.deepcopy(claims)
+        other["curves"][0]["points"][0]["kind"] = kind
+        with pytest.raises(check.NotProvenError):
+            check.theorem(json.dumps(other))
+
+
+def test_the_ends_of_a_doubling_alone_do_not_tell_that_orbits_branch_off() -> None:
+    """Where 1 may be a multiplier on the way, only the multiplier -1 is told."""
+    signs = {kind: {0} for kind in check.POINTS}
+
+    class Given:
+        def __init__(self, doubling: int, fold: int) -> None:
+            self.signs = signs | {"period_doubling": {doubling}, "fold": {fold}}
+
+    def said(*strips: Given) -> str:
+        return str(check._point_said({}, "period_doubling", strips, mirrored=False))
+
+    assert "twice the period" in said(Given(1, 1), Given(0, 1), Given(-1, 1))
+    assert said(Given(1, 1), Given(0, 0), Given(-1, 1)) == "a multiplier is -1"
+    assert said(Given(1, 1), Given(0, 1), Given(-1, -1)) == "a multiplier is -1"
+    assert said(Given(1, 1), Given(-1, 1), Given(1, 1)) == ""
+
+
+def test_roots_of_one_of_a_law_that_does_not_keep_areas_are_refused() -> None:
+    claims = certificate(pc.certify(point_of(ELASTIC, "forcing.omega", (2.2, 2.9), 2.457)))
+    for place, name, value in (("regions", "damping", "1/10000000000000000000000"),
+                               ("bounds", "restitution", ["1", "-1/10000000000000000000000"])):  # fmt: skip
+        other = copy.deepcopy(claims)
+        other["law"][place][0][name] = value
+        with pytest.raises(check.NotProvenError):
+            check.theorem(json.dumps(other))
+
+
+def formal() -> CertifiedPoint:
+    point = points(WALL_0, "forcing.omega", 2.3, 2.8)["period_doubling"]
+    with pytest.warns(pc.FormalOrbitWarning):
+        orbit = pc.find_orbit(
+            WALL_0.oscillator, pc.cosine(point.value), guess=(point.orbit.t0, point.orbit.v0)
+        )
+    return pc.certify(dataclasses.replace(point, orbit=orbit))
+
+
+def soft_graze() -> CertifiedPoint:
+    osc = pc.Oscillator(1, "0.05", (pc.SoftStop("0.6", "above", 9),))
+    orbits = pc.find_orbits(osc, pc.cosine("1.5"), max_impacts=1, max_periods=1)
+    orbit = next(orbit for orbit in orbits if orbit.n_impacts == 1)
+    return pc.certify(points(orbit, "oscillator.stops.0.at", 0.3, 2.5)["grazing"])
+
+
+def corner() -> CertifiedPoint:
+    stops = pc.SoftStop("1.1", "above", 4), pc.SoftStop("1.2", "above", 9)
+    orbit = pc.find_orbit(pc.Oscillator(1, "0.05", stops), pc.cosine("1.5", amplitude=4), 2, 1)
+    branch = pc.continue_orbit(orbit, over={"oscillator.stops.1.at": (1.5, 0.9)})
+    return pc.certify(next(point for point in branch.special_points if point.kind == "corner"))
+
+
+def unproven() -> CertifiedPoint:
+    point = points(WALL_0, "forcing.omega", 2.3, 2.8)["period_doubling"]
+    return pc.certify(dataclasses.replace(point, kind="chatter"))
+
+
+@pytest.mark.parametrize(
+    ("point", "reason"),
+    [
+        (formal, "its orbits pass through a stop"),
+        (soft_graze, "a touch of a soft stop is no impact"),
+        (corner, "a corner is the place of a stop, exactly"),
+        (unproven, "the point is not proven: infinitely many impacts"),
+    ],
+)
+def test_points_without_a_certificate_say_why(point: Any, reason: str) -> None:
+    proven = point()
+    with pytest.raises(ParameterError, match=reason):
+        certificate(proven)
