@@ -945,12 +945,17 @@ def shot_of(cycle: Cycle, states: Sequence[Pair]) -> Shot:
     rows: list[list[Interval]] = []
     monodromy = ((of(1), zero), (zero, of(1)))
     for leg in cycle.legs():
-        bound, number = events[leg.k]["bound"], events[leg.k]["region"]
-        image = met(law, number, departing(law, number, bound, states[leg.k]), bound)
+        bound, number, state = events[leg.k]["bound"], events[leg.k]["region"], states[leg.k]
+        # From a wall that keeps nothing the start is at rest, whatever the interval of v.
+        rests = bound < len(law.bounds) and law.bounds[bound].restitution == 0
+        state = (state[0], zero) if rests else state
+        image = met(law, number, departing(law, number, bound, state, may_rest=rests), bound)
         if (image.bound, image.region) != (leg.bound, leg.region):
             raise NotProvenError("the events of the orbit are not those claimed")
-        by_t, by_v = image.derivative
-        derivative = by_t, (leg.sign * by_v[0], leg.sign * by_v[1])
+        (t_t, t_v), (v_t, v_v) = image.derivative
+        if rests:
+            t_v = v_v = zero
+        derivative = (t_t, t_v), (leg.sign * v_t, leg.sign * v_v)
         monodromy = product(derivative, monodromy)
         ends = image.t - leg.later.value, leg.sign * image.v
         slopes = image.slopes[0] - leg.later.slope, leg.sign * image.slopes[1]

@@ -38,6 +38,7 @@ GAP = pc.Oscillator(
     1, "1/50", (pc.Wall("3/10", "above", "7/10"), pc.Wall("-3/10", "below", "7/10"))
 )
 DAMPED = pc.impact_oscillator("7/10", damping="1/20", wall="1/5")
+PLASTIC = pc.impact_oscillator(0, damping="1/20", wall="1/2", side="above")
 BALL = pc.Oscillator(0, stops=(pc.Wall(at=0, side="below", restitution="4/5"),))
 TWO_TONES = pc.cosine(1, amplitude="1/2", phase="pi/3") + pc.cosine("3/2", amplitude="1/5")
 
@@ -131,8 +132,9 @@ def test_a_long_chaotic_run_is_proven_again(n: int) -> None:
             "2 events in 2 periods of the force, 10/7 pi",
         ),
         (GAP, pc.cosine("3/2"), (2, 1), "2 events in 1 periods of the force, 4/3 pi long, lie"),
+        (PLASTIC, pc.cosine("3/2"), (1, 1), "Neighbouring motions approach it"),
     ],
-    ids=["wall", "soft stop", "two periods in one", "two walls"],
+    ids=["wall", "soft stop", "two periods in one", "two walls", "without rebound"],
 )
 def test_orbits_are_proven_again(
     osc: pc.Oscillator, force: pc.Forcing, kind: tuple[int, int], said: str
@@ -161,11 +163,28 @@ def test_a_run_that_is_changed_anywhere_is_refused(run: dict[str, Any]) -> None:
 
 
 def test_an_orbit_that_is_changed_anywhere_is_refused(orbit: dict[str, Any]) -> None:
-    check.theorem(json.dumps(orbit))
+    plastic = certificate(pc.certify(pc.find_orbit(PLASTIC, pc.cosine("3/2"))))
 
-    for path in leaves(orbit):
-        with pytest.raises(check.NotProvenError):
-            check.theorem(changed(orbit, path))
+    for claims in (orbit, plastic):
+        check.theorem(json.dumps(claims))
+        for path in leaves(claims):
+            with pytest.raises(check.NotProvenError):
+                check.theorem(changed(claims, path))
+
+
+def test_a_mass_that_the_force_holds_on_a_wall_without_rebound_leaves_it_in_no_orbit() -> None:
+    claims = certificate(pc.certify(pc.find_orbit(PLASTIC, pc.cosine("3/2"))))
+    (event,) = claims["events"]
+
+    # Half a period later the force points to the other side.
+    t = [str(Fraction(end) + Fraction("2.0943951")) for end in event["t"]]
+    with pytest.raises(check.NotProvenError):
+        check.theorem(json.dumps(claims | {"events": [event | {"t": t}]}))
+    # Of a wall that keeps anything a velocity about zero is none.
+    law = claims["law"]
+    other = law | {"bounds": [law["bounds"][0] | {"restitution": "1/1000000000000000"}]}
+    with pytest.raises(check.NotProvenError, match="does not lead into its region"):
+        check.theorem(json.dumps(claims | {"law": other}))
 
 
 @pytest.mark.parametrize("every", [240, pytest.param(1, marks=pytest.mark.nightly)])

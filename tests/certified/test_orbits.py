@@ -270,3 +270,22 @@ def test_no_stability_is_claimed_of_what_is_not_proven_to_be_a_motion(amplitude:
     assert abs(proven.multipliers[0].real.mid()) < 1  # of the formal map
     assert "asymptotic" not in repr(proven)
     assert "alone with these events" in repr(proven)
+
+
+@pytest.mark.parametrize(
+    ("omega", "admissible", "stability"),
+    [("2.5", True, "asymptotic"), ("3.3", True, "unstable"), ("2", False, "undecided")],
+)
+def test_after_an_impact_without_rebound_the_force_decides(
+    omega: str, admissible: bool, stability: str
+) -> None:
+    """At omega = 2 it points to the wall: the mass sticks, and the orbit of one impact is formal."""
+    osc = pc.impact_oscillator(0, damping="0.05")
+
+    proven = pc.certify(pc.find_orbit(osc, pc.cosine(omega), formal=not admissible))
+
+    assert (proven.admissible, proven.stability) == (admissible, stability)
+    assert proven.impacts.v_after[0].contains(0)
+    if admissible:
+        run = pc.simulate(osc, pc.cosine(omega), v0=0, t0=proven.t0.mid(), max_impacts=1)
+        assert abs(run.impacts.t[0] - proven.t0.mid() - proven.period.mid()) < 1e-9

@@ -440,3 +440,10 @@ def test_a_division_by_zero_in_a_kernel_is_infinite() -> None:
         return 1.0 / x
 
     assert inverse(0.0) == float("inf")
+
+
+def test_compiled_kernels_are_loaded_without_what_compiling_needs(compiled: Package) -> None:
+    """numba's modules for it take a quarter of a second to import."""
+    script = "import sys\nfrom throwaway.caller import caller\ncaller(1.0)\nprint('numba.np.arrayobj' in sys.modules)"
+
+    assert compiled.run(script).stdout == "False\n"

@@ -20,7 +20,7 @@ WALL = pc.impact_oscillator("0.8")
     ("question", "osc", "omega"),
     [
         (Orbit(), WALL, "2.5"),
-        # Whether a mass without rebound leaves its stop is left open; the picture says so.
+        # The force holds a mass without rebound on its stop: the orbit passes through it.
         (Orbit(), pc.impact_oscillator(0, damping="0.05"), "2"),
         (Branch(Sought(), {"forcing.omega": ("2.3", "2.8")}), WALL, "2.5"),
         (Branch(Sought(), {"forcing.omega": ("2.45", "2.55")}), WALL, "2.5"),

@@ -20,6 +20,7 @@ from percuss.certified.step import (
     beyond,
     bracket_within,
     first_bracket,
+    flight_of,
     state_in_flight,
 )
 from percuss.certified.system import BallSystem
@@ -108,7 +109,10 @@ def meets_first(equations: Shooting, i: int, states: States) -> bool:
     pieces = [start for start, _ in equations.pieces_of_flight(i, states)]
     start = pieces[0]
     off = 1 if system.regions[start.region].lower == start.bound else -1
-    if off * states[i][1] < 0:
+    v = states[i][1]
+    # From rest the motion goes where the force points.
+    away = flight_of(system, start, whole=True).a0 if v.is_zero() else v
+    if off * away < 0:
         return False
     for piece, following in pairwise(pieces):
         assert following.moment is not None

@@ -357,7 +357,9 @@ class Shooting:
         """Return the departure from an event in all states of two balls."""
         event = self.events[i]
         piece = law_of(self.system).piece_at(Moment(state[0]))
-        return Departure(event.after, Cloud.of(*state), event.bound, piece=piece)
+        # From a wall that keeps nothing, at rest exactly, the acceleration takes off.
+        order = 2 if state[1].is_zero() else 1
+        return Departure(event.after, Cloud.of(*state), event.bound, order=order, piece=piece)
 
     def pieces_of_flight(self, i: int, states: States) -> list[tuple[Departure, BallMatrix | None]]:
         """Return the departures into the pieces of a record that the flight from event i passes.

@@ -68,12 +68,14 @@ class KernelCache(FunctionCache):
 
     def load_overload(self, sig: object, target_context: object) -> object:
         """Load machine code; return None where no file of it can be used."""
+        overload = None
         try:
-            overload = super().load_overload(sig, target_context)
+            # numba's own loads all that compiling needs first, a quarter of a second.
+            with self._guard_against_spurious_io_errors():
+                overload = self._load_overload(sig, target_context)
         except Exception:  # noqa: BLE001  a damaged file raises whatever unpickling it leads to
             with contextlib.suppress(OSError):
                 self.flush()
-            overload = None
         if overload is None:
             _announce_compilation()
         return overload
