@@ -59,7 +59,9 @@ class Plan:
     n_points
         Number of points kept, the last ones, >= 1.
     with_extremes
-        Whether extremes of x and the work of the dashpots are recorded: it takes twice as long.
+        Whether extremes of x are recorded.
+    with_work
+        Whether the work of the dashpots is recorded: it takes several times as long.
     with_loads
         Whether the loads are recorded: peaks of forces, and means: it takes five times as long.
     with_means
@@ -87,6 +89,7 @@ class Plan:
     section: int = observables.NO_POINTS
     n_points: int = 1
     with_extremes: bool = False
+    with_work: bool = False
     with_loads: bool = False
     with_means: bool = False
     max_impacts: int = MOST_IMPACTS
@@ -192,7 +195,12 @@ def follow_batch(
         laws[which, 0, PERIOD_TURNS] = 1.0 / plan.timed
 
     options = batch.Options(
-        plan.max_impacts, plan.section, plan.with_extremes, plan.with_loads, PATIENCE
+        plan.max_impacts,
+        plan.section,
+        plan.with_extremes,
+        plan.with_work,
+        plan.with_loads,
+        PATIENCE,
     )
 
     def march(rows: slice) -> None:
