@@ -38,7 +38,9 @@ def follow_on_device(arrays: Any, buffers: Any, section: int, with_extremes: boo
         search = Scratch(phases[i, 3], phases[i, 4], phases[i, 5], phases[i, 6], phases[i, 7])
         loads = observables.LoadSpace(derived[i], derived[i, 0], search)
         workspace = batch.Workspace(events[i], marks[i], grazes[i], phases[i, :3], loads)
-        options = batch.Options(MOST_IMPACTS, section, with_extremes, False, PATIENCE)
+        options = batch.Options(
+            MOST_IMPACTS, section, with_extremes, with_extremes, False, PATIENCE
+        )
         member = batch.member_of(motions, workspace, i)
         batch.begin_member(member, options)
         status[i] = batch.follow(member, options, False)

@@ -155,7 +155,7 @@ def test_the_energy_that_is_lost_is_the_work_of_the_force() -> None:
     period = float(force.period or math.nan)
     start = np.array([[0.0, 1.0, 0.0]])
 
-    motions = follow(osc, force, start, 401 * period, since=400 * period, with_extremes=True)
+    motions = follow(osc, force, start, 401 * period, since=400 * period, with_work=True)
 
     run = pc.simulate(osc, force, v0=1.0, t_end=401.5 * period)
     cuts = run.impacts.t[(run.impacts.t > 400 * period) & (run.impacts.t < 401 * period)]

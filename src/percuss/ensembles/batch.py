@@ -22,6 +22,7 @@ from percuss.kernels.law_columns import MASS, N_HARMONICS, PERIOD_TURNS, STOP_CO
 from percuss.kernels.linear_observables import Scratch
 from percuss.kernels.observables import LoadSpace
 from percuss.motion.reach import free_until
+from percuss.wording import counted
 
 __all__ = [
     "MOST_IMPACTS",
@@ -58,7 +59,9 @@ class Plan:
     n_points
         Number of points kept, the last ones, >= 1.
     with_extremes
-        Whether extremes of x and the work of the dashpots are recorded: it takes twice as long.
+        Whether extremes of x are recorded.
+    with_work
+        Whether the work of the dashpots is recorded: it takes several times as long.
     with_loads
         Whether the loads are recorded: peaks of forces, and means: it takes five times as long.
     with_means
@@ -86,6 +89,7 @@ class Plan:
     section: int = observables.NO_POINTS
     n_points: int = 1
     with_extremes: bool = False
+    with_work: bool = False
     with_loads: bool = False
     with_means: bool = False
     max_impacts: int = MOST_IMPACTS
@@ -191,7 +195,12 @@ def follow_batch(
         laws[which, 0, PERIOD_TURNS] = 1.0 / plan.timed
 
     options = batch.Options(
-        plan.max_impacts, plan.section, plan.with_extremes, plan.with_loads, PATIENCE
+        plan.max_impacts,
+        plan.section,
+        plan.with_extremes,
+        plan.with_work,
+        plan.with_loads,
+        PATIENCE,
     )
 
     def march(rows: slice) -> None:
@@ -292,7 +301,7 @@ def reason_of(status: int, plan: Plan) -> str | None:
     if status == columns.OVERFLOW:
         return "the motion grew beyond 1e150"
     if status == columns.REACHED_LIMIT and plan.until.size and plan.until.min() < math.inf:
-        return f"more than {plan.max_impacts} impacts before the end"
+        return f"more than {counted(plan.max_impacts, 'impact')} before the end"
     if status == NO_MODES:
         return "the stops that act hold it twice, or leave modes that cannot be told apart"
     if status in (columns.SPENT, columns.NO_MORE, batch.NEW):

@@ -110,9 +110,9 @@ class Measure:
         Returns the numbers of motions from their results, their plan and the window.
     of_structures, of_displacement
         Whether structures have it, and whether it is that of one displacement.
-    needs_extremes, needs_loads, needs_strobes, needs_peaks, needs_tangent
-        What the kernels must record for it: extremes and work; loads; a strobe in each period;
-        the fastest impacts of intervals of time; the growth of a perturbation.
+    needs_extremes, needs_work, needs_loads, needs_strobes, needs_peaks, needs_tangent
+        What the kernels must record for it: extremes; the work of dashpots; loads; a strobe in
+        each period; the fastest impacts of intervals of time; the growth of a perturbation.
     is_mean
         Whether structures need a run of its own for it: a mean over time, or an acceleration.
     without
@@ -125,6 +125,7 @@ class Measure:
     of_structures: bool = True
     of_displacement: bool = False
     needs_extremes: bool = False
+    needs_work: bool = False
     needs_loads: bool = False
     needs_strobes: bool = False
     needs_peaks: bool = False
@@ -316,7 +317,7 @@ MEASURES: dict[str, Measure] = {
         "energy per unit mass that impacts and dashpots take in a forcing period",
         _dissipated,
         of_structures=False,
-        needs_extremes=True,
+        needs_work=True,
     ),
     "peak_stop_force": Measure(
         FORCE,
@@ -461,6 +462,7 @@ def _plan(
     return replace(
         plan,
         with_extremes=any(measure.needs_extremes for measure in measures),
+        with_work=any(measure.needs_work for measure in measures),
         with_loads=any(measure.needs_loads for measure in measures),
         with_means=any(measure.is_mean for measure in measures),
         max_impacts=max_impacts,

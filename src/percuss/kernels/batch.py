@@ -18,8 +18,16 @@ from typing import NamedTuple
 import numpy as np
 
 from percuss.arrays import Floats, Integers
+from percuss.kernels.arithmetic import logarithm
 from percuss.kernels.compile import formula, kernel
 from percuss.kernels.flight import Flight, constant_force, set_phases
+from percuss.kernels.harmonic_observables import (
+    carry_by_harmonic_flight,
+    flight_summit,
+    is_carried,
+    is_within,
+    side_of_wall,
+)
 from percuss.kernels.law_columns import (
     HARMONIC,
     LOWER,
@@ -31,6 +39,7 @@ from percuss.kernels.law_columns import (
 from percuss.kernels.linear_observables import AT_KNOT
 from percuss.kernels.loads import observe_loads
 from percuss.kernels.lockstep import (
+    AREA,
     AT,
     AT_LOW,
     BEFORE,
@@ -38,26 +47,45 @@ from percuss.kernels.lockstep import (
     DONE,
     LANDED,
     LEFT,
+    LOG_KEPT,
     MODE,
+    MOTION,
+    NEAR_V,
+    NEAR_X,
     NEXT_AT,
     NEXT_AT_LOW,
     NEXT_SPEED,
+    RESTITUTION,
+    SEEN_V,
+    SEEN_Y,
     SIGN,
     SLOTS,
     SPEED,
+    STROBE,
+    SUMMIT,
+    WAS_X,
     fly_round,
     load_law,
     load_state,
     move_slot,
     store_state,
 )
+from percuss.kernels.lockstep_observables import (
+    carry_neighbours,
+    find_summits,
+    see_neighbours,
+    see_strobes,
+)
 from percuss.kernels.march import begin, flight_of, fly, skip_ahead, stay
 from percuss.kernels.observables import (
+    AHEAD_V,
+    AHEAD_X,
     END_V,
     END_X,
     N_OBSERVABLES,
     PASSAGES,
     SEARCHED,
+    SHRUNK,
     SINCE,
     STROBES,
     TANGENTS,
@@ -67,14 +95,20 @@ from percuss.kernels.observables import (
     clear_observables,
     end_at,
     is_strobe_due,
+    keep_within,
     move_neighbour,
     note_peak,
+    note_place,
     observe_event,
-    observe_flight,
+    observe_extremes,
     observe_impact,
     observe_passages,
+    observe_work,
     strobe,
+    strobe_instant,
     strobe_neighbour,
+    write_neighbour,
+    write_point,
 )
 from percuss.kernels.record import (
     AT_REST,
@@ -155,13 +189,14 @@ class Options(NamedTuple):
     """Options of all members.
 
     ``section`` names the points that are kept (`observables`), ``with_extremes`` asks for the
-    extremes, ``with_loads`` for the loads, and ``patience`` bounds the searches of each member
-    before control returns.
+    extremes, ``with_work`` for the work of the dashpots, ``with_loads`` for the loads, and
+    ``patience`` bounds the searches of each member before control returns.
     """
 
     max_impacts: int
     section: int
     with_extremes: bool
+    with_work: bool
     with_loads: bool
     patience: int
 
@@ -298,16 +333,16 @@ def observe_stretches(
         past = Flight(law, region, start, phases, arrival)
         until = events[row, EVENT_T] if count > 0 else plan[UNTIL]
         if until >= plan[SINCE]:
-            observe_stretch(member, options, past, x, in_contact, (until, count == 0))
+            low = events[row, EVENT_T_LOW] if count > 0 else 0.0
+            observe_stretch(member, options, past, x, in_contact, (until, low, count == 0))
             if options.with_loads:
-                low = events[row, EVENT_T_LOW] if count > 0 else 0.0
                 observe_loads(member, past, x, in_contact, row, ((until, low), count == 0))
         if count == 0:
             set_phases(law, start[0], start[1], phases)
             end_at(past, x, in_contact, until, member.values)
         else:
             if options.section == TANGENTS and (not in_contact or marks[row, KIND] == CONTACT):
-                carry_neighbour(member, past, row)
+                carry_neighbour(member, past, x, row)
             observe_event(member, region, row, options.section)
             member.values[SEARCHED + AT_KNOT] = 1.0 if marks[row, KIND] == KNOT else 0.0
             x = run.state[X]
@@ -323,13 +358,16 @@ def observe_stretch(
     flight: Flight,
     x: float,
     in_contact: bool,
-    end: tuple[float, bool],
+    end: tuple[float, float, bool],
 ) -> None:
-    """Record strobes and extremes of a stretch; ``end`` is its end, and whether it is the last."""
+    """Record strobes, extremes and work of a stretch.
+
+    ``end`` is its end, as a pair, and whether it is the last.
+    """
     law, region, start, phases, _ = flight
     since = member.plan[SINCE]
     # A strobe at the very instant of an event belongs to what follows.
-    before = math.inf if end[1] else end[0]
+    before = math.inf if end[2] else end[0]
     if options.section == STROBES and is_strobe_due(member, before):
         set_phases(law, start[0], start[1], phases)
         strobe(member, flight, x, in_contact, before)
@@ -338,30 +376,63 @@ def observe_stretch(
     if options.section == PASSAGES:
         set_phases(law, start[0], start[1], phases)
         observe_passages(member, flight, x, in_contact, end[0])
-    if options.with_extremes and not in_contact:
+    if (options.with_extremes or options.with_work) and not in_contact:
         set_phases(law, start[0], start[1], phases)
         span = (max(0.0, since - start[0]), (end[0] - start[0]) - start[1])
-        observe_flight(flight, x, span, member.values)
+        if options.with_extremes and not sees_summit(member, flight, x, end):
+            observe_extremes(flight, x, span, member.values)
+        if options.with_work:
+            observe_work(flight, span, member.values)
+
+
+@kernel
+def sees_summit(member: Member, flight: Flight, x: float, end: tuple[float, float, bool]) -> bool:
+    """Record the extremes of a flight from the only wall and back to it; return False for others."""
+    law, region, start, _, _ = flight
+    side = side_of_wall(law, region, x)
+    if end[2] or not side * start[2] > 0.0 or start[0] < member.plan[SINCE]:
+        return False
+    top = flight_summit(flight, side, (end[0] - start[0]) + (end[1] - start[1]))
+    return notes_summit(x, side, top, member.values)
 
 
 @formula
-def carry_neighbour(member: Member, flight: Flight, row: int) -> None:
-    """Carry the neighbour along the flight to the event of a row, and over it."""
+def notes_summit(x: float, side: float, top: float, values: Floats) -> bool:
+    """Record the extremes of a flight from a wall at x; return False where ``top`` is NaN."""
+    if not top >= 0.0:
+        return False
+    note_place(x, values)
+    note_place(x + side * top, values)
+    return True
+
+
+@formula
+def carry_neighbour(member: Member, flight: Flight, x: float, row: int) -> None:
+    """Carry the neighbour along a flight from x to the event of a row, and over it."""
     law, region, start, phases, _ = flight
-    events, marks = member.run.events, member.run.marks
+    events, marks, values = member.run.events, member.run.marks, member.values
     t = events[row, EVENT_T]
     t_low = events[row, EVENT_T_LOW]
+    v = events[row, V_BEFORE]
     kind = marks[row, KIND]
+    s = (t - start[0]) + (t_low - start[1])
+    from_wall = side_of_wall(law, region, x) * start[2] > 0.0
+    if kind == IMPACT and from_wall and is_carried(law, region, s):
+        ahead = (values[AHEAD_X], values[AHEAD_V])
+        x1, v1, lost = carry_by_harmonic_flight(law, start, region, (t, t_low), v, ahead)
+        values[AHEAD_X] = x1
+        values[AHEAD_V] = v1
+        values[SHRUNK] += lost
+        keep_within(values)
+        return
     event = (kind, marks[row, BOUND], region, marks[row, NEXT_REGION])
-    jump = event_saltation(law, event, (t, t_low), events[row, V_BEFORE], phases)
+    jump = event_saltation(law, event, (t, t_low), v, phases)
     restitution = 1.0
     if kind == IMPACT:
-        speed = abs(events[row, V_BEFORE])
-        restitution = kept_of_area(law, region, int(marks[row, BOUND]), speed)
+        restitution = kept_of_area(law, region, int(marks[row, BOUND]), abs(v))
     if kind == CONTACT:
         restitution = 0.0
-    s = (t - start[0]) + (t_low - start[1])
-    move_neighbour(law, region, s, restitution, jump, member.values)
+    move_neighbour(law, region, s, restitution, jump, values)
 
 
 @kernel
@@ -383,9 +454,24 @@ def run_batch(
         many = taken > FEWEST
         k = 0
         while k * SLOTS < taken:
-            if not many or fly_round(blocks.numbers[k]) > 0:
+            if not many or fly_and_see(options, blocks.numbers[k]) > 0:
                 taken = serve_block(batch, workspace, options, blocks, k, taken, many)
             k += 1
+
+
+@formula
+def fly_and_see(options: Options, block: Floats) -> int:
+    """Make a round, and what it takes to observe its flights; return how many are to be served."""
+    left = fly_round(block)
+    if options.section == TANGENTS:
+        left += carry_neighbours(block)
+        if left > 0:
+            see_neighbours(block)
+    if left > 0 and options.section == STROBES:
+        see_strobes(block)
+    if left > 0 and options.with_extremes:
+        find_summits(block)
+    return left
 
 
 @kernel
@@ -456,10 +542,51 @@ def serve_block(
 def load_slot(member: Member, options: Options, block: Floats, slot: int) -> None:
     """Load a member that leaves its wall into a slot."""
     run, plan, values = member.run, member.plan, member.values
-    from_start = options.section == TANGENTS or values.shape[0] > N_OBSERVABLES
-    since = -math.inf if from_start else plan[SINCE]
-    load_law(block, slot, run.law, run.counters[REGION], since, plan[UNTIL])
+    law, region = run.law, run.counters[REGION]
+    since = -math.inf if values.shape[0] > N_OBSERVABLES else plan[SINCE]
+    load_law(block, slot, law, region, since, plan[UNTIL])
+    block[LOG_KEPT * SLOTS + slot] = 2.0 * logarithm(block[RESTITUTION * SLOTS + slot])
+    load_member(member, options, block, slot)
+
+
+@formula
+def load_member(member: Member, options: Options, block: Floats, slot: int) -> None:
+    """Load the state of a member into its slot, with what is observed of it."""
+    run = member.run
     load_state(block, slot, run.state, options.max_impacts - run.counters[N_IMPACTS])
+    load_strobe(member, block, slot)
+    load_neighbour(member.values, block, slot)
+
+
+@formula
+def load_strobe(member: Member, block: Floats, slot: int) -> None:
+    """Load the instant of the next strobe into a slot."""
+    instant = strobe_instant(member)
+    block[STROBE * SLOTS + slot] = instant if instant <= member.plan[UNTIL] else math.inf
+
+
+@formula
+def load_neighbour(values: Floats, block: Floats, slot: int) -> None:
+    """Load a neighbour into a slot."""
+    block[NEAR_X * SLOTS + slot] = values[AHEAD_X]
+    block[NEAR_V * SLOTS + slot] = values[AHEAD_V]
+    block[AREA * SLOTS + slot] = values[SHRUNK]
+
+
+@formula
+def store_member(member: Member, options: Options, block: Floats, slot: int) -> None:
+    """Store the state of a slot into its member, with what is observed of it."""
+    store_state(block, slot, member.run.state)
+    if options.section == TANGENTS:
+        store_neighbour(block, slot, NEAR_X, member.values)
+
+
+@formula
+def store_neighbour(block: Floats, slot: int, first: int, values: Floats) -> None:
+    """Store a neighbour, from one of three rows on."""
+    values[AHEAD_X] = block[first * SLOTS + slot]
+    values[AHEAD_V] = block[(first + 1) * SLOTS + slot]
+    values[SHRUNK] = block[(first + 2) * SLOTS + slot]
 
 
 @formula
@@ -469,7 +596,7 @@ def serve_slot(member: Member, options: Options, block: Floats, slot: int, many:
     state, counters = run.state, run.counters
     counters[N_IMPACTS] = options.max_impacts - int(block[LEFT * SLOTS + slot])
     if not many:
-        store_state(block, slot, state)
+        store_member(member, options, block, slot)
         return follow(member, options, many)
     if block[MODE * SLOTS + slot] == LANDED:
         if block[DONE * SLOTS + slot] == 0.0:
@@ -477,15 +604,15 @@ def serve_slot(member: Member, options: Options, block: Floats, slot: int, many:
         block[DONE * SLOTS + slot] = 1.0
         if counters[N_IMPACTS] < options.max_impacts:
             return MOVING
-        store_state(block, slot, state)
+        store_member(member, options, block, slot)
         return REACHED_LIMIT
-    store_state(block, slot, state)
+    store_member(member, options, block, slot)
     set_phases(run.law, state[T], state[T_LOW], run.phases)
     status = next_stretch(member, options)
     if status == MOVING:
         status = follow(member, options, many)
     if status == MOVING:
-        load_state(block, slot, state, options.max_impacts - counters[N_IMPACTS])
+        load_member(member, options, block, slot)
     return status
 
 
@@ -494,24 +621,69 @@ def count_impact(member: Member, options: Options, block: Floats, slot: int) -> 
     """Count a harmonic flight and its impact; return False where more of it is kept."""
     plan, values = member.plan, member.values
     until = block[NEXT_AT * SLOTS + slot]
-    if block[DONE * SLOTS + slot] == 1.0 or until < block[COUNTED_FROM * SLOTS + slot]:
+    if block[DONE * SLOTS + slot] == 1.0:
         return True
-    kept = options.with_extremes or options.with_loads
-    if kept or options.section in (TANGENTS, PASSAGES):
+    if options.section == TANGENTS:
+        keep_neighbour(member, block, slot)
+    if until < block[COUNTED_FROM * SLOTS + slot]:
+        return True
+    if options.with_loads or options.section == PASSAGES:
         return False
+    if options.with_work and block[(MOTION + 1) * SLOTS + slot] > 0.0:
+        return False
+    sign = block[SIGN * SLOTS + slot]
+    if options.with_extremes and until >= plan[SINCE]:
+        is_whole = block[AT * SLOTS + slot] >= plan[SINCE]
+        top = block[SUMMIT * SLOTS + slot]
+        if not (is_whole and notes_summit(member.run.state[X], sign, top, values)):
+            return False
     if values.shape[0] > N_OBSERVABLES:
         note_peak(until, abs(block[BEFORE * SLOTS + slot]), values)
         if until < plan[SINCE]:
             return True
-    if options.section == STROBES and is_strobe_due(member, until):
-        flight = landed_flight(member.run, block, slot)
-        set_phases(flight.law, flight.start[0], flight.start[1], flight.phases)
-        strobe(member, flight, member.run.state[X], member.run.counters[TOUCHED] != 0, until)
-    sign = block[SIGN * SLOTS + slot]
+    if options.section == STROBES and block[STROBE * SLOTS + slot] < until:
+        note_strobes(member, block, slot, until)
+    if options.section == TANGENTS and block[STROBE * SLOTS + slot] < until:
+        note_neighbour_strobes(member, block, slot, until)
     speeds = (sign * block[BEFORE * SLOTS + slot], sign * block[NEXT_SPEED * SLOTS + slot])
     instant = (until, block[NEXT_AT_LOW * SLOTS + slot])
     observe_impact(member, instant, speeds, 0.0 if sign > 0.0 else 1.0, options.section)
     return True
+
+
+@formula
+def note_strobes(member: Member, block: Floats, slot: int, until: float) -> None:
+    """Write the points of the strobes on the flight that a round has made."""
+    x = member.run.state[X]
+    write_point(member, x + block[SEEN_Y * SLOTS + slot], block[SEEN_V * SLOTS + slot], -1.0)
+    if is_strobe_due(member, until):
+        flight = landed_flight(member.run, block, slot)
+        set_phases(flight.law, flight.start[0], flight.start[1], flight.phases)
+        strobe(member, flight, x, member.run.counters[TOUCHED] != 0, until)
+    load_strobe(member, block, slot)
+
+
+@formula
+def note_neighbour_strobes(member: Member, block: Floats, slot: int, until: float) -> None:
+    """Write the logarithms at the strobes on the flight that a round has made."""
+    store_neighbour(block, slot, WAS_X, member.values)
+    flight = landed_flight(member.run, block, slot)
+    start = flight.start
+    s = max((block[STROBE * SLOTS + slot] - start[0]) - start[1], 0.0)
+    ahead = (block[SEEN_Y * SLOTS + slot], block[SEEN_V * SLOTS + slot])
+    write_neighbour(member, flight.region, s, ahead)
+    strobe_neighbour(member, flight.region, start, until)
+    load_strobe(member, block, slot)
+
+
+@formula
+def keep_neighbour(member: Member, block: Floats, slot: int) -> None:
+    """Keep the distance of a neighbour within the range of floats."""
+    values = member.values
+    if not is_within((block[NEAR_X * SLOTS + slot], block[NEAR_V * SLOTS + slot])):
+        store_neighbour(block, slot, NEAR_X, values)
+        keep_within(values)
+        load_neighbour(values, block, slot)
 
 
 @formula
@@ -537,4 +709,8 @@ def observe_landing(member: Member, options: Options, block: Floats, slot: int) 
     marks[0, BOUND] = int(run.law[flight.region, NUMBER]) + (0 if sign > 0.0 else 1)
     marks[0, NEXT_REGION] = flight.region
     in_contact = run.counters[TOUCHED] != 0
+    if options.section == TANGENTS:
+        store_neighbour(block, slot, WAS_X, member.values)
     observe_stretches(member, options, flight, run.state[X], in_contact, int(ONE))
+    load_strobe(member, block, slot)
+    load_neighbour(member.values, block, slot)

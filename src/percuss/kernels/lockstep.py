@@ -70,7 +70,14 @@ S, BEFORE, S_LOW, TURNED_PUSH, TURNED_RATE = range(58, 63)
 NEXT_AT, NEXT_AT_LOW, NEXT_SPEED, NEXT_PUSH, NEXT_RATE = range(63, 68)
 # From when on impacts are kept, how many more may come, and 1 where nothing is left to do.
 COUNTED_FROM, LEFT, DONE = range(68, 71)
-ROWS = 71
+# What is observed of flights (`lockstep_observables`): when the next strobe comes, and the place
+# there; the highest point, and what it is found from;
+STROBE, SEEN_Y, SEEN_V = range(71, 74)
+SUMMIT, TOP, OTHER_TOP, TOP_FROM, TOP_Y, TOP_W, TOP_PUSH, TOP_RATE = range(74, 82)
+# a neighbour and the logarithm of an area, after the last impact and after the one before, and what
+# the impacts add to that.
+NEAR_X, NEAR_V, AREA, WAS_X, WAS_V, WAS_AREA, LOG_KEPT = range(82, 89)
+ROWS = 89
 # The mode of a slot: empty; between flights; on the walk; on a step that ends in the wall; at a
 # step that is not clear; landed; at something that is no harmonic flight.
 ABSENT, READY, WALKING, ENDING, DOUBTFUL, LANDED, NOT_HARMONIC = (float(mode) for mode in range(7))

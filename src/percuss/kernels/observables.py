@@ -10,11 +10,21 @@ import math
 from typing import NamedTuple
 
 from percuss.arrays import Floats
-from percuss.kernels.arithmetic import Pair, arctangent, hypotenuse, logarithm, turns
+from percuss.kernels.arithmetic import ULP, Pair, arctangent, hypotenuse, logarithm, turns
 from percuss.kernels.compile import formula, kernel
-from percuss.kernels.flight import Flight, FlightStart, acceleration_and_jerk, move
+from percuss.kernels.flight import (
+    Flight,
+    FlightStart,
+    acceleration_and_jerk,
+    derivative_bound,
+    move,
+)
+from percuss.kernels.harmonic_flight import motion_of
+from percuss.kernels.harmonic_observables import is_within, neighbour_in, place_in, shape_of_piece
 from percuss.kernels.law_columns import (
     DAMPING,
+    FORCE_BOUND,
+    HARMONIC,
     LOWER_ENTRY,
     NUMBER,
     PERIOD_TURNS,
@@ -49,8 +59,8 @@ from percuss.kernels.tangent import Matrix, product, propagator
 # contacts, points written; the greatest impact speed; the least and the greatest x; the energy that
 # impacts and the dashpots have taken, per unit mass; and x and v at the end, NaN before it.
 IMPACTS, CONTACTS, POINTS, PEAK_SPEED, LOWEST, HIGHEST, LOST, DRAGGED, END_X, END_V = range(10)
-# From the start on: the direction to a neighbour, the logarithm of how far it has moved away,
-# and that of the factor of an area between neighbours.
+# From the start on: where a neighbour is, the logarithm of the scale of that, and that of the
+# factor of an area between neighbours.
 AHEAD_X, AHEAD_V, STRETCHED, SHRUNK = range(10, 14)
 # The loads, from ``since`` on (`loads`): the largest magnitudes of a stop's force and of the
 # acceleration; the integrals of x^2, of the time in touch with a stop, and of the forcing's power.
@@ -94,8 +104,10 @@ WEIGHTS = (
     0.11846344252809454,
 )
 PARTS_OF_A_STEP = 2.0
-# Newton's steps to a turning point, from a secant: the third leaves rounding.
+# Newton's steps to a turning point, from a secant, at most: the third leaves rounding.
 TURNING_STEPS = 4
+# No piece of a flight is narrower than this part of a step.
+NARROWEST = 1e-6
 # Phase, or exponent, over which a neighbour is carried at once.
 LONGEST_PHASE = 200.0
 
@@ -216,23 +228,28 @@ def write_point(member: Member, first: float, second: float, third: float) -> No
 @formula
 def is_strobe_due(member: Member, until: float) -> bool:
     """Return whether a strobe falls before ``until``."""
+    instant = strobe_instant(member)
+    return instant < until and instant <= member.plan[UNTIL]
+
+
+@formula
+def strobe_instant(member: Member) -> float:
+    """Return the instant of the next strobe."""
     plan, values = member.plan, member.values
-    instant = plan[SINCE] + values[POINTS] * plan[EVERY]
-    return instant < until and instant <= plan[UNTIL]
+    return plan[SINCE] + values[POINTS] * plan[EVERY]
 
 
 @kernel
 def strobe(member: Member, flight: Flight, x: float, in_contact: bool, until: float) -> None:
     """Write the points of the strobes that fall on a stretch, up to ``until`` and not at it."""
-    plan, values = member.plan, member.values
     start = flight.start
     while is_strobe_due(member, until):
-        instant = plan[SINCE] + values[POINTS] * plan[EVERY]
+        instant = strobe_instant(member)
         y = 0.0
         v = 0.0
         s = (instant - start[0]) - start[1]
         if not in_contact:
-            y, v = move(flight, max(s, 0.0))
+            y, v = place_in(flight, max(s, 0.0))
         write_point(member, x + y, v, -1.0)
 
 
@@ -256,7 +273,7 @@ def move_neighbour(
 def stretched(
     law: Law, region: int, s: float, jump: Matrix, values: Floats
 ) -> tuple[float, float, float]:
-    """Return the logarithm of a neighbour's growth of distance, and the direction to it then."""
+    """Return the logarithm of a neighbour's distance over its scale, and the direction to it."""
     x = values[AHEAD_X]
     v = values[AHEAD_V]
     total = 0.0
@@ -277,14 +294,29 @@ def stretched(
     return total, x, v
 
 
+@kernel
+def keep_within(values: Floats) -> None:
+    """Give a neighbour whose distance leaves the range of floats another scale."""
+    x = values[AHEAD_X]
+    v = values[AHEAD_V]
+    if is_within((x, v)):
+        return
+    size = hypotenuse(x, v)
+    values[STRETCHED] += logarithm(size)
+    values[AHEAD_X] = x / size
+    values[AHEAD_V] = v / size
+
+
 @formula
 def strobe_neighbour(member: Member, region: int, start: FlightStart, until: float) -> None:
     """Write the logarithms at the strobes that fall on a stretch, up to ``until``."""
-    plan, values = member.plan, member.values
-    law = member.run.law
+    law, values = member.run.law, member.values
     while is_strobe_due(member, until):
-        instant = plan[SINCE] + values[POINTS] * plan[EVERY]
-        s = max((instant - start[0]) - start[1], 0.0)
+        s = max((strobe_instant(member) - start[0]) - start[1], 0.0)
+        if law[region, HARMONIC] == 1.0 and s * law[region, QUICKEST] < LONGEST_PHASE:
+            ahead = (values[AHEAD_X], values[AHEAD_V])
+            write_neighbour(member, region, s, neighbour_in(motion_of(law, region), s, ahead))
+            continue
         stretch, x, v = stretched(law, region, s, (1.0, 0.0, 0.0, 1.0), values)
         shrunk = values[SHRUNK] - 2.0 * law[region, DAMPING] * s
         # After a contact no neighbour is left.
@@ -292,36 +324,74 @@ def strobe_neighbour(member: Member, region: int, start: FlightStart, until: flo
 
 
 @kernel
-def observe_flight(flight: Flight, x: float, span: Pair, values: Floats) -> None:
-    """Record the extremes of x and the work of the dashpots on a part of a flight.
+def write_neighbour(member: Member, region: int, s: float, ahead: Pair) -> None:
+    """Write the logarithms at a strobe, a time s after the start of a flight."""
+    values = member.values
+    shrunk = values[SHRUNK] - 2.0 * member.run.law[region, DAMPING] * s
+    size = hypotenuse(ahead[0], ahead[1])
+    stretch = logarithm(size) if size > 0.0 else -math.inf
+    write_point(member, values[STRETCHED] + stretch, shrunk, arctangent(ahead[1], ahead[0]))
 
-    ``span`` is the part, counted from the flight's start. Turning points are those between
-    neighbouring nodes at which v has different signs.
+
+@kernel
+def observe_extremes(flight: Flight, x: float, span: Pair, values: Floats) -> None:
+    """Record the extremes of x on a part of a flight, counted from the flight's start.
+
+    It is passed in pieces, of a step or less: v keeps its sign on a piece, or goes one way, or
+    the piece lies between the extremes that are known already
+    (docs/theory/first-event.md, "The highest point").
     """
-    law, region = flight.law, flight.region
+    law, region, start, _, arrival = flight
     s, end = span
     y, v = move(flight, s)
-    values[LOWEST] = min(values[LOWEST], x + y)
-    values[HIGHEST] = max(values[HIGHEST], x + y)
+    note_place(x + y, values)
+    step = law[region, STEP] if law[region, STEP] > 0.0 else end - s
+    width = step
+    second, third = acceleration_and_jerk(law, region, start[3], arrival, y, v)
+    while s < end:
+        s1 = min(end, s + width)
+        y1, v1 = move(flight, s1)
+        piece = s1 - s
+        bound = derivative_bound(law, region, law[0, FORCE_BOUND + 2], second, third, piece)
+        turns, bends, low, high = shape_of_piece(piece, (y, v), (y1, v1), bound)
+        known = values[LOWEST] <= x + low and x + high <= values[HIGHEST]
+        if turns and not bends and not known and width > NARROWEST * step:
+            width *= 0.5
+            continue
+        second, third = acceleration_and_jerk(law, region, start[3], arrival, y1, v1)
+        if turns and not known and v * v1 < 0.0:
+            note_place(x + turning_point(flight, (s, v), (s1, v1)), values)
+        note_place(x + y1, values)
+        s = s1
+        y = y1
+        v = v1
+        width = min(2.0 * width, step)
+
+
+@formula
+def note_place(x: float, values: Floats) -> None:
+    """Record a displacement where it is the least or the greatest so far."""
+    values[LOWEST] = min(values[LOWEST], x)
+    values[HIGHEST] = max(values[HIGHEST], x)
+
+
+@kernel
+def observe_work(flight: Flight, span: Pair, values: Floats) -> None:
+    """Record the work of the dashpots on a part of a flight, counted from the flight's start."""
+    law, region = flight.law, flight.region
+    if law[region, DAMPING] == 0.0:
+        return
+    since, end = span
     drag = 0.0
-    longest = law[region, STEP] / PARTS_OF_A_STEP if law[region, STEP] > 0.0 else end - s
-    count = max(1, math.ceil((end - s) / longest))
-    step = (end - s) / count
+    longest = law[region, STEP] / PARTS_OF_A_STEP if law[region, STEP] > 0.0 else end - since
+    count = max(1, math.ceil((end - since) / longest))
+    step = (end - since) / count
     for i in range(count):
-        left = span[0] + i * step
+        left = since + i * step
         total = 0.0
-        for k in range(6):
-            s1 = left + step * NODES[k] if k < 5 else left + step
-            y1, v1 = move(flight, s1)
-            if k < 5:
-                total += WEIGHTS[k] * v1 * v1
-            turned = y1
-            if v * v1 < 0.0:
-                turned = turning_point(flight, (s, v), (s1, v1))
-            values[LOWEST] = min(values[LOWEST], x + min(y1, turned))
-            values[HIGHEST] = max(values[HIGHEST], x + max(y1, turned))
-            s = s1
-            v = v1
+        for k in range(5):
+            _, v = move(flight, left + step * NODES[k])
+            total += WEIGHTS[k] * v * v
         drag += step * total
     values[DRAGGED] += 2.0 * law[region, DAMPING] * drag
 
@@ -339,7 +409,8 @@ def turning_point(
     for _ in range(TURNING_STEPS):
         y, v = move(flight, s)
         second, _ = acceleration_and_jerk(law, region, start[3], arrival, y, v)
-        if second == 0.0:
+        # What is missing to the turning point is v^2 / (2 x'').
+        if v * v <= ULP * abs(second * y):
             break
         s = min(max(s - v / second, left[0]), right[0])
     return y
