@@ -1,4 +1,6 @@
-"""Check a certificate of percuss, of an oscillator with stops: of runs, orbits, branches, basins, chaos.
+"""Check a certificate of percuss, of an oscillator with stops.
+
+Of a run, an orbit, a branch or a special point of one, a complete list, basins or chaos:
 
     python check_certificate.py certificate.json
 
@@ -10,9 +12,9 @@ Between two stops the displacement obeys x'' + 2 a x' + K x = c + sum of A cos(w
 K, a, c, A, w: of unit mass. An interval is a pair of integers, numbers of units of 2^-bits; each
 operation rounds outward. What is proven, and why it suffices, is section 11 of docs/theory/certified.md.
 
-Of its lines a quarter is arithmetic, a quarter flights and their first event, an eighth the reading of
-what could be misread; the rest are the kinds of certificates, 40 to 250 lines each, which do not need
-one another (but that lists have orbits).
+In order: arithmetic, flights and their first event, the reading of what could be misread, and the kinds
+of certificates. Of these runs, lists, basins and chaos do not need one another; orbits and branches have
+the same equations, and lists and basins have orbits.
 """
 
 from __future__ import annotations
@@ -566,21 +568,14 @@ def met(
         done, tau = 4 * new.width >= 3 * tau.width, new
         if done:
             break
-    v, a, (x_t, x_v), (v_t, v_v) = arriving(flight, departed, bound, tau)
+    _, v = flight.at(tau)
+    a = flight.acceleration(flight.force(tau), at, v)
+    (x_t, x_v), (v_t, v_v) = flight.by_start(tau, departed)
     # Later by dt, for which v dt is by how much x is short of the bound.
     t_t, t_v = -(x_t / v), -(x_v / v)
     kept, region = rebound(law, number, bound, sign)
     derivative = (t_t, t_v), (kept * (v_t + a * t_t), kept * (v_v + a * t_v))
     return Event(bound, region, tau, start.t + tau, v, kept * v, derivative)
-
-
-def arriving(
-    flight: Flight, departed: int | None, bound: int, tau: Interval
-) -> tuple[Interval, Interval, Pair, Pair]:
-    """Return v and x'' where motions come to a bound, and the derivative of x and v at that instant."""
-    _, v = flight.at(tau)
-    a = flight.acceleration(flight.force(tau), of(flight.law.bounds[bound].at), v)
-    return v, a, *flight.by_start(tau, departed)
 
 
 def by_parameter(
@@ -962,8 +957,10 @@ def shot_of(cycle: Cycle, states: Sequence[Pair], slow: int | None = None) -> Sh
         kept, region = rebound(law, flight.number, leg.bound, leg.region - flight.number)
         if region != leg.region:
             raise NotProvenError("an event does not lead into its region")
-        kept, (x, _) = leg.sign * kept, flight.at(tau)
-        v, a, (x_t, x_v), (v_t, v_v) = arriving(flight, departed, leg.bound, tau)
+        kept, (x, v) = leg.sign * kept, flight.at(tau)
+        # Where x is, which is at the bound for the orbit alone.
+        a = flight.acceleration(flight.force(tau), x, v)
+        (x_t, x_v), (v_t, v_v) = flight.by_start(tau, departed)
         x_p, v_p, kept_p = by_parameter(flight, departed, leg.bound, tau)
         if law.bounds[departed].restitution == 0:
             x_v = v_v = zero
