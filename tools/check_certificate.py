@@ -1157,31 +1157,26 @@ class Strip:
         for box in boxes:
             check_first(*self._at(box), self.slow)
         shots = [self._shot(box) for box in boxes]
-        if self.slow is not None:
-            self._check_slow(boxes, shots)
+        if self.slow is None:
+            found = {_stability(shot.monodromy) for shot in shots}
+            zeros = [_zero_at(shot.monodromy) for shot in shots]
+            self.signs = {kind: {_sign(zero[kind]) for zero in zeros} for kind in POINTS}
+        else:
+            found = {self._stability_next_to_graze(*it) for it in zip(boxes, shots, strict=True)}
             self.signs = {kind: {0} for kind in POINTS}
-            return
-        found, claimed = {_stability(shot.monodromy) for shot in shots}, self.claim["stability"]
-        if claimed != "undecided" and found != {claimed}:
+        if self.claim["stability"] != "undecided" and found != {self.claim["stability"]}:
             raise NotProvenError(f"its orbits are {' or '.join(sorted(found))}")
-        zeros = [_zero_at(shot.monodromy) for shot in shots]
-        self.signs = {kind: {_sign(zero[kind]) for zero in zeros} for kind in POINTS}
 
-    def _check_slow(self, boxes: Sequence[Sequence[Interval]], shots: Sequence[Shot]) -> None:
-        """Prove what is claimed of the stability next to a graze: nothing, or that orbits are unstable.
+    def _stability_next_to_graze(self, box: Sequence[Interval], shot: Shot) -> str:
+        """Return what a trace above 2 says while the determinant is at most 1.
 
-        A determinant is 1 at most, and a trace above 2; both times the slow velocity.
+        Both are known times the slow velocity, without damping that drives.
         """
-        if self.claim["stability"] == "undecided":
-            return
-        for box, shot in zip(boxes, shots, strict=True):
-            (a, _), (_, d) = shot.monodromy
-            regions = self._at(box)[0].law.regions
-            is_damped = all(of(region.damping).low >= 0 for region in regions)
-            if not (is_damped and (a + d).least > 2 * box[self.along].size):
-                raise NotProvenError("its orbits are not proven to be unstable")
-        if self.claim["stability"] != "unstable":
-            raise NotProvenError("next to a graze orbits are not stable")
+        (a, _), (_, d) = shot.monodromy
+        regions = self._at(box)[0].law.regions
+        is_damped = all(of(region.damping).low >= 0 for region in regions)
+        is_above = (a + d).least > 2 * box[self.along].size
+        return "unstable" if is_damped and is_above else "undecided"
 
     def _shot(self, point: Sequence[Interval]) -> Shot:
         return shot_of(*self._at(point), self.slow)
