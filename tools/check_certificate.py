@@ -1,4 +1,6 @@
-"""Check a certificate of percuss, of an oscillator with stops: of runs, orbits, branches, basins, chaos.
+"""Check a certificate of percuss, of an oscillator with stops.
+
+Of a run, an orbit, a branch or a special point of one, a complete list, basins or chaos:
 
     python check_certificate.py certificate.json
 
@@ -10,9 +12,9 @@ Between two stops the displacement obeys x'' + 2 a x' + K x = c + sum of A cos(w
 K, a, c, A, w: of unit mass. An interval is a pair of integers, numbers of units of 2^-bits; each
 operation rounds outward. What is proven, and why it suffices, is section 11 of docs/theory/certified.md.
 
-Of its lines a quarter is arithmetic, a quarter flights and their first event, an eighth the reading of
-what could be misread; the rest are the kinds of certificates, 40 to 250 lines each, which do not need
-one another (but that lists have orbits).
+In order: arithmetic, flights and their first event, the reading of what could be misread, and the kinds
+of certificates. Of these runs, lists, basins and chaos do not need one another; orbits and branches have
+the same equations, and lists and basins have orbits.
 """
 
 from __future__ import annotations
@@ -566,21 +568,14 @@ def met(
         done, tau = 4 * new.width >= 3 * tau.width, new
         if done:
             break
-    v, a, (x_t, x_v), (v_t, v_v) = arriving(flight, departed, bound, tau)
+    _, v = flight.at(tau)
+    a = flight.acceleration(flight.force(tau), at, v)
+    (x_t, x_v), (v_t, v_v) = flight.by_start(tau, departed)
     # Later by dt, for which v dt is by how much x is short of the bound.
     t_t, t_v = -(x_t / v), -(x_v / v)
     kept, region = rebound(law, number, bound, sign)
     derivative = (t_t, t_v), (kept * (v_t + a * t_t), kept * (v_v + a * t_v))
     return Event(bound, region, tau, start.t + tau, v, kept * v, derivative)
-
-
-def arriving(
-    flight: Flight, departed: int | None, bound: int, tau: Interval
-) -> tuple[Interval, Interval, Pair, Pair]:
-    """Return v and x'' where motions come to a bound, and the derivative of x and v at that instant."""
-    _, v = flight.at(tau)
-    a = flight.acceleration(flight.force(tau), of(flight.law.bounds[bound].at), v)
-    return v, a, *flight.by_start(tau, departed)
 
 
 def by_parameter(
@@ -962,8 +957,10 @@ def shot_of(cycle: Cycle, states: Sequence[Pair], slow: int | None = None) -> Sh
         kept, region = rebound(law, flight.number, leg.bound, leg.region - flight.number)
         if region != leg.region:
             raise NotProvenError("an event does not lead into its region")
-        kept, (x, _) = leg.sign * kept, flight.at(tau)
-        v, a, (x_t, x_v), (v_t, v_v) = arriving(flight, departed, leg.bound, tau)
+        kept, (x, v) = leg.sign * kept, flight.at(tau)
+        # Where x is, which is at the bound for the orbit alone.
+        a = flight.acceleration(flight.force(tau), x, v)
+        (x_t, x_v), (v_t, v_v) = flight.by_start(tau, departed)
         x_p, v_p, kept_p = by_parameter(flight, departed, leg.bound, tau)
         if law.bounds[departed].restitution == 0:
             x_v = v_v = zero
@@ -1160,31 +1157,26 @@ class Strip:
         for box in boxes:
             check_first(*self._at(box), self.slow)
         shots = [self._shot(box) for box in boxes]
-        if self.slow is not None:
-            self._check_slow(boxes, shots)
+        if self.slow is None:
+            found = {_stability(shot.monodromy) for shot in shots}
+            zeros = [_zero_at(shot.monodromy) for shot in shots]
+            self.signs = {kind: {_sign(zero[kind]) for zero in zeros} for kind in POINTS}
+        else:
+            found = {self._stability_next_to_graze(*it) for it in zip(boxes, shots, strict=True)}
             self.signs = {kind: {0} for kind in POINTS}
-            return
-        found, claimed = {_stability(shot.monodromy) for shot in shots}, self.claim["stability"]
-        if claimed != "undecided" and found != {claimed}:
+        if self.claim["stability"] != "undecided" and found != {self.claim["stability"]}:
             raise NotProvenError(f"its orbits are {' or '.join(sorted(found))}")
-        zeros = [_zero_at(shot.monodromy) for shot in shots]
-        self.signs = {kind: {_sign(zero[kind]) for zero in zeros} for kind in POINTS}
 
-    def _check_slow(self, boxes: Sequence[Sequence[Interval]], shots: Sequence[Shot]) -> None:
-        """Prove what is claimed of the stability next to a graze: nothing, or that orbits are unstable.
+    def _stability_next_to_graze(self, box: Sequence[Interval], shot: Shot) -> str:
+        """Return what a trace above 2 says while the determinant is at most 1.
 
-        A determinant is 1 at most, and a trace above 2; both times the slow velocity.
+        Both are known times the slow velocity, without damping that drives.
         """
-        if self.claim["stability"] == "undecided":
-            return
-        for box, shot in zip(boxes, shots, strict=True):
-            (a, _), (_, d) = shot.monodromy
-            regions = self._at(box)[0].law.regions
-            is_damped = all(of(region.damping).low >= 0 for region in regions)
-            if not (is_damped and (a + d).least > 2 * box[self.along].size):
-                raise NotProvenError("its orbits are not proven to be unstable")
-        if self.claim["stability"] != "unstable":
-            raise NotProvenError("next to a graze orbits are not stable")
+        (a, _), (_, d) = shot.monodromy
+        regions = self._at(box)[0].law.regions
+        is_damped = all(of(region.damping).low >= 0 for region in regions)
+        is_above = (a + d).least > 2 * box[self.along].size
+        return "unstable" if is_damped and is_above else "undecided"
 
     def _shot(self, point: Sequence[Interval]) -> Shot:
         return shot_of(*self._at(point), self.slow)
