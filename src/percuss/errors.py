@@ -1,4 +1,4 @@
-"""Errors and warnings of percuss, in one place; every layer imports it and it imports nothing.
+"""Errors and warnings of percuss, in one place; every layer imports it.
 
 Every message is a sentence with the numbers in it: what was given, what is wrong, what to do.
 """
@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from importlib.util import find_spec
+
+from percuss.wording import shown
 
 __all__ = [
     "ConvergenceError",
@@ -51,7 +53,7 @@ class ParameterError(PercussError, ValueError):
         self.reason = reason
 
     def __str__(self) -> str:
-        return f"{self.name} = {self.value!r}: {self.reason}"
+        return f"{self.name} = {shown(self.value)}: {self.reason}"
 
 
 class ConvergenceError(PercussError, RuntimeError):

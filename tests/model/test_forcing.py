@@ -265,6 +265,9 @@ def test_only_forcings_are_added() -> None:
 def test_a_force_times_a_number_is_the_force_divided_by_its_inverse(force: Forcing) -> None:
     assert (4 * force).per_mass(1) == (force * 4).per_mass(1) == force.per_mass("1/4")
     assert (4 * force).period == force.period
+    assert (force / "1/4").per_mass(1) == (4 * force).per_mass(1)
+    assert (-force).per_mass(1) == (force * -1).per_mass(1)
+    assert (force - Forcing(constant=3)).constant == as_fraction(force.constant) - 3
     assert not (4 * force).is_per_mass
     assert (4 * force.per_mass(2)).is_per_mass
 
@@ -274,3 +277,9 @@ def test_a_force_is_multiplied_by_numbers_only() -> None:
         cosine(2) * "two"
     with pytest.raises(TypeError):
         cosine(2) * cosine(2)  # type: ignore[operator]
+    with pytest.raises(TypeError):
+        cosine(2) - 1.0  # type: ignore[operator]
+    with pytest.raises(ParameterError, match="divisor = 0: a division by zero"):
+        cosine(2) / 0
+    with pytest.raises(ParameterError, match="divisor = 'two'"):
+        cosine(2) / "two"

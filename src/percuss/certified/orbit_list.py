@@ -29,8 +29,8 @@ from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.motion.simulate import simulate
 from percuss.orbits.finding.find import find_orbit
-from percuss.orbits.orbit.periodic_orbit import counted
 from percuss.progress import Progress, Report
+from percuss.wording import counted
 
 if TYPE_CHECKING:
     from pandas import DataFrame

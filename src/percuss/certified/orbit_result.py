@@ -27,6 +27,7 @@ from percuss.model.exact import Phase, as_fraction
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+from percuss.wording import counted
 
 __all__ = ["CertifiedOrbit", "OrbitMotion", "orbit_of_proof", "unproven"]
 
@@ -231,7 +232,7 @@ class CertifiedOrbit:
         open_ = f"; {self.reason}" if self.reason else ""
         stability = "stability undecided" if self.stability == "undecided" else self.stability
         return (
-            f"<CertifiedOrbit: {self.n_impacts:g} impacts in {self.n_periods} periods, "
+            f"<CertifiedOrbit: {counted(self.n_impacts, 'impact')} in {counted(self.n_periods, 'period')}, "
             f"T = {self.period.text(12)}, {stability}, {known[self.admissible]}, {isolated}{open_}"
             f"{in_words(self.doubles)}>"
         )

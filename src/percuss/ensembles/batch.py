@@ -22,6 +22,7 @@ from percuss.kernels.law_columns import MASS, N_HARMONICS, PERIOD_TURNS, STOP_CO
 from percuss.kernels.linear_observables import Scratch
 from percuss.kernels.observables import LoadSpace
 from percuss.motion.reach import free_until
+from percuss.wording import counted
 
 __all__ = [
     "MOST_IMPACTS",
@@ -304,7 +305,7 @@ def reason_of(status: int, plan: Plan) -> str | None:
     if status == columns.OVERFLOW:
         return "the motion grew beyond 1e150"
     if status == columns.REACHED_LIMIT and plan.until.size and plan.until.min() < math.inf:
-        return f"more than {plan.max_impacts} impacts before the end"
+        return f"more than {counted(plan.max_impacts, 'impact')} before the end"
     if status == NO_MODES:
         return "the stops that act hold it twice, or leave modes that cannot be told apart"
     if status in (columns.SPENT, columns.NO_MORE, batch.NEW):

@@ -23,6 +23,7 @@ from percuss.model.exact import (
     plain,
 )
 from percuss.model.expression import meant_by
+from percuss.wording import shown
 
 __all__ = ["Fault", "draft", "faults"]
 
@@ -64,7 +65,7 @@ class Fault:
     reason: str
 
     def __str__(self) -> str:
-        return f"{self.name} = {self.value!r}: {self.reason}"
+        return f"{self.name} = {shown(self.value)}: {self.reason}"
 
 
 @singledispatch

@@ -11,6 +11,7 @@ from typing import Any, TypeAlias, cast
 
 from percuss.errors import ParameterError
 from percuss.model.exact import (
+    DIVISION_BY_ZERO,
     PI,
     Exact,
     Phase,
@@ -373,6 +374,48 @@ class Forcing:
         return self._times(operand(factor), is_per_mass=self.is_per_mass)
 
     __rmul__ = __mul__
+
+    def __truediv__(self, divisor: Exact) -> Forcing:
+        """Return the force over a number, exactly.
+
+        Raises
+        ------
+        ParameterError
+            If the divisor is no number, or zero.
+
+        Examples
+        --------
+        >>> (cosine(2.0, amplitude=1) / 3).harmonics[0].amplitude
+        Fraction(1, 3)
+        """
+        if isinstance(divisor, Forcing):
+            return NotImplemented
+        divisor = plain_number(divisor)
+        raise_first(number_faults("divisor", divisor))
+        if as_fraction(divisor) == 0:
+            raise ParameterError("divisor", divisor, DIVISION_BY_ZERO)
+        return self._times(1 / operand(divisor), is_per_mass=self.is_per_mass)
+
+    def __neg__(self) -> Forcing:
+        """Return the force in the opposite direction, exactly."""
+        return self._times(Fraction(-1), is_per_mass=self.is_per_mass)
+
+    def __sub__(self, other: Forcing) -> Forcing:
+        """Return the sum with the opposite of another forcing, exactly.
+
+        Raises
+        ------
+        ParameterError
+            As for a sum.
+
+        Examples
+        --------
+        >>> (cosine(2.0) - cosine(3.0)).harmonics[1].amplitude
+        -1.0
+        """
+        if not isinstance(other, Forcing):
+            return NotImplemented
+        return self + -other
 
     def _times(self, factor: Fraction, *, is_per_mass: bool) -> Forcing:
         return self._with(

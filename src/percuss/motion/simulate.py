@@ -43,6 +43,7 @@ from percuss.model.system import System, region_rows
 from percuss.motion.reach import free_until
 from percuss.motion.trajectory import Outcome, Trajectory
 from percuss.progress import RunProgress
+from percuss.wording import counted
 
 if TYPE_CHECKING:
     from percuss.motion.structures import StructureTrajectory
@@ -220,7 +221,7 @@ def simulate(
             stopped, outcome = last, Outcome.overflow
     if outcome is Outcome.reached_max_impacts and max_impacts is None:
         message = (
-            f"the run ended at t = {march.last_time:.10g} after {limit:,} impacts, the limit "
+            f"the run ended at t = {march.last_time:.10g} after {counted(limit, 'impact')}, the limit "
             "without max_impacts; give max_impacts to follow it further"
         )
         warnings.warn(message, LimitWarning, stacklevel=2)

@@ -49,6 +49,7 @@ from percuss.motion.trajectory import (
 from percuss.numerics import matmul
 from percuss.pictures import HasPicture
 from percuss.progress import RunProgress
+from percuss.wording import counted
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -91,7 +92,7 @@ def follow_structure(
     run, outcome = followed(system, (start.x, start.v, begin), end, limit, progress_of_run)
     if outcome is Outcome.reached_max_impacts and max_impacts is None:
         message = (
-            f"the run ended at t = {run.state[columns.T]:.10g} after {limit:,} impacts, the limit "
+            f"the run ended at t = {run.state[columns.T]:.10g} after {counted(limit, 'impact')}, the limit "
             "without max_impacts; give max_impacts to follow it further"
         )
         warnings.warn(message, LimitWarning, stacklevel=3)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from percuss.arrays import Floats, Integers
 from percuss.model.units import Units
 from percuss.motion.html_table import html_table
+from percuss.wording import counted
 
 if TYPE_CHECKING:
     # A second of import, and only `to_xarray` and `to_pandas` need it.
@@ -368,7 +369,7 @@ def counts_in_words(of_impacts: str = "", /, **events: Sized) -> str:
     Returns
     -------
     str
-        Such as "3 impacts, 1 contacts".
+        Such as "3 impacts, 1 contact".
 
     Examples
     --------
@@ -378,5 +379,7 @@ def counts_in_words(of_impacts: str = "", /, **events: Sized) -> str:
     counts = {name: len(each) for name, each in events.items()}
     said = {"impacts": of_impacts}
     return ", ".join(
-        f"{n} {name}{said.get(name, '')}" for name, n in counts.items() if n or name == "impacts"
+        counted(n, name.removesuffix("s")) + said.get(name, "")
+        for name, n in counts.items()
+        if n or name == "impacts"
     )

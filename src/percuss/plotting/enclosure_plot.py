@@ -20,7 +20,6 @@ from percuss.model.oscillator import Wall
 from percuss.model.units import Units
 from percuss.numerics import hypot
 from percuss.orbits.bifurcations.branch import Branch
-from percuss.orbits.orbit.periodic_orbit import counted
 from percuss.plotting.branch_plot import MARKERS, plot_branch
 from percuss.plotting.labels import parameter_label
 from percuss.plotting.marks import CONTACT_STYLE, GRAZE_STYLE, draw_jumps, draw_stops, stop_places
@@ -39,6 +38,7 @@ from percuss.plotting.style import (
     picture,
     units_of,
 )
+from percuss.wording import counted
 
 if TYPE_CHECKING:
     # Needs python-flint, without which there is no certified result.

@@ -15,7 +15,7 @@ from percuss.model.exact import as_float
 from percuss.model.oscillator import On, Wall
 from percuss.model.units import Units
 from percuss.orbits.bifurcations.structure_branch import AnyBranch
-from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit, counted
+from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
 from percuss.plotting.direction_view import Drawable, names_of, view_of
 from percuss.plotting.labels import parameter_label
@@ -31,6 +31,7 @@ from percuss.plotting.style import (
     shared_docs,
     units_of,
 )
+from percuss.wording import counted
 
 # Far beyond the circle a multiplier would shrink it: it is shown at the edge instead.
 MOST = 3.0

@@ -20,7 +20,7 @@ from percuss.model.paths import get_parameter, long_form, replace_parameter
 from percuss.model.start import Start
 from percuss.model.structure import StructureStart
 from percuss.numerics import exp, log
-from percuss.studies.study import StudyDraft, counted
+from percuss.studies.study import StudyDraft
 from percuss.studies.tables import (
     NO_PHASE,
     NUMBER_SCHEMA,
@@ -32,6 +32,7 @@ from percuss.studies.tables import (
     unknown_key,
     words_of_file,
 )
+from percuss.wording import counted
 
 __all__ = [
     "AxisValues",

@@ -24,13 +24,13 @@ from percuss.studies.structure_tables import has_size
 from percuss.studies.study import (
     Study,
     StudyDraft,
-    counted,
     ends_in_words,
     multiplier_text,
     span_in_words,
     with_unit,
 )
 from percuss.studies.tables import MISSING, Limits, NumbersKey, Path, StartState, StudyFaults, shown
+from percuss.wording import counted
 
 if TYPE_CHECKING:
     from percuss.motion.structures import StructureTrajectory

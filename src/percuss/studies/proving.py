@@ -18,7 +18,7 @@ from percuss.model.oscillator import Oscillator, Wall
 from percuss.orbits.bifurcations.branch import Branch
 from percuss.progress import Report
 from percuss.studies.axes import axis_values
-from percuss.studies.study import counted
+from percuss.wording import counted
 
 if TYPE_CHECKING:
     # Needs python-flint.

@@ -31,6 +31,7 @@ from percuss.studies.tables import (
     as_written,
     values_of,
 )
+from percuss.wording import counted
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -40,7 +41,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "AT_REST", "TABLES", "Picture", "Question", "Study", "StudyDraft",
-    "check_start", "counted", "ends_in_words", "ends_of", "failure_rows", "impacts_in_words", "intervals_in_words",
+    "check_start", "ends_in_words", "ends_of", "failure_rows", "impacts_in_words", "intervals_in_words",
     "kind_named", "kind_names", "known_walls", "multiplier_text", "study_text", "titled_axes",
 ]  # fmt: skip
 
@@ -278,17 +279,6 @@ def titled_axes(study: Study, figure: Any, width: float, height: float) -> Any:
     figure.set_size_inches(width, height)
     figure.suptitle(study.title, parse_math=False)
     return figure.add_subplot()
-
-
-def counted(n: float, thing: str) -> str:
-    """Return a number and what it counts.
-
-    Examples
-    --------
-    >>> counted(1, "impact"), counted(1200.0, "impact")
-    ('1 impact', '1,200 impacts')
-    """
-    return f"{int(n):,} {thing}" + ("" if n == 1 else "s")
 
 
 def with_unit(value: float, unit: str, digits: int = 10) -> str:

@@ -18,9 +18,10 @@ from percuss.orbits.bifurcations.special_points import SpecialPoint
 from percuss.orbits.bifurcations.switching import switch_branch
 from percuss.orbits.continuation.follow import StepLimits, follow
 from percuss.orbits.continuation.problem import along_parameter
-from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit, counted
+from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
 from percuss.progress import Progress, Report
+from percuss.wording import counted
 
 __all__ = ["Cascade", "follow_cascade"]
 

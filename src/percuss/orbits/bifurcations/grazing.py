@@ -31,6 +31,7 @@ from percuss.orbits.bifurcations.grazing_contact import (
 from percuss.orbits.continuation.problem import along_parameter
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.stability import multipliers_of
+from percuss.wording import counted
 
 __all__ = ["GrazeAnalysis", "Scenario", "analysed_graze", "consequence"]
 
@@ -340,14 +341,9 @@ def _of_complex(trace: float, determinant: float, transfer: float) -> tuple[Scen
     if left < FORGOTTEN:
         words = _continuous(float(size))
         return "continuous", f"{words} (the multipliers are complex, with an angle of {angle:.2g})"
-    words = f"a jump: the multipliers are complex, so that {counted(periods)} after an impact the "
+    words = f"a jump: the multipliers are complex, so that {counted(periods, 'period')} after an impact the "
     words += "mass comes back to the wall faster; the attractor beyond the graze is elsewhere"
     return "jump", words
-
-
-def counted(periods: int) -> str:
-    """Return a number of periods in words."""
-    return "one period" if periods == 1 else f"{periods} periods"
 
 
 def _continuous(larger: float) -> str:

@@ -8,8 +8,9 @@ from typing import TypeVar
 
 from percuss.errors import ParameterError
 from percuss.numerics import log
-from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit, counted
+from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
+from percuss.wording import counted
 
 __all__ = [
     "ENOUGH",

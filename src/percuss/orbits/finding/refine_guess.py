@@ -12,9 +12,10 @@ from percuss.model.system import System
 from percuss.motion.trajectory import Trajectory
 from percuss.orbits.finding.search import GivenGuess, Guess, counts_of_run, guess_of
 from percuss.orbits.orbit.itinerary import TOLERANCE, Itinerary
-from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit, counted
+from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.signature import Signature, signature_of
 from percuss.orbits.orbit.solve import Solution, orbit_of_solution, solve
+from percuss.wording import counted
 
 __all__ = ["Known", "counts_of_guess", "described", "orbit_near", "refined"]
 

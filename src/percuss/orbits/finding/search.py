@@ -33,6 +33,7 @@ from percuss.orbits.orbit.itinerary import (
 from percuss.orbits.orbit.knots import without_knots
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.propagator import Propagator
+from percuss.wording import counted
 
 __all__ = [
     "GivenGuess",
@@ -385,7 +386,9 @@ def _of_orbit(system: System, n_impacts: int, n_periods: int, orbit: PeriodicOrb
     times = n_impacts // own if own else 0
     periods = orbit.n_periods
     if math.isinf(orbit.n_impacts) or n_impacts != times * own or times < 1:
-        raise ParameterError("guess", orbit, f"an orbit of another kind than {n_impacts} impacts")
+        raise ParameterError(
+            "guess", orbit, f"an orbit of another kind than {counted(n_impacts, 'impact')}"
+        )
     if periods and n_periods != times * periods:
         reason = f"its {periods} forcing periods do not go with {n_periods} of the orbit"
         raise ParameterError("guess", orbit, reason)
@@ -414,7 +417,8 @@ def _of_run(system: System, n_impacts: int, n_periods: int, run: Trajectory) -> 
         if guess.n_impacts == n_impacts and guess.n_periods in (0, n_periods)
     ]
     if not fitting:
-        reason = f"it does not come near to {n_impacts} impacts in {n_periods} periods at its end"
+        sought = f"{counted(n_impacts, 'impact')} in {counted(n_periods, 'period')}"
+        reason = f"it does not come near to {sought} at its end"
         if len(run.contacts):
             reason += "; with contact ask for n_impacts=math.inf"
         raise ParameterError("guess", run, reason)

@@ -27,6 +27,7 @@ from percuss.orbits.orbit.stability import Stability
 from percuss.orbits.orbit.symmetry import is_mirrored_state, is_symmetric_system
 from percuss.orbits.orbit.turning_points import Passages, TurningPoints, turns_of
 from percuss.pictures import HasPicture
+from percuss.wording import counted
 
 if TYPE_CHECKING:
     # A second of import.
@@ -291,8 +292,3 @@ class PeriodicOrbit(HasPicture):
         """
         # One period more than are used, and another for the rounding of the ends.
         return line_spectrum(self.trajectory(3), self.period, n_lines)
-
-
-def counted(n: float, noun: str) -> str:
-    """Return a number and the noun that it counts."""
-    return f"{n:g} {noun}" + ("" if n == 1 else "s")

@@ -28,8 +28,8 @@ from percuss.orbits.orbit.moved_structure_orbit import (
     StructureOrbitSensitivity,
     sensitivity_of_structure_orbit,
 )
-from percuss.orbits.orbit.periodic_orbit import counted
 from percuss.pictures import HasPicture
+from percuss.wording import counted
 
 __all__ = [
     "PeriodMap",

@@ -56,7 +56,8 @@ from percuss.orbits.finding.single_impact import (
     single_impact,
 )
 from percuss.orbits.orbit.itinerary import entry, row_of_region
-from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit, counted
+from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+from percuss.wording import counted
 
 __all__ = ["VelocityGap", "velocity_gap_curve"]
 

@@ -31,7 +31,6 @@ from percuss.studies.study import (
     Question,
     StudyDraft,
     check_start,
-    counted,
     impacts_in_words,
     titled_axes,
     with_unit,
@@ -46,6 +45,7 @@ from percuss.studies.tables import (
     raw_table,
     table,
 )
+from percuss.wording import counted
 
 if TYPE_CHECKING:
     from xarray import Dataset

@@ -12,8 +12,9 @@ from percuss.orbits import continue_orbit
 from percuss.studies.axes import OverRanges, ParameterRange, ranges_over
 from percuss.studies.kinds.orbit import Sought
 from percuss.studies.of_structures import check_on
-from percuss.studies.study import Question, StudyDraft, counted, titled_axes
+from percuss.studies.study import Question, StudyDraft, titled_axes
 from percuss.studies.tables import Count, default, shown, table, unknown_value, values_of
+from percuss.wording import counted
 
 if TYPE_CHECKING:
     from percuss.orbits import Branch as BranchResult

@@ -20,7 +20,7 @@ from percuss.studies.axes import OverRanges, ranges_in
 from percuss.studies.kinds.motion import Motion
 from percuss.studies.kinds.orbit import Sought
 from percuss.studies.measured import MeasureNames
-from percuss.studies.study import AT_REST, Question, StudyDraft, counted, titled_axes, with_unit
+from percuss.studies.study import AT_REST, Question, StudyDraft, titled_axes, with_unit
 from percuss.studies.tables import (
     NUMBERS_SCHEMA,
     Limits,
@@ -35,6 +35,7 @@ from percuss.studies.tables import (
     unknown_value,
     words_of_file,
 )
+from percuss.wording import counted
 
 if TYPE_CHECKING:
     from percuss.optimization import Design as DesignResult

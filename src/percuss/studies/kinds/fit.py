@@ -24,7 +24,7 @@ from percuss.model.structure import StructureStart
 from percuss.model.units import in_units, is_unit
 from percuss.studies.axes import ParameterRange, guesses_in
 from percuss.studies.fit_records import FitRecord, fit_records, written_record
-from percuss.studies.study import Picture, Question, StudyDraft, check_start, counted
+from percuss.studies.study import Picture, Question, StudyDraft, check_start
 from percuss.studies.tables import (
     Path,
     StartState,
@@ -35,6 +35,7 @@ from percuss.studies.tables import (
     table,
     table_only,
 )
+from percuss.wording import counted
 
 if TYPE_CHECKING:
     from xarray import Dataset

@@ -15,11 +15,11 @@ from percuss.model.loads import loads_of
 from percuss.studies.study import (
     Question,
     StudyDraft,
-    counted,
     impacts_in_words,
     multiplier_text,
 )
 from percuss.studies.tables import Count, NumberKey, NumbersKey, Whole, table
+from percuss.wording import counted
 
 if TYPE_CHECKING:
     from percuss.orbits import PeriodicOrbit, StructureOrbit

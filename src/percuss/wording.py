@@ -1,0 +1,45 @@
+"""How numbers and values stand in sentences."""
+
+from __future__ import annotations
+
+__all__ = ["counted", "shown"]
+
+# Characters of a value that a sentence shows.
+MOST_SHOWN = 200
+
+
+def counted(n: float, noun: str) -> str:
+    """Return a number and the noun that it counts.
+
+    Parameters
+    ----------
+    n
+        A whole number, or infinity.
+    noun
+        In the singular; its plural ends in s.
+
+    Returns
+    -------
+    str
+        Both, in words for a sentence.
+
+    Examples
+    --------
+    >>> counted(1, "impact"), counted(1200.0, "impact"), counted(float("inf"), "impact")
+    ('1 impact', '1,200 impacts', 'inf impacts')
+    """
+    return f"{n:,.0f} {noun}" + ("" if n == 1 else "s")
+
+
+def shown(value: object) -> str:
+    """Return a value as Python writes it, cut where that is long.
+
+    Examples
+    --------
+    >>> shown("2.8"), len(shown("2" * 10_000))
+    ("'2.8'", 224)
+    """
+    text = repr(value)
+    if len(text) <= MOST_SHOWN:
+        return text
+    return f"{text[:MOST_SHOWN]} ... ({len(text):,} characters)"
