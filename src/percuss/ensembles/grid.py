@@ -372,7 +372,7 @@ class Grid:
             made = None if tied else self._made.get(number)
             if made is None:
                 try:
-                    osc, force, start = maker.point(self._where(first + int(rows[0])))
+                    osc, force, start = maker.point(tuple(int(k[rows[0]]) for k in where))
                     made = _made_of(osc, force)
                     for column in tied:
                         starts[rows, column] = as_float(_start_numbers(start)[column])

@@ -21,7 +21,7 @@ from percuss.kernels import law_columns as at
 from percuss.kernels import law_formulas
 from percuss.kernels.law_columns import Law
 from percuss.kernels.step import fill_steps
-from percuss.model.exact import Exact, PiTimes, angle, as_fraction
+from percuss.model.exact import Exact, Phase, PiTimes, angle, as_fraction
 from percuss.model.expression import parameters_in
 from percuss.model.faults import Fault, raise_first
 from percuss.model.force_record import ForceRecord
@@ -191,7 +191,8 @@ def lines(oscillator: Oscillator) -> RegionBounds:
 @lru_cache(maxsize=256)
 def law(oscillator: Oscillator, forcing: Forcing | None) -> Law:
     """Return the law of an oscillator under a forcing (None: free motion)."""
-    parameters_in(oscillator, forcing)  # one name has one value
+    if _parameters_of(oscillator) and _parameters_of(forcing):
+        parameters_in(oscillator, forcing)  # one name has one value
     mass = mass_of(oscillator)
     oscillator, forcing = _of_unit_mass(oscillator, forcing)
     components = forcing.components() if forcing is not None else ()
@@ -207,10 +208,9 @@ def law(oscillator: Oscillator, forcing: Forcing | None) -> Law:
     )
     n_knots = 0 if record is None else len(record.t) - record.repeat
     rows = np.zeros((first_of_record + -(-n_knots // at.KNOTS_A_ROW), at.COLUMNS))
-    harmonics = rows[at.FIRST_HARMONIC : at.FIRST_HARMONIC + len(components)]
-    for row, component in zip(harmonics, components, strict=True):
-        fill_harmonic(row, component)
-    _fill_header(rows[0], forcing, harmonics, n_regions)
+    forced = _forcing_rows(forcing)
+    rows[: len(forced)] = forced
+    rows[0, at.N_REGIONS] = n_regions
     rows[0, at.MASS] = 1.0 if mass is None else mass
     rows[0, at.FORCING_CONSTANT] = float(constant)
     if record is not None:
@@ -236,6 +236,11 @@ def law(oscillator: Oscillator, forcing: Forcing | None) -> Law:
             _mark_simple(rows[first], rows[first + 1])
     fill_steps(rows)
     return rows
+
+
+@lru_cache(maxsize=256)
+def _parameters_of(part: Oscillator | Forcing | None) -> dict[str, Phase]:
+    return parameters_in(part)
 
 
 def _of_unit_mass(
@@ -394,13 +399,26 @@ def touching_stops(oscillator: Oscillator, number: int) -> tuple[int, ...]:
     )
 
 
-def _fill_header(row: Floats, forcing: Forcing | None, harmonics: Floats, n_regions: int) -> None:
-    row[at.N_HARMONICS], row[at.N_REGIONS] = len(harmonics), n_regions
+@lru_cache(maxsize=256)
+def _forcing_rows(forcing: Forcing | None) -> Floats:
+    """Return what the header and the rows of harmonics have of a forcing, whatever it acts on."""
+    components = () if forcing is None else forcing.components()
+    rows = np.zeros((at.FIRST_HARMONIC + len(components), at.COLUMNS))
+    header, harmonics = rows[0], rows[at.FIRST_HARMONIC :]
+    for row, component in zip(harmonics, components, strict=True):
+        fill_harmonic(row, component)
+    header[at.N_HARMONICS] = len(harmonics)
     with np.errstate(over="ignore"):
         for harmonic in harmonics:
-            _bound_force(row, harmonic)
-    period = forcing.period if forcing is not None else None
-    if forcing is None or period is None:
+            _bound_force(header, harmonic)
+    if forcing is not None:
+        _fill_period(header, forcing)
+    return rows
+
+
+def _fill_period(row: Floats, forcing: Forcing) -> None:
+    period = forcing.period
+    if period is None:
         return
     row[at.PERIOD] = period
     frequency = forcing.frequency
