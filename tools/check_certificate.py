@@ -1,4 +1,6 @@
-"""Check a certificate of percuss, of an oscillator with stops: of runs, orbits, branches, basins, chaos.
+"""Check a certificate of percuss, of an oscillator with stops.
+
+Of a run, an orbit, a branch or a special point of one, a complete list, basins or chaos:
 
     python check_certificate.py certificate.json
 
@@ -10,9 +12,9 @@ Between two stops the displacement obeys x'' + 2 a x' + K x = c + sum of A cos(w
 K, a, c, A, w: of unit mass. An interval is a pair of integers, numbers of units of 2^-bits; each
 operation rounds outward. What is proven, and why it suffices, is section 11 of docs/theory/certified.md.
 
-Of its lines a quarter is arithmetic, a quarter flights and their first event, an eighth the reading of
-what could be misread; the rest are the kinds of certificates, 40 to 250 lines each, which do not need
-one another (but that lists have orbits).
+In order: arithmetic, flights and their first event, the reading of what could be misread, and the kinds
+of certificates. Of these runs, lists, basins and chaos do not need one another; orbits and branches have
+the same equations, and lists and basins have orbits.
 """
 
 from __future__ import annotations
@@ -540,8 +542,6 @@ class Event(NamedTuple):
     v_before: Interval
     v: Interval
     derivative: Matrix
-    # The derivative of t and v by the parameter, on a branch.
-    slopes: tuple[Interval, Interval]
 
 
 def met(
@@ -568,44 +568,27 @@ def met(
         done, tau = 4 * new.width >= 3 * tau.width, new
         if done:
             break
-    passing = passage(flight, departed, bound, tau)
-    v, a = passing.v, passing.a
-    # The event is later by dt, for which v dt is by how much x is short of the bound.
-    t_t, t_v, t_p = later = tuple(-(part / v) for part in passing.x_by)
-    v_t, v_v, v_p = (part + a * dt for part, dt in zip(passing.v_by, later, strict=True))
+    _, v = flight.at(tau)
+    a = flight.acceleration(flight.force(tau), at, v)
+    (x_t, x_v), (v_t, v_v) = flight.by_start(tau, departed)
+    # Later by dt, for which v dt is by how much x is short of the bound.
+    t_t, t_v = -(x_t / v), -(x_v / v)
     kept, region = rebound(law, number, bound, sign)
-    derivative = (t_t, t_v), (kept * v_t, kept * v_v)
-    slopes = t_p, kept * v_p + passing.kept_by * v
-    return Event(bound, region, tau, start.t + tau, v, kept * v, derivative, slopes)
+    derivative = (t_t, t_v), (kept * (v_t + a * t_t), kept * (v_v + a * t_v))
+    return Event(bound, region, tau, start.t + tau, v, kept * v, derivative)
 
 
-class Passage(NamedTuple):
-    """Velocity and acceleration where motions pass a bound.
-
-    And, at one instant, the derivatives of x - bound and v by t and v of the start and the parameter,
-    and that of what is kept of the velocity.
-    """
-
-    v: Interval
-    a: Interval
-    x_by: tuple[Interval, Interval, Interval]
-    v_by: tuple[Interval, Interval, Interval]
-    kept_by: Interval
-
-
-def passage(flight: Flight, departed: int | None, bound: int, tau: Interval) -> Passage:
-    """Return how the motions of a flight pass a bound that they meet at tau."""
-    law, (_, v) = flight.law, flight.at(tau)
-    a = flight.acceleration(flight.force(tau), of(law.bounds[bound].at), v)
-    x_by, v_by = flight.by_start(tau, departed)
-    x_p = v_p = kept_by = of(0)
-    if law.dual is not None and departed is not None:
-        at, restitution = law.dual.bounds[bound]
-        start = flight.start._replace(x=of(law.dual.bounds[departed].at))
-        x, slope = (dual(part).slope for part in Flight(law.dual, flight.number, start).at(tau))
-        x_p, v_p = x - dual(at).slope, slope
-        kept_by = of(0) if restitution is None else -dual(restitution).slope
-    return Passage(v, a, (*x_by, x_p), (*v_by, v_p), kept_by)
+def by_parameter(
+    flight: Flight, departed: int, bound: int, tau: Interval
+) -> tuple[Interval, Interval, Interval]:
+    """Return the derivative of x - bound and v at an instant, and of what is kept, by the parameter."""
+    law = flight.law.dual
+    if law is None:
+        return of(0), of(0), of(0)
+    start = flight.start._replace(x=of(law.bounds[departed].at))
+    x, v = Flight(law, flight.number, start).at(tau)
+    at, restitution = law.bounds[bound]
+    return dual(x - at).slope, dual(v).slope, -dual(restitution or 0).slope
 
 
 def rebound(law: Law, number: int, bound: int, side: int) -> tuple[Any, int]:
@@ -877,6 +860,7 @@ def proven_orbit(law: Law, text: Any) -> str:
         for box in pair
     ]
     _check_inside(widths, contracted(_inverse(rows), rows, widths, missed))
+    check_first(cycle, boxes)
     stability = _stability(shot.monodromy)
     if text["stability"] not in (stability, "undecided"):
         raise NotProvenError(f"the orbit is {stability}, not {text['stability']}")
@@ -888,18 +872,6 @@ def proven_orbit(law: Law, text: Any) -> str:
         f"{2 * periods / (law.base or 1)} pi long, lie in the boxes of the certificate, the first at t "
         f"between {_near(claims[0]['t'])}; it meets the stops at these events and no others. {said}"
     )
-
-
-class Shot(NamedTuple):
-    """Flights from all events of an orbit to the next ones.
-
-    By how much they miss these; the derivative of that by instants and velocities, and by the
-    parameter; and that of the state after the last flight by the first one.
-    """
-
-    missed: list[Interval]
-    rows: list[list[Interval]]
-    monodromy: Matrix
 
 
 class Leg(NamedTuple):
@@ -926,6 +898,8 @@ class Cycle(NamedTuple):
     periods: Fraction | int
 
     def legs(self) -> Iterator[Leg]:
+        if any(event["bound"] >= len(self.law.bounds) for event in self.events):
+            raise NotProvenError("an event is at a bound that there is not")
         for k, following in enumerate([*range(1, len(self.events)), 0]):
             event = self.events[following]
             bound, region, sign, later = event["bound"], event["region"], 1, dual(0)
@@ -937,90 +911,85 @@ class Cycle(NamedTuple):
             yield Leg(k, following, bound, region, sign, later)
 
 
-def shot_of(cycle: Cycle, states: Sequence[Pair]) -> Shot:
-    """Return the flights from all events, each proven to meet the next event first."""
-    (law, events, _), zero = cycle, of(0)
-    n = len(events)
-    missed: list[Interval] = []
-    rows: list[list[Interval]] = []
-    monodromy = ((of(1), zero), (zero, of(1)))
-    for leg in cycle.legs():
-        bound, number, state = events[leg.k]["bound"], events[leg.k]["region"], states[leg.k]
-        # From a wall that keeps nothing the start is at rest, whatever the interval of v.
-        rests = bound < len(law.bounds) and law.bounds[bound].restitution == 0
-        state = (state[0], zero) if rests else state
-        image = met(law, number, departing(law, number, bound, state, may_rest=rests), bound)
-        if (image.bound, image.region) != (leg.bound, leg.region):
-            raise NotProvenError("the events of the orbit are not those claimed")
-        (t_t, t_v), (v_t, v_v) = image.derivative
-        if rests:
-            t_v = v_v = zero
-        derivative = (t_t, t_v), (leg.sign * v_t, leg.sign * v_v)
-        monodromy = product(derivative, monodromy)
-        ends = image.t - leg.later.value, leg.sign * image.v
-        slopes = image.slopes[0] - leg.later.slope, leg.sign * image.slopes[1]
-        for i in range(2):
-            missed.append(ends[i] - states[leg.following][i])
-            row = [zero] * (2 * n)
-            row[2 * leg.k : 2 * leg.k + 2] = derivative[i]
-            row[2 * leg.following + i] = row[2 * leg.following + i] - of(1)
-            rows.append([*row, slopes[i]])
-    return Shot(missed, rows, monodromy)
+class Shot(NamedTuple):
+    """Flights from all events of an orbit, at the instants of the next ones.
 
-
-def timed_shot_of(cycle: Cycle, states: Sequence[Pair], slow: int) -> Shot:
-    """Return the same by other equations: place and velocity at the instants of the next events.
-
-    Where the velocity of the event ``slow`` is zero they are regular. Which bound is met first is not
-    asked; `check_first` does that. The derivative of the state is that times the slow velocity.
+    By how much places and velocities miss these events; the derivative of that by all instants and
+    velocities, and by the parameter; and that of the state after the last flight by the first one.
     """
-    law, n, zero = cycle.law, len(cycle.events), of(0)
-    missed: list[Interval] = []
-    rows: list[list[Interval]] = []
-    total = ((of(1), zero), (zero, of(1)))
-    for leg, flight, departed, tau in timed_flights(cycle, states, slow):
-        x, _ = flight.at(tau)
-        side = leg.region - flight.number
-        kept, region = rebound(law, flight.number, leg.bound, side)
-        if region != leg.region:
-            raise NotProvenError("an event does not lead into its region")
-        v, a, x_by, v_by, kept_by = passage(flight, departed, leg.bound, tau)
-        kept = leg.sign * kept
-        missed += [x - of(law.bounds[leg.bound].at), kept * v - states[leg.following][1]]
-        # As in `met`, or times the velocity that is a divisor there.
-        ratio, whole = (kept, kept * v) if leg.following == slow else (1 / v, of(1))
-        t_t, t_v, _ = later = tuple(-(part * ratio) for part in x_by)
-        v_t, v_v, _ = (kept * (whole * part + a * dt) for part, dt in zip(v_by, later, strict=True))
-        total = product(((t_t, t_v), (v_t, v_v)), total)
-        # The end is later by the next instant, and by the periods of the parameter.
-        for (by_t, by_v, by_p), end, factor in ((x_by, v, of(1)), (v_by, a, kept)):
-            row = [zero] * (2 * n)
-            row[2 * leg.k : 2 * leg.k + 2] = factor * by_t, factor * by_v
-            row[2 * leg.following] = row[2 * leg.following] + factor * end
-            rows.append([*row, factor * (by_p + end * leg.later.slope)])
-        row = rows[-1]
-        row[2 * leg.following + 1] = row[2 * leg.following + 1] - of(1)
-        row[-1] = row[-1] + leg.sign * kept_by * v
-    return Shot(missed, rows, total)
+
+    missed: list[Interval]
+    rows: list[list[Interval]]
+    monodromy: Matrix
 
 
-def timed_flights(
-    cycle: Cycle, states: Sequence[Pair], slow: int
+def flights_of(
+    cycle: Cycle, states: Sequence[Pair], slow: int | None
 ) -> Iterator[tuple[Leg, Flight, int, Interval]]:
-    """Yield the flights from all events, the bounds they depart from, and how long they are."""
+    """Yield the flights from all events, the bounds they depart from, and how long they are.
+
+    Event ``slow`` may have no velocity.
+    """
     law, events, _ = cycle
     for leg in cycle.legs():
-        bound, number = events[leg.k]["bound"], events[leg.k]["region"]
-        start = departing(law, number, bound, states[leg.k], may_rest=leg.k == slow)
-        tau = states[leg.following][0] + leg.later.value - start.t
+        bound, number, (t, v) = events[leg.k]["bound"], events[leg.k]["region"], states[leg.k]
+        # A wall that keeps nothing leaves the mass at rest, whatever the interval of v.
+        rests = law.bounds[bound].restitution == 0
+        state = t, of(0) if rests else v
+        start = departing(law, number, bound, state, may_rest=rests or leg.k == slow)
+        tau = states[leg.following][0] + leg.later.value - t
         if tau.low <= 0:
             raise NotProvenError("an event does not come after the one before it")
         yield leg, Flight(law, number, start), bound, tau
 
 
-def check_first(cycle: Cycle, states: Sequence[Pair], slow: int) -> None:
+def shot_of(cycle: Cycle, states: Sequence[Pair], slow: int | None = None) -> Shot:
+    """Return by how much an orbit misses its events. Which bound is first is left to `check_first`.
+
+    With an event ``slow`` the derivative of the state is that times its velocity, by which it would
+    be divided; the equations have no divisor.
+    """
+    law, n, zero = cycle.law, len(cycle.events), of(0)
+    missed: list[Interval] = []
+    rows: list[list[Interval]] = []
+    total = ((of(1), zero), (zero, of(1)))
+    for leg, flight, departed, tau in flights_of(cycle, states, slow):
+        kept, region = rebound(law, flight.number, leg.bound, leg.region - flight.number)
+        if region != leg.region:
+            raise NotProvenError("an event does not lead into its region")
+        kept, (x, v) = leg.sign * kept, flight.at(tau)
+        # Where x is, which is at the bound for the orbit alone.
+        a = flight.acceleration(flight.force(tau), x, v)
+        (x_t, x_v), (v_t, v_v) = flight.by_start(tau, departed)
+        x_p, v_p, kept_p = by_parameter(flight, departed, leg.bound, tau)
+        if law.bounds[departed].restitution == 0:
+            x_v = v_v = zero
+        missed += [x - of(law.bounds[leg.bound].at), kept * v - states[leg.following][1]]
+        # As in `met`.
+        ratio, times = (kept, kept * v) if leg.following == slow else (1 / v, of(1))
+        t_t, t_v = -(x_t * ratio), -(x_v * ratio)
+        by_v = kept * (times * v_t + a * t_t), kept * (times * v_v + a * t_v)
+        total = product(((t_t, t_v), by_v), total)
+        # The end is later with the next instant, and with the periods by the parameter.
+        later = leg.later.slope
+        place, speed = [zero] * (2 * n + 1), [zero] * (2 * n + 1)
+        k, j = 2 * leg.k, 2 * leg.following
+        for row, ends in (
+            (place, ((k, x_t), (k + 1, x_v), (j, v), (-1, x_p + v * later))),
+            (speed, ((k, v_t), (k + 1, v_v), (j, a), (-1, v_p + a * later))),
+        ):
+            for i, entry in ends:
+                row[i] = row[i] + entry
+        speed = [kept * entry for entry in speed]
+        speed[j + 1] = speed[j + 1] - 1
+        speed[-1] = speed[-1] + leg.sign * kept_p * v
+        rows += [place, speed]
+    return Shot(missed, rows, total)
+
+
+def check_first(cycle: Cycle, states: Sequence[Pair], slow: int | None = None) -> None:
     """Prove that orbits with these events meet the stops at them and at no others."""
-    for leg, flight, departed, tau in timed_flights(cycle, states, slow):
+    for leg, flight, departed, tau in flights_of(cycle, states, slow):
         if leg.following == slow:
             _check_touch(flight, departed, leg.bound, tau)
             continue
@@ -1161,7 +1130,7 @@ class Strip:
 
     def _prove(self, parts: int) -> None:
         """Prove the strip from its middle to both ends, by so many parts each."""
-        zero, parts_of_curve, shots = Fraction(0), [], []
+        zero, parts_of_curve = Fraction(0), []
         for end in self.ends:
             way = end - self.middle[self.along]
             cuts = [way * k / parts for k in range(parts + 1)]
@@ -1182,42 +1151,35 @@ class Strip:
                     e + (last - first) * slope for e, slope in zip(missed, slopes, strict=True)
                 ]
                 parts_of_curve.append((eta, part))
-                shots.append(shot)
         self.moved = [_hull(e) for e in zip(*(part for _, part in parts_of_curve), strict=True)]
-        claimed = self.claim["stability"]
-        if self.slow is not None:
-            for eta, part in parts_of_curve:
-                self._check_slow(eta, self.around(eta, part), claimed)
-            self.signs = {kind: {0} for kind in POINTS}
-            return
-        if claimed != "undecided" and {_stability(shot.monodromy) for shot in shots} != {claimed}:
-            # Where the orbits are known to be is less than the strip.
-            shots = [self._shot(self.around(*part)) for part in parts_of_curve]
+        # Where the orbits are known to be is less than the strip.
+        boxes = [self.around(*part) for part in parts_of_curve]
+        for box in boxes:
+            check_first(*self._at(box), self.slow)
+        shots = [self._shot(box) for box in boxes]
+        if self.slow is None:
             found = {_stability(shot.monodromy) for shot in shots}
-            if found != {claimed}:
-                raise NotProvenError(f"its orbits are {' or '.join(sorted(found))}")
-        zeros = [_zero_at(shot.monodromy) for shot in shots]
-        self.signs = {kind: {_sign(zero[kind]) for zero in zeros} for kind in POINTS}
+            zeros = [_zero_at(shot.monodromy) for shot in shots]
+            self.signs = {kind: {_sign(zero[kind]) for zero in zeros} for kind in POINTS}
+        else:
+            found = {self._stability_next_to_graze(*it) for it in zip(boxes, shots, strict=True)}
+            self.signs = {kind: {0} for kind in POINTS}
+        if self.claim["stability"] != "undecided" and found != {self.claim["stability"]}:
+            raise NotProvenError(f"its orbits are {' or '.join(sorted(found))}")
 
-    def _check_slow(self, v: Interval, box: Sequence[Interval], claimed: str) -> None:
-        """Prove that the orbits in a box are motions and, where that is claimed, unstable.
+    def _stability_next_to_graze(self, box: Sequence[Interval], shot: Shot) -> str:
+        """Return what a trace above 2 says while the determinant is at most 1.
 
-        A determinant is 1 at most, and a trace above 2; both times the slow velocity v.
+        Both are known times the slow velocity, without damping that drives.
         """
-        cycle, states = self._at(box)
-        assert self.slow is not None
-        check_first(cycle, states, self.slow)
-        (a, _), (_, d) = timed_shot_of(cycle, states, self.slow).monodromy
-        damped = all(of(region.damping).low >= 0 for region in cycle.law.regions)
-        is_unstable = damped and (a + d).least > 2 * v.size
-        if claimed != "undecided" and (claimed != "unstable" or not is_unstable):
-            raise NotProvenError(f"that orbits next to a graze are {claimed} is not proven")
+        (a, _), (_, d) = shot.monodromy
+        regions = self._at(box)[0].law.regions
+        is_damped = all(of(region.damping).low >= 0 for region in regions)
+        is_above = (a + d).least > 2 * box[self.along].size
+        return "unstable" if is_damped and is_above else "undecided"
 
     def _shot(self, point: Sequence[Interval]) -> Shot:
-        cycle, states = self._at(point)
-        return (
-            shot_of(cycle, states) if self.slow is None else timed_shot_of(cycle, states, self.slow)
-        )
+        return shot_of(*self._at(point), self.slow)
 
     def _at(self, point: Sequence[Interval]) -> tuple[Cycle, list[Pair]]:
         """Return the orbit, under the law of its parameter, and its states at a point."""

@@ -9,6 +9,7 @@ import re
 from fractions import Fraction
 from typing import Any
 
+import numpy as np
 import pytest
 from tests.certified.checker import changed, check, leaves
 from tests.certified.test_special_points import impacting, points
@@ -252,3 +253,74 @@ def test_points_without_a_certificate_say_why(point: Any, reason: str) -> None:
     proven = point()
     with pytest.raises(ParameterError, match=reason):
         certificate(proven)
+
+
+def read(claims: dict[str, Any]) -> Any:
+    form = {"certificate": "n", "kind": "w", "law": check.LAW} | check.FORMS["branch"]
+    return check.read(json.loads(json.dumps(claims)), form)
+
+
+@pytest.mark.parametrize(
+    ("point", "slow"),
+    [
+        (lambda: point_of(symmetric(), "forcing.amplitude", (0.4, 1.1), 0.593), None),
+        (lambda: points(WALL_0, "forcing.omega", 2.3, 2.8)["period_doubling"], None),
+        (lambda: points(WALL_0, "forcing.omega", 2.3, 2.8)["period_doubling"], 0),
+        (lambda: points(backlash(), "forcing.amplitude", 0.3, 2.5)["fold"], None),
+        (lambda: points(impacting(1), "oscillator.stops.0.at", 0.5, 2.5)["grazing"], 0),
+        (
+            lambda: point_of(
+                pc.find_orbit(pc.impact_oscillator("0.8"), pc.cosine("2.655")),
+                "oscillator.stops.0.restitution",
+                (0.5, 0.95),
+                0.8,
+            ),
+            None,
+        ),
+    ],
+    ids=["mirrored", "frequency", "with a slow event", "soft stops", "graze", "restitution"],
+)
+def test_what_orbits_miss_by_differs_by_the_derivative_between(
+    point: Any, slow: int | None
+) -> None:
+    """The mean value theorem, in boxes far wider than the strips that are proven."""
+    claims = read(certificate(pc.certify(point())))
+    (curve,) = claims["curves"]
+    random, middle = np.random.default_rng(3), curve["strips"][0]["middle"]
+
+    def shot(at: list[Any]) -> Any:
+        law = check.law_over(claims["law"], at[-1])
+        cycle = check.Cycle(law, curve["events"], curve["periods"])
+        states = list(zip(at[:-1:2], at[1::2], strict=True))
+        return check.shot_of(cycle, states, slow)
+
+    for _ in range(12):
+        corners = [
+            [value * (1 + Fraction(random.uniform(-1, 1)) / 10**5) for value in middle]
+            for _ in range(2)
+        ]
+        one, other = (shot([check.of(value) for value in corner]).missed for corner in corners)
+        box = [check.of(min(pair), max(pair)) for pair in zip(*corners, strict=True)]
+        apart = [b - a for a, b in zip(*corners, strict=True)]
+        for row, a, b in zip(shot(box).rows, one, other, strict=True):
+            mean = sum((entry * way for entry, way in zip(row, apart, strict=True)), check.of(0))
+            difference = b - a
+            assert mean.low <= difference.low
+            assert difference.high <= mean.high
+            assert mean.width < 1 << (check.BITS - 12)
+
+
+def test_the_derivative_with_a_slow_event_is_that_times_its_velocity() -> None:
+    claims = read(
+        certificate(pc.certify(points(WALL_0, "forcing.omega", 2.3, 2.8)["period_doubling"]))
+    )
+    (curve,) = claims["curves"]
+    at = [check.of(value) for value in curve["strips"][0]["middle"]]
+    cycle = check.Cycle(check.law_over(claims["law"], at[-1]), curve["events"], curve["periods"])
+
+    (alone, slow) = (check.shot_of(cycle, [(at[0], at[1])], k).monodromy for k in (None, 0))
+
+    # The velocity after the event is that of the state but for what the middle of a strip misses.
+    for row, scaled in zip(alone, slow, strict=True):
+        for entry, product in zip(row, scaled, strict=True):
+            assert abs((entry * at[1] - product).middle().low) < 1 << (check.BITS - 30)

@@ -39,7 +39,7 @@ def follow_on_device(arrays: Any, buffers: Any, section: int, with_extremes: boo
         loads = observables.LoadSpace(derived[i], derived[i, 0], search)
         workspace = batch.Workspace(events[i], marks[i], grazes[i], phases[i, :3], loads)
         options = batch.Options(
-            MOST_IMPACTS, section, with_extremes, with_extremes, False, PATIENCE
+            MOST_IMPACTS, section, with_extremes, with_extremes, False, False, PATIENCE
         )
         member = batch.member_of(motions, workspace, i)
         batch.begin_member(member, options)

@@ -162,7 +162,7 @@ def test_an_orbit_that_is_known_before_its_curve_is_drawn(tab: Page, address: st
     opened.goto(f"http://{address}/")
     opened.wait_for_selector(".explore[data-drawn]", timeout=WAIT)
     expect(opened.locator(".explore .plot:has(.canvas) .key").nth(1)).to_contain_text(
-        "nearest periodic orbit"
+        "nearest orbit"
     )
     expect(opened.locator(".facts .card").nth(1)).to_contain_text("largest exponent")
     opened.close()

@@ -187,7 +187,41 @@ def test_the_rest_says_what_it_needs(site: Page) -> None:
     field(view, "kind").select_option("response")
     view.get_by_role("button", name="Compute", exact=True).click()
     expect(view.locator(".status").first).to_contain_text("percuss serve")
-    assert site.locator("[data-view=paper]").count() == 0
+
+
+def test_the_figures_of_the_paper_open_without_a_server(site: Page) -> None:
+    paper = view_of(site, "Paper")
+    expect(paper).to_contain_text("percuss site --report report")
+    assert paper.get_by_role("button", name="Compute").count() == 0
+    paper.locator("[data-figure=fig9]").click()
+    expect(site.locator(".explore")).to_be_visible()
+    expect(box_of(site, "start.v0")).to_have_value("0.139")
+
+
+def test_a_report_goes_with_the_site(offline: BrowserContext, tmp_path: Path) -> None:
+    report = tmp_path / "made"
+    place = tmp_path / "site"
+    refused = CliRunner().invoke(app, ["site", "--out", str(place), "--report", str(report)])
+    assert refused.exit_code == 2
+    assert "holds no report" in refused.output
+    assert not place.exists()
+    report.mkdir()
+    (report / "index.html").write_text("<h1>All verdicts</h1>", encoding="utf-8")
+    written = CliRunner().invoke(app, ["site", "--out", str(place), "--report", str(report)])
+    assert written.exit_code == 0
+    page = offline.new_page()
+    page.goto((place / "index.html").as_uri())
+    page.locator("[data-view=paper]").click()
+    shown = page.frame_locator("section[aria-label=Paper] iframe")
+    expect(shown.get_by_role("heading")).to_have_text("All verdicts")
+    page.close()
+
+
+def test_the_tour_promises_no_card_that_is_not_there(site: Page) -> None:
+    site.get_by_role("button", name="Tour", exact=True).click()
+    tour = site.locator(".tour")
+    expect(tour).to_contain_text("1 of 5")
+    expect(tour).not_to_contain_text("(1, 1)")
 
 
 def test_a_web_host_serves_it(browser: Browser, folder: Path) -> None:

@@ -37,6 +37,33 @@ def test_nothing_is_cut_off_at_any_size(tab: Page, address: str, width: int, hei
     opened.close()
 
 
+def test_the_menu_of_files_is_in_sight_on_a_phone(page: Page) -> None:
+    page.set_viewport_size({"width": 375, "height": 720})
+    menu = page.locator("details.menu")
+    menu.locator("summary").click()
+    expect(menu.locator("[data-file=toml]")).to_be_visible()
+    box = menu.locator("> div").bounding_box()
+    assert box is not None
+    assert 0 <= box["x"] <= box["x"] + box["width"] <= 375
+    menu.locator("summary").press("Escape")
+
+
+def test_on_paper_the_boxes_show_their_numbers_and_no_button_is_left(page: Page) -> None:
+    page.set_viewport_size({"width": 794, "height": 1123})
+    set_box(page, "oscillator.damping", "0.0625")
+    page.emulate_media(media="print")
+    cut = page.evaluate(
+        """() => [...document.querySelectorAll('.explore .row input[type=text]')]
+          .filter((it) => it.scrollWidth > it.clientWidth).map((it) => it.value)"""
+    )
+    left = page.evaluate(
+        "() => [...document.querySelectorAll('button')].filter((it) => it.offsetParent).map((it) => it.textContent)"
+    )
+    page.emulate_media(media="screen")
+    assert cut == []
+    assert left == []
+
+
 def luminance(colour: str) -> float:
     parts = [int(part) / 255.0 for part in re.findall(r"\d+", colour)[:3]]
     linear = [p / 12.92 if p <= 0.04045 else ((p + 0.055) / 1.055) ** 2.4 for p in parts]

@@ -117,6 +117,6 @@ def test_a_motion_is_kept_behind_the_next_ones(page: Page) -> None:
     set_box(page, FREQUENCY, "2.5")
     wait_for_drawing(page, before)
 
-    expect(motion).to_contain_text("pale: the kept motion")
+    expect(motion).to_contain_text("pale: the kept motion, omega = 2.8")
     motion.get_by_role("button", name="forget").click()
     expect(motion).not_to_contain_text("pale: the kept motion")

@@ -33,6 +33,23 @@ def test_the_tour_goes_through_its_steps(page: Page) -> None:
     expect(tour).to_be_hidden()
 
 
+def test_each_step_is_seen_from_its_start(page: Page) -> None:
+    page.get_by_role("button", name="Tour", exact=True).click()
+    tour = page.locator(".tour")
+    expect(tour).to_contain_text("The card of the nearest periodic orbit says (1, 1), stable.")
+    readout = page.locator(".explore .drawing .readout")
+    expect(readout).to_have_text("t = 2.37")
+    page.locator(".explore").get_by_label("time of the picture").press("End")
+    expect(readout).not_to_have_text("t = 2.37")
+    # A slider moves the motion, not the time of its picture.
+    slider = page.locator(".row", has=page.locator("#p-forcing-harmonics-0-omega"))
+    slider.locator("input[type=range]").press("ArrowRight")
+    expect(readout).not_to_have_text("t = 2.37")
+    page.locator("[data-view=gallery]").click()
+    page.locator("[data-name=chatter]").click()
+    expect(readout).to_have_text("t = 0")
+
+
 def test_what_the_tour_says_is_so() -> None:
     osc = pc.impact_oscillator("0.8")
     orbit = pc.find_orbit(osc, pc.cosine("2.6"))

@@ -469,6 +469,9 @@ def serve(
 def site(
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the files.")] = Path("site"),
     *,
+    report: Annotated[
+        Path | None, typer.Option("--report", help="Folder of a report of percuss paper.")
+    ] = None,
     force: Annotated[
         bool, typer.Option("--force", help="Write into a folder that is not empty.")
     ] = False,
@@ -477,7 +480,7 @@ def site(
     with faults_on_stderr("nothing is written"):
         from percuss.web.site import write_site
 
-        files = write_site(out, force=force)
+        files = write_site(out, report=report, force=force)
         size = sum(file.stat().st_size for file in files)
         _say(f"{files[0]} ({size / 1e6:.1f} MB with all that belongs to it); open it in a browser")
 

@@ -63,7 +63,9 @@ class Plan:
     with_work
         Whether the work of the dashpots is recorded: it takes several times as long.
     with_loads
-        Whether the loads are recorded: peaks of forces, and means: it takes five times as long.
+        Whether means over time are recorded: it takes several times as long.
+    with_peaks
+        Whether beside them peaks of forces and accelerations are.
     with_means
         Whether means and accelerations of a structure are recorded, from runs of their own.
     max_impacts
@@ -91,6 +93,7 @@ class Plan:
     with_extremes: bool = False
     with_work: bool = False
     with_loads: bool = False
+    with_peaks: bool = False
     with_means: bool = False
     max_impacts: int = MOST_IMPACTS
     edges: Floats | None = None
@@ -200,6 +203,7 @@ def follow_batch(
         plan.with_extremes,
         plan.with_work,
         plan.with_loads,
+        plan.with_peaks,
         PATIENCE,
     )
 

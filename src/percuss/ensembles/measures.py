@@ -110,9 +110,10 @@ class Measure:
         Returns the numbers of motions from their results, their plan and the window.
     of_structures, of_displacement
         Whether structures have it, and whether it is that of one displacement.
-    needs_extremes, needs_work, needs_loads, needs_strobes, needs_peaks, needs_tangent
-        What the kernels must record for it: extremes; the work of dashpots; loads; a strobe in
-        each period; the fastest impacts of intervals of time; the growth of a perturbation.
+    needs_extremes, needs_work, needs_loads, needs_load_peaks, needs_strobes, needs_peaks, needs_tangent
+        What the kernels must record for it: extremes; the work of dashpots; means over time, and
+        with them peaks of forces; a strobe in each period; the fastest impacts of intervals of
+        time; the growth of a perturbation.
     is_mean
         Whether structures need a run of its own for it: a mean over time, or an acceleration.
     without
@@ -127,6 +128,7 @@ class Measure:
     needs_extremes: bool = False
     needs_work: bool = False
     needs_loads: bool = False
+    needs_load_peaks: bool = False
     needs_strobes: bool = False
     needs_peaks: bool = False
     needs_tangent: bool = False
@@ -325,6 +327,7 @@ MEASURES: dict[str, Measure] = {
         "of a wall that holds the mass; an impulse is no force",
         _peak_stop_force,
         needs_loads=True,
+        needs_load_peaks=True,
     ),
     "peak_acceleration": Measure(
         "length/time^2",
@@ -332,6 +335,7 @@ MEASURES: dict[str, Measure] = {
         _peak_acceleration,
         of_displacement=True,
         needs_loads=True,
+        needs_load_peaks=True,
         is_mean=True,
     ),
     "rms_displacement": Measure(
@@ -464,6 +468,7 @@ def _plan(
         with_extremes=any(measure.needs_extremes for measure in measures),
         with_work=any(measure.needs_work for measure in measures),
         with_loads=any(measure.needs_loads for measure in measures),
+        with_peaks=any(measure.needs_load_peaks for measure in measures),
         with_means=any(measure.is_mean for measure in measures),
         max_impacts=max_impacts,
         edges=edges,

@@ -25,6 +25,7 @@ from percuss.kernels.harmonic_observables import (
     carry_by_harmonic_flight,
     flight_summit,
     is_carried,
+    is_over_early,
     is_within,
     side_of_wall,
 )
@@ -189,8 +190,9 @@ class Options(NamedTuple):
     """Options of all members.
 
     ``section`` names the points that are kept (`observables`), ``with_extremes`` asks for the
-    extremes, ``with_work`` for the work of the dashpots, ``with_loads`` for the loads, and
-    ``patience`` bounds the searches of each member before control returns.
+    extremes, ``with_work`` for the work of the dashpots, ``with_loads`` for means over time,
+    ``with_peaks`` for those of forces and accelerations beside them, and ``patience`` bounds the
+    searches of each member before control returns.
     """
 
     max_impacts: int
@@ -198,6 +200,7 @@ class Options(NamedTuple):
     with_extremes: bool
     with_work: bool
     with_loads: bool
+    with_peaks: bool
     patience: int
 
 
@@ -248,9 +251,11 @@ def follow(member: Member, options: Options, until_harmonic: bool) -> int:
     patience = options.patience
     while status == MOVING:
         if may_be_harmonic(run):
-            if until_harmonic:
+            hops = is_hop(run)
+            if until_harmonic and not hops:
                 return MOVING
-            made = skip(member, options)
+            # A hop is no harmonic flight: it need not be tried.
+            made = 0 if hops else skip(member, options)
             if run.counters[N_IMPACTS] >= options.max_impacts:
                 return REACHED_LIMIT
             if made == run.events.shape[0] - 2:
@@ -276,6 +281,13 @@ def may_be_harmonic(run: Run) -> bool:
     return (
         free == 0.0 and state[X] == law[region, LOWER if below else UPPER] and sign * state[V] > 0.0
     )
+
+
+@kernel
+def is_hop(run: Run) -> bool:
+    """Return whether the flight from the only wall is over too soon for a harmonic one."""
+    side = side_of_wall(run.law, run.counters[REGION], run.state[X])
+    return is_over_early(flight_of(run, run.phases), side)
 
 
 @kernel
@@ -309,7 +321,7 @@ def next_stretch(member: Member, options: Options) -> int:
         if options.section == STROBES and is_strobe_due(member, knot[0]):
             strobe(member, past, x, in_contact, knot[0])
         if options.with_loads and knot != (past.start[0], past.start[1]):
-            observe_loads(member, past, x, in_contact, 0, (knot, True))
+            observe_loads(member, past, x, in_contact, 0, (knot, True), options.with_peaks)
     if status == REACHED_END and not (abs(values[END_X]) < HUGE and abs(values[END_V]) < HUGE):
         return OVERFLOW
     if counters[N_IMPACTS] >= options.max_impacts and status == MOVING:
@@ -336,7 +348,8 @@ def observe_stretches(
             low = events[row, EVENT_T_LOW] if count > 0 else 0.0
             observe_stretch(member, options, past, x, in_contact, (until, low, count == 0))
             if options.with_loads:
-                observe_loads(member, past, x, in_contact, row, ((until, low), count == 0))
+                end = ((until, low), count == 0)
+                observe_loads(member, past, x, in_contact, row, end, options.with_peaks)
         if count == 0:
             set_phases(law, start[0], start[1], phases)
             end_at(past, x, in_contact, until, member.values)

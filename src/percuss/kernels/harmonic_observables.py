@@ -45,6 +45,9 @@ from percuss.kernels.tangent import Matrix
 # What the second derivative and the first depart from those of a step's cubic, as displacements
 # and in terms of the departure of y itself (docs/theory/first-event.md, "The highest point").
 BEND, SLOPE = 16.0 / 3.0, 1.1
+# A flight that is in its wall at this part of the least time of a harmonic one, by this part of its
+# first velocity times the time, is none.
+EARLY, EARLY_DEPTH = 0.9, 1e-3
 # Newton's steps to a turning point, from a chord.
 GUESSES = 2
 # Size between which a neighbour's distance is left as it is.
@@ -83,6 +86,24 @@ def place_in(flight: Flight, s: float) -> Pair:
 def is_far(bounds: Bounds, s: float) -> bool:
     """Return whether a time is long enough for the closed form without a series."""
     return bounds[2] * s > SERIES_LIMIT
+
+
+@kernel
+def is_over_early(flight: Flight, sign: float) -> bool:
+    """Return whether a flight from the wall has met it before a harmonic landing may.
+
+    By Taylor's theorem: as in `next_event.event_of_hop`.
+    """
+    motion, bounds = motion_of(flight.law, flight.region), bounds_of(flight.law, flight.region)
+    force, push, rate, v0 = begin_of(flight, sign)
+    omega = motion[2]
+    second = force + push - 2.0 * motion[1] * v0
+    third = omega * rate - 2.0 * motion[1] * second - motion[0] * v0
+    until = EARLY * SERIES_LIMIT / bounds[2]
+    bend = omega * omega * bounds[3]
+    fourth = bend + bounds[6] * abs(second) + bounds[7] * (abs(third) + until * bend)
+    fall = third * (1.0 / 6.0) + until * fourth * (1.0 / 24.0)
+    return v0 + until * (0.5 * second + until * fall) < -EARLY_DEPTH * v0
 
 
 @formula

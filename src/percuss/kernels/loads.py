@@ -22,7 +22,6 @@ from percuss.kernels.law_columns import (
     N_KNOTS,
     N_REGIONS,
     NUMBER,
-    STEP,
     STOP_AT,
     STOP_BOUND,
     STOP_FIRST,
@@ -48,12 +47,16 @@ from percuss.kernels.linear_observables import (
 )
 from percuss.kernels.observables import (
     IN_TOUCH,
+    NODES,
     PEAK_ACCELERATION,
     PEAK_FORCE,
+    POINTS_OF_A_SUM,
     SINCE,
     SQUARE,
+    WEIGHTS,
     WORK,
     Member,
+    parts_of_a_sum,
 )
 from percuss.kernels.record import (
     CONTACT,
@@ -63,40 +66,23 @@ from percuss.kernels.record import (
 )
 from percuss.kernels.restitution import restitution_at
 
-# Nodes and weights of Gauss's rule with eight points on [0, 1]: over a phase of 1 its relative
-# error is below 1e-22, and the squares that are summed have twice the phase of the motion.
-NODES = (
-    0.019855071751231856,
-    0.10166676129318664,
-    0.2372337950418355,
-    0.4082826787521751,
-    0.5917173212478249,
-    0.7627662049581645,
-    0.8983332387068134,
-    0.9801449282487681,
-)
-WEIGHTS = (
-    0.05061426814518813,
-    0.11119051722668724,
-    0.15685332293894363,
-    0.18134189168918100,
-    0.18134189168918100,
-    0.15685332293894363,
-    0.11119051722668724,
-    0.05061426814518813,
-)
-PARTS_OF_A_STEP = 2.0
 # Extremes of one flight: as many as it has.
 ALL = 1 << 62
 
 
 @kernel
 def observe_loads(
-    member: Member, flight: Flight, x: float, in_contact: bool, row: int, end: tuple[Pair, bool]
+    member: Member,
+    flight: Flight,
+    x: float,
+    in_contact: bool,
+    row: int,
+    end: tuple[Pair, bool],
+    with_peaks: bool,
 ) -> None:
     """Record the loads of a stretch; ``end`` is its end, and whether no event of a row is there.
 
-    The instant has both its parts: a contact may begin at the very instant of an impact.
+    ``with_peaks`` asks for those of forces and accelerations beside the means. The instant has both its parts: a contact may begin at the very instant of an impact.
     """
     law, region, start, phases, _ = flight
     values = member.values
@@ -113,7 +99,20 @@ def observe_loads(
     held = in_contact and not is_tail
     if held or is_in_touch(member.stops, int(law[region, NUMBER])):
         values[IN_TOUCH] += until - begin
-    span = (begin, until, in_contact, is_tail, end[1])
+    if with_peaks:
+        observe_peaks(member, flight, x, row, (begin, until, in_contact, is_tail, end[1]))
+
+
+@kernel
+def observe_peaks(
+    member: Member,
+    flight: Flight,
+    x: float,
+    row: int,
+    span: tuple[float, float, bool, bool, bool],
+) -> None:
+    """Record the peaks of acceleration and forces in a stretch; ``span`` as `peak_of` takes it."""
+    law, values = flight.law, member.values
     last = int(law[0, N_REGIONS]) - 1
     acceleration = (0.0, 0.0, 1.0, 0.0)
     peak = peak_of(member, flight, x, row, span, (0.0, acceleration, (0, last), -1))
@@ -140,16 +139,14 @@ def integrate(flight: Flight, x: float, span: tuple[float, float], values: Float
     """Add the integrals of x^2, and of the power of the forcing, over a part of a flight."""
     law, region = flight.law, flight.region
     begin, end = span
-    longest = law[region, STEP] / PARTS_OF_A_STEP if law[region, STEP] > 0.0 else end - begin
     if end <= begin:
         return
-    count = max(1, math.ceil((end - begin) / longest))
-    step = (end - begin) / count
+    count, step = parts_of_a_sum(law, region, end - begin)
     square = 0.0
     work = 0.0
     for i in range(count):
         left = begin + i * step
-        for k in range(8):
+        for k in range(POINTS_OF_A_SUM):
             y, v = move(flight, left + step * NODES[k])
             force = law[0, FORCING_CONSTANT] + force_and_slopes(law, flight.arrival)[0]
             square += WEIGHTS[k] * (x + y) * (x + y)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import base64
 import json
+import shutil
 from importlib import resources
 from pathlib import Path
 
@@ -18,6 +19,8 @@ from percuss.web.widget import modules_in_order, text_of
 
 __all__ = ["SITE_FILES", "write_site"]
 
+# Where the page looks for the report.
+REPORT = "report"
 SITE_FILES = ("index.html", "percuss.css", "percuss.js", "icon.svg")
 
 # What comes before the worker's modules are there is answered then.
@@ -34,16 +37,18 @@ importTexts(modules).then((page) => page.begin(document.getElementById("percuss"
 """
 
 
-def write_site(folder: Path, *, force: bool = False) -> list[Path]:
+def write_site(folder: Path, *, report: Path | None = None, force: bool = False) -> list[Path]:
     """Write the workbench as static files.
 
-    Explore, the gallery, diagrams and basins work without a server: they are computed by the kernels
-    in the browser. What needs Python says so.
+    Explore, the gallery, the figures of the paper, diagrams and basins work without a server: they
+    are computed by the kernels in the browser. What needs Python says so.
 
     Parameters
     ----------
     folder
         Folder to write to; it is made.
+    report
+        Folder of a report of `percuss paper`, to be shown under "Paper"; or None.
     force
         Whether to write into a folder that is not empty.
 
@@ -55,7 +60,7 @@ def write_site(folder: Path, *, force: bool = False) -> list[Path]:
     Raises
     ------
     OutputError
-        If the folder is not empty, or cannot be written.
+        If the folder is not empty, or cannot be written; if there is no such report.
 
     Examples
     --------
@@ -64,23 +69,28 @@ def write_site(folder: Path, *, force: bool = False) -> list[Path]:
     ...     [file.name for file in write_site(Path(folder) / "site")]
     ['index.html', 'percuss.css', 'percuss.js', 'icon.svg']
     """
+    if report is not None and not (report / "index.html").is_file():
+        raise OutputError(report, "holds no report; write one with percuss paper --out")
     try:
         if not force and folder.is_dir() and any(folder.iterdir()):
             raise OutputError(folder, "not empty; force=True replaces it")
         folder.mkdir(parents=True, exist_ok=True)
         files = []
-        for name, text in _texts().items():
+        for name, text in _texts(report).items():
             (folder / name).write_text(text, encoding="utf-8")
             files.append(folder / name)
+        if report is not None:
+            shutil.copytree(report, folder / REPORT, dirs_exist_ok=True)
+            files += sorted(file for file in (folder / REPORT).rglob("*") if file.is_file())
     except OSError as error:
         raise OutputError(folder, error.strerror or str(error)) from error
     return files
 
 
-def _texts() -> dict[str, str]:
+def _texts(report: Path | None) -> dict[str, str]:
     """Return the texts of all files, by their names."""
     import_texts = text_of("js/import_texts.js")
-    facts = page_data() | {"certified": False}
+    facts = page_data(report) | {"certified": False}
     kernels = (resources.files("percuss.web") / "static" / KERNELS_FILE).read_bytes()
     site = {
         "facts": facts,

@@ -69,7 +69,7 @@ def attractor(
     run.state[X] = start[0]
     run.state[V] = start[1]
     run.state[T] = start[2]
-    options = Options(MOST_IMPACTS, int(asked[ASKED_SECTION]), False, False, False, PATIENCE)
+    options = Options(MOST_IMPACTS, int(asked[ASKED_SECTION]), False, False, False, False, PATIENCE)
     member = Member(run, plan, values, points, stops, loads)
     begin_member(member, options)
     return follow(member, options, False)

@@ -202,7 +202,7 @@ def follow_from(
     plan[SINCE] = since
     plan[EVERY] = every
     plan[UNTIL] = until
-    options = Options(MOST_IMPACTS, section, False, False, False, PATIENCE)
+    options = Options(MOST_IMPACTS, section, False, False, False, False, PATIENCE)
     member = Member(run, plan, values, space.ring[:n_points], space.stops, space.loads)
     begin_member(member, options)
     status = follow(member, options, False)

@@ -4,7 +4,7 @@ import { Certify } from "./certify.js";
 import { Panel } from "./controls.js";
 import { button, element, shown } from "./dom.js";
 import { Facts } from "./facts.js";
-import { axesOf } from "./models.js";
+import { axesOf, differences } from "./models.js";
 import { OscillatorPicture } from "./oscillator_picture.js";
 import { Plot } from "./plots.js";
 import { after, between } from "./scales.js";
@@ -129,6 +129,11 @@ export class Explore {
     this.aside.append(this.panel.root);
   }
 
+  /** Another motion is to come. */
+  begin() {
+    this.drawing.player.rewind();
+  }
+
   recolour() {
     for (const plot of this.plots) plot.recolour();
   }
@@ -244,7 +249,7 @@ export class Explore {
   /** Keep the motion that is shown, to be seen pale behind others; or forget it. */
   #keep() {
     const { t, x, portrait_x: portraitX, portrait_v: portraitV } = this.curve ?? {};
-    this.kept = this.kept || t === undefined ? null : { t, x, portraitX, portraitV };
+    this.kept = this.kept || t === undefined ? null : { t, x, portraitX, portraitV, study: this.study };
     this.keeper.textContent = this.kept ? "forget" : "keep";
     this.keeper.setAttribute("aria-pressed", String(this.kept !== null));
     if (!this.curve) return;
@@ -268,7 +273,8 @@ export class Explore {
     const until = this.certify?.until ?? null;
     const isSeen = until !== null && t.length > 0 && until > t[0] && until < t[t.length - 1];
     const proven = isSeen ? [{ x: until, colour: "--c3" }] : [];
-    this.motion.key.textContent = [isSeen ? "proven up to the green line" : "", this.kept ? "pale: the kept motion" : ""].filter(Boolean).join("; ");
+    const kept = this.kept ? ["pale: the kept motion", differences(this.kept.study, this.study)].filter(Boolean).join(", ") : "";
+    this.motion.key.textContent = this.motion.key.title = [isSeen ? "proven up to the green line" : "", kept].filter(Boolean).join("; ");
     const before = this.kept ? [{ x: this.kept.t, y: this.kept.x, colour: "--pale", isAside: true, isBehind: true }] : [];
     this.motion.show([{ x: t, y: x, colour: "--curve" }, ...before], [...lines, ...proven], null, isHeld);
   }
@@ -280,7 +286,7 @@ export class Explore {
     // A formal orbit, which no motion follows, is drawn faintly.
     const look = this.isFormal ? { colour: "--faint", width: 1, dash: [2, 4] } : { colour: "--orbit", width: 2, dash: [5, 4] };
     if (this.orbit?.orbit_x) layers.push({ x: this.orbit.orbit_x, y: this.orbit.orbit_v, ...look, isAside: true });
-    this.portrait.key.textContent = !this.orbit?.orbit_x ? "" : this.isFormal ? "dotted: a formal orbit" : "dashed: nearest periodic orbit";
+    this.portrait.key.textContent = !this.orbit?.orbit_x ? "" : this.isFormal ? "dotted: a formal orbit" : "dashed: nearest orbit";
     const [from, to] = [this.curve.portrait_t[0], this.curve.portrait_t.at(-1)];
     const isPart = this.span !== undefined && (from > this.span[0] + 1e-3 || to < this.span[1] - 1e-3);
     this.portrait.rename(isPart ? `Phase portrait, t = ${shown(from, 3)} to ${shown(to, 3)}` : "Phase portrait");

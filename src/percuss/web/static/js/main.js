@@ -97,7 +97,7 @@ class App {
   #build() {
     const { facts } = this.options;
     this.views = { explore: new Explore(this), diagram: new Diagram(this), basins: new Basins(this), fit: new Fit(this), design: new Design(this), structure: new Mechanism(this) };
-    if (this.options.hasLinks && !this.options.isStatic) this.views.paper = new Paper(this, facts);
+    if (this.options.hasLinks) this.views.paper = new Paper(this, facts);
     this.views.gallery = new Gallery(this, facts);
     for (const [name, view] of Object.entries(this.views)) {
       view.root.id = `${this.prefix}-view-${name}`;

@@ -243,6 +243,13 @@ export function valueOf(study, path) {
   return get(study, path) ?? (isOne ? 1 : undefined);
 }
 
+/** Return the numbers of one motion that another has otherwise, as "omega = 2.8"; the first few of them. */
+export function differences(one, other, most = 3) {
+  const rows = parametersOf(one).flatMap((group) => group.rows).filter(({ path }) => String(valueOf(one, path)) !== String(valueOf(other, path)));
+  const texts = rows.slice(0, most).map(({ path, label }) => `${label} = ${valueOf(one, path) ?? 0}`);
+  return [...texts, ...(rows.length > most ? ["…"] : [])].join(", ");
+}
+
 /** Return the names of the axes of the plots of a motion, with their units. */
 export function axesOf(study) {
   const { length, time, velocity, frequency, push, impulse } = unitsOf(study);

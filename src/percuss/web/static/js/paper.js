@@ -2,7 +2,8 @@
 
 import { button, element } from "./dom.js";
 
-const REPORT = "/report/index.html";
+// Beside the page, on a server as in a folder.
+const REPORT = "report/index.html";
 // The grounds of a verdict.
 const GRADES = { deduced: "a proof covers all cases", certified: "proven in ball arithmetic for the numbers of the paper", measured: "double precision, with its error" };
 
@@ -54,11 +55,12 @@ export class Paper {
     const open = Object.entries(figures).map(([figure, name]) =>
       button(figure.replace("fig", ""), () => app.begin(byName.get(name).study), { "data-figure": figure, "aria-label": `figure ${figure.replace("fig", "")}`, title: byName.get(name).title }),
     );
+    const { isStatic } = app.options;
     const missing = element(
       "p",
       {},
-      "The report of these checks is not here yet. ", makeReport(),
-      " To keep it, ", element("code", {}, "percuss paper --out report"), " writes it and ", element("code", {}, "percuss serve --report report"), " opens this page with it.",
+      isStatic ? "The report of these checks is not here. " : "The report of these checks is not here yet. ", isStatic ? null : makeReport(),
+      isStatic ? "" : " To keep it, ", element("code", {}, "percuss paper --out report"), " writes it and ", element("code", {}, `percuss ${isStatic ? "site" : "serve"} --report report`), isStatic ? " puts it here." : " opens this page with it.",
     );
     this.frame = report ? element("iframe", { src: REPORT, title: "Report of the paper" }) : null;
     this.root = element(

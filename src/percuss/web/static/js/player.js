@@ -14,6 +14,7 @@ export class Player {
   constructor(show) {
     this.show = show;
     this.factor = 1;
+    this.isNew = true;
     this.clicks = new Clicks();
     this.readout = element("output", { class: "readout" });
     this.button = button("▶ Play", () => this.#toggle(), { "aria-pressed": "false" });
@@ -37,7 +38,13 @@ export class Player {
   take(low, high, period) {
     Object.assign(this, { low, high, usual: (period ?? 2 * Math.PI) / SLOW });
     this.slider.disabled = this.button.disabled = !(high > low);
-    this.go(Math.min(Math.max(this.time ?? low, low), high));
+    this.go(this.isNew ? low : Math.min(Math.max(this.time, low), high));
+    this.isNew = false;
+  }
+
+  /** The next times are those of another motion, which is seen from its start. */
+  rewind() {
+    this.isNew = true;
   }
 
   /** Show another time for a while; null for that of the slider again. */

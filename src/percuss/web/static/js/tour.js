@@ -29,7 +29,8 @@ const DIAGRAM = { kind: "diagram", path: OMEGA, low: 2.6, high: 2.8, values: 160
 const STEPS = [
   {
     title: "One impact in each period",
-    text: "A mass on a spring is driven, and hits a wall where it rests: each impact keeps 0.8 of its speed. The motion settles to one impact in each forcing period: all its impacts are one dot in Impacts, and the card says (1, 1), stable. Play lets the mass move.",
+    text: "A mass on a spring is driven, and hits a wall where it rests: each impact keeps 0.8 of its speed. The motion settles to one impact in each forcing period: all its later impacts are one dot in Impacts. Play lets the mass move.",
+    card: "The card of the nearest periodic orbit says (1, 1), stable.",
     state: { study: cascade("2.6"), view: "explore", ranges: { [OMEGA]: [2.6, 2.8] } },
   },
   {
@@ -82,7 +83,9 @@ export class Tour {
     if (this.root.hidden) return;
     this.step = step;
     this.title.textContent = `${step + 1} of ${STEPS.length}: ${STEPS[step].title}`;
-    this.text.textContent = STEPS[step].text;
+    // Without a server that card has no orbit.
+    const { text, card } = STEPS[step];
+    this.text.textContent = card && !this.app.options.isStatic ? `${text} ${card}` : text;
     this.back.disabled = step === 0;
     this.next.textContent = step === STEPS.length - 1 ? "Done" : "Next";
   }
