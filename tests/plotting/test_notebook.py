@@ -30,6 +30,17 @@ def test_a_picture_is_shown_once_and_a_table_as_one() -> None:
     assert table["data"]["text/html"].startswith("<table><caption>Impacts: 2, t = ")
 
 
+def test_every_cell_shows_its_picture_without_a_magic_line() -> None:
+    cells = executed(
+        [CELLS[1], "from percuss import plotting", *["plotting.plot_displacement(run);"] * 3]
+    )
+    shown = [
+        sum("image/png" in output.get("data", {}) for output in cell.outputs) for cell in cells
+    ]
+
+    assert shown == [0, 0, 1, 1, 1]
+
+
 def test_a_long_table_shows_its_first_and_last_rows() -> None:
     text = html_table("many", {"n": np.arange(1000), "x": np.linspace(0.0, 1.0, 1000)})
 

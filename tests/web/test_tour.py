@@ -33,6 +33,21 @@ def test_the_tour_goes_through_its_steps(page: Page) -> None:
     expect(tour).to_be_hidden()
 
 
+def test_the_tour_is_taken_by_the_keyboard_alone(page: Page) -> None:
+    begin = page.get_by_role("button", name="Tour", exact=True)
+    begin.focus()
+    page.keyboard.press("Enter")
+    tour = page.locator(".tour")
+    for step in range(1, 5):
+        expect(tour).to_contain_text(f"{step} of 5")
+        expect(tour.get_by_role("button", name="Next")).to_be_focused()
+        page.keyboard.press("Enter")
+    expect(tour.get_by_role("button", name="Done")).to_be_focused()
+    page.keyboard.press("Enter")
+    expect(tour).to_be_hidden()
+    expect(begin).to_be_focused()
+
+
 def test_each_step_is_seen_from_its_start(page: Page) -> None:
     page.get_by_role("button", name="Tour", exact=True).click()
     tour = page.locator(".tour")

@@ -165,7 +165,10 @@ def factor_of(column: FileColumn, units: Units | None) -> tuple[float, str]:
         return 1.0, f'"{column.title}": {column.unit} is no unit of {_thing(quantity)}'
     if not has_units or units is None:
         reason = f'"{column.title}": the model has no units to convert {column.unit} into; give '
-        hint = 'oscillator.units, such as {length = "m", time = "s"}, or units=pc.Units("m", "s")'
+        hint = (
+            'oscillator.units, such as {length = "m", time = "s"}, or units=pc.Units("m", "s"), '
+            "or on the page the units in Explore"
+        )
         return 1.0, "" if factor == 1.0 else reason + hint
     return _into(units, parsed, column)
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import inspect
 import re
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from typing import Any, Protocol, TypeVar, cast
 
 import matplotlib as mpl
@@ -139,10 +139,23 @@ def check_kind(name: str, value: object, kind: type) -> None:
         raise ParameterError(name, value, f"not a {kind.__name__}{none}")
 
 
-def style() -> AbstractContextManager[None]:
-    """Return a context in which new artists look like percuss's, and no other do."""
-    # The names that matplotlib takes are typed from 3.11 on only.
-    return mpl.rc_context(cast("Any", STYLE))
+@contextmanager
+def style() -> Iterator[None]:
+    """Return a context in which new artists look like percuss's, and no other do.
+
+    A backend that is loaded in it, as by the first figure in a notebook, says whether figures are
+    shown by themselves. That stays: without it the second figure would not be seen.
+    """
+    is_interactive = mpl.is_interactive()
+    try:
+        # The names that matplotlib takes are typed from 3.11 on only.
+        with mpl.rc_context(cast("Any", STYLE)):
+            try:
+                yield
+            finally:
+                is_interactive = mpl.is_interactive()
+    finally:
+        mpl.interactive(is_interactive)
 
 
 def new_figure(width: float, height: float) -> Figure:

@@ -119,10 +119,11 @@ class App {
   #tools() {
     this.menu = makeMenu(() => this.#request(), (extension, table) => this.#download(extension, table));
     this.ends.push(() => this.menu.close());
+    this.tour.opener = button("Tour", () => this.tour.go(0), { title: "five steps: period doubling, chaos, grazing, chatter" });
     return element(
       "div",
       { class: "tools" },
-      button("Tour", () => this.tour.go(0), { title: "five steps: period doubling, chaos, grazing, chatter" }),
+      this.tour.opener,
       button("↶", () => this.undo(), { title: "undo (Ctrl+Z); again with Ctrl+Shift+Z", "aria-label": "Undo" }),
       button("Copy link", () => this.#copyLink(), { hidden: !this.options.hasLinks }),
       button("Copy as Python", () => this.#copyPython(), { class: "python" }),

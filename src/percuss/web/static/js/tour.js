@@ -70,12 +70,18 @@ export class Tour {
 
   /** Begin a step; behind the last one the tour ends. */
   go(step) {
-    if (step >= STEPS.length) this.end();
-    else this.app.show({ ...STEPS[step].state, tour: step });
+    if (step >= STEPS.length) {
+      this.end();
+      return;
+    }
+    this.app.show({ ...STEPS[step].state, tour: step });
+    // At the first step the keyboard comes from the head of the page, or from the button that has none to go back to.
+    if (step === 0) this.next.focus();
   }
 
   end() {
     this.app.store.set({ tour: undefined }, "all");
+    this.opener?.focus();
   }
 
   #show(step) {
