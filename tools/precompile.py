@@ -39,6 +39,8 @@ def parts() -> Iterator[tuple[Any, bytes]]:
         if library in places:
             return
         function, result = known.get(library, (None, None))
+        # Of functions that others make there may be several of one name.
+        name = "" if function is None or "<locals>" in full_name(function) else full_name(function)
         called = [] if result is None else library._linking_libraries
         for each in called:
             yield from kept(each)
@@ -52,7 +54,7 @@ def parts() -> Iterator[tuple[Any, bytes]]:
         returns = type_as_text(result.signature.return_type)
         arguments = [str(each) for each in result.signature.args]
         symbol = result.fndesc.llvm_func_name
-        yield Part(full_name(function), arguments, returns, symbol, calls, len(code)), code
+        yield Part(name, arguments, returns, symbol, calls, len(code)), code
 
     for function, result in compiled:
         if full_name(function).startswith(KERNELS):

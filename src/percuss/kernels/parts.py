@@ -134,7 +134,7 @@ class _PartCompiler(Compiler):
         return [needed]
 
     def compile_extra(self, func: Callable[..., Any]) -> Any:
-        # KeptCode is kept for processors that have them.
+        # What is kept is for processors with fused products.
         made = part_of(func, self.state.args) if has_fused_products() else None
         if made is not None:
             result = self._taken(func, *made)

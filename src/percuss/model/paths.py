@@ -221,14 +221,12 @@ def replace_parameters(
     Start(x0=0.5, v0=0.0, t0=0.0)
     """
     fields, by_path = fields_by_path(osc, force, start), dict[str, Phase]()
-    for path, value in changes.items():
-        name = _long_form(path, fields, force, osc)
+    names = _long_forms(tuple(changes), fields, force, osc)
+    for path, name in zip(changes, names, strict=True):
         if name in by_path:
-            before = next(
-                other for other in changes if _long_form(other, fields, force, osc) == name
-            )
+            before = tuple(changes)[names.index(name)]
             raise ParameterError("path", (before, path), "the same parameter, named twice")
-        by_path[name] = value
+        by_path[name] = changes[path]
     by_path = _by_field(by_path, fields, force)
     if is_changed(by_path, PREFIXES[type(osc)]):
         osc = with_values(osc, by_path)
@@ -283,17 +281,28 @@ def long_forms(
     start: AnyStart = None,
 ) -> list[str]:
     """Return the long form of each path, as `long_form` does, which looks the fields up each time."""
-    fields = fields_by_path(osc, force, start)
+    return _long_forms(paths, fields_by_path(osc, force, start), force, osc)
+
+
+def _long_forms(
+    paths: Iterable[str],
+    fields: Mapping[str, Phase],
+    force: AnyForce,
+    osc: Oscillator | Structure,
+) -> list[str]:
     known = free_parameters(fields)
-    return [path if path in known else _long_form(path, fields, force, osc) for path in paths]
+    return [
+        path if path in known else _long_form(path, fields, known, force, osc) for path in paths
+    ]
 
 
 def _long_form(
-    path: str, fields: Mapping[str, Phase], force: AnyForce, osc: Oscillator | Structure
+    path: str,
+    fields: Mapping[str, Phase],
+    known: Mapping[str, Phase],
+    force: AnyForce,
+    osc: Oscillator | Structure,
 ) -> str:
-    known = free_parameters(fields)
-    if path in known:
-        return path
     short_forms: dict[str, str] = {}
     for name, forcing in forcings_by_name(force).items():
         part = _only_part(forcing)
