@@ -32,6 +32,10 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "path": "forcing.omega", "low": 3.0, "high": 3.05, "max_impacts": 1, "max_periods": 1,
     },
     "basins": {"x_low": -1, "x_high": 0.2, "v_low": -1, "v_high": 1, "starts": 49},
+    "sweep": {
+        "path": "forcing.omega", "low": 2.95, "high": 3.9, "path2": "start.v0", "low2": 0,
+        "high2": 1, "size": 16, "of": "period",
+    },
 }  # fmt: skip
 BEGINS = {"png": b"\x89PNG", "svg": b"<?xml", "nc": b"\x89HDF", "csv": b""}
 
@@ -90,6 +94,39 @@ def test_files_of_a_diagram_are_those_of_percuss_run(study: dict[str, Any], tmp_
             xarray.open_dataset(tmp_path / "diagram.nc") as two,
         ):
             assert one[name].equals(two[name])
+
+
+def test_a_chart_of_two_parameters_comes_out_as_files(study: dict[str, Any]) -> None:
+    request = request_for("sweep", study)
+    rows = rows_of(file_of(request, "csv").data)
+    again = parse_study(file_of(request, "toml").data.decode())
+    text = file_of(request, "py").data.decode()
+    told: dict[str, Any] = {}
+    exec(text[: text.index("plotting.plot")], told)  # noqa: S102  our own text
+
+    assert again.question == study_of_view(request).question
+    assert len([row for row in rows if row[0][0].isdigit()]) == 256
+    wanted = again.question.answer(again, Execution()).period
+    np.testing.assert_array_equal(told["found"].period.values, wanted.values)
+    for extension in ("png", "svg", "nc"):
+        assert file_of(request, extension).data.startswith(BEGINS[extension])
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        ({}, "under one harmonic"),
+        ({"size": 1000}, "cells along a side = 1000 is not between 16 and 256"),
+        ({"path2": "forcing.omega"}, "the two parameters are the same"),
+        ({"low2": 1}, "and from = 1 is not below and to = 1"),
+        ({"of": "x"}, "of is none of period"),
+    ],
+)
+def test_the_server_says_which_charts_the_page_has(
+    study: dict[str, Any], options: dict[str, Any], sentence: str
+) -> None:
+    with pytest.raises(BadRequest, match=sentence):
+        list(answer_job(request_for("sweep", study, **options), RunningRequest()))
 
 
 def test_a_response_chart_comes_out_as_files(study: dict[str, Any]) -> None:

@@ -150,6 +150,20 @@ def test_diagrams_are_computed_without_a_server(site: Page) -> None:
     expect(view.locator(".legend")).to_contain_text("144 points")
 
 
+def test_charts_of_two_parameters_are_computed_without_a_server(site: Page) -> None:
+    view = view_of(site, "Diagram")
+    field(view, "kind").select_option("sweep")
+    fill(view, "cells along a side", "16")
+    compute(view)
+    expect(view.locator(".legend")).to_contain_text("period 1")
+    # A motion of two harmonics is Python's.
+    site.locator("[data-view=explore]").click()
+    site.get_by_role("button", name="add a harmonic").click()
+    view_of(site, "Diagram")
+    view.get_by_role("button", name="Compute", exact=True).click()
+    expect(view.locator(".status").first).to_contain_text("this chart needs pc.sweep")
+
+
 def test_basins_are_computed_without_a_server(site: Page) -> None:
     site.locator("[data-view=gallery]").click()
     site.locator("[data-name=two_attractors]").click()

@@ -100,6 +100,86 @@ def test_a_computation_that_another_one_replaces_says_so(page: Page) -> None:
     expect(view.get_by_role("button", name="Cancel")).to_be_hidden()
 
 
+def test_a_chart_of_two_parameters_names_its_colours_and_a_click_opens_a_cell(page: Page) -> None:
+    view = view_of(page, "Diagram")
+    field(view, "kind").select_option("sweep")
+    for label, text in (
+        ("from", "2.2"), ("to", "3"), ("and from", "0.3"), ("and to", "1"),
+        ("cells along a side", "16"),
+    ):  # fmt: skip
+        fill(view, label, text)
+    compute(view)
+    legend = view.locator(".legend")
+    for name in ("period 1", "period 2", "chaotic", "click a cell"):
+        expect(legend).to_contain_text(name)
+    over = view.locator(".u-over").first
+    place = middle(over, 3.5 / 16, 4.5 / 16)
+    page.mouse.move(*place)
+    # The middle of the cell, and what stands in it.
+    readout = view.locator(".readout").first
+    expect(readout).to_contain_text("omega = 2.375, restitution = 0.803125: ")
+    assert readout.inner_text().rsplit(": ", 1)[1] in legend.inner_text()
+    expect(view.locator(".beside")).to_contain_text("Motion at omega = 2.375, restitution = 0.8031")
+    link = link_of(page)
+    before = drawn(page)
+    page.mouse.click(*place)
+    wait_for_drawing(page, before)
+
+    expect(box_of(page, "forcing.harmonics.0.omega")).to_have_value("2.375")
+    expect(box_of(page, "oscillator.stops.0.restitution")).to_have_value("0.803125")
+    page.goto("about:blank")
+    page.goto(link)
+    expect(legend).to_contain_text("chaotic", timeout=WAIT)
+    expect(field(view, "and to")).to_have_value("1")
+
+
+def test_another_colour_of_a_chart_is_computed_and_a_part_of_it_too(page: Page) -> None:
+    view = view_of(page, "Diagram")
+    field(view, "kind").select_option("sweep")
+    fill(view, "cells along a side", "16")
+    for of, name in (
+        ("largest_lyapunov_exponent", "largest Lyapunov exponent = "),
+        ("peak_impact_velocity", "peak impact velocity = "),
+        ("impacts_per_period", "impacts per period = "),
+    ):
+        field(view, "of").select_option(of)
+        compute(view)
+        expect(view.locator(".legend li").first).to_contain_text(name)
+    over = view.locator(".u-over").first
+    drag(page, middle(over, 0.25, 0.25), middle(over, 0.5, 0.75))
+    view.get_by_role("button", name="Compute what is shown").click()
+    expect(view.locator(".status")).to_contain_text("done", timeout=WAIT)
+    ends = [float(field(view, name).input_value()) for name in ("and from", "and to")]
+    assert ends == pytest.approx([0.25, 0.75], abs=0.01)
+
+
+CHART_AND_CANCEL = """() => {
+  const buttons = [...document.querySelectorAll('section[aria-label=Diagram] button')];
+  for (const name of ['Compute', 'Cancel']) buttons.find((it) => it.textContent === name).click();
+}"""
+
+
+def test_a_chart_can_be_cancelled(page: Page) -> None:
+    view = view_of(page, "Diagram")
+    field(view, "kind").select_option("sweep")
+    fill(view, "cells along a side", "256")
+    page.evaluate(CHART_AND_CANCEL)
+    expect(view.locator(".status")).to_have_text("cancelled")
+    fill(view, "cells along a side", "16")
+    compute(view)
+    expect(view.locator(".legend")).to_contain_text("period 1")
+
+
+def test_a_chart_that_the_page_does_not_compute_says_so(page: Page) -> None:
+    before = drawn(page)
+    set_box(page, "forcing.constant", "1/10 + 1/10")
+    wait_for_drawing(page, before)
+    view = view_of(page, "Diagram")
+    field(view, "kind").select_option("sweep")
+    view.get_by_role("button", name="Compute", exact=True).click()
+    expect(view.locator(".status")).to_contain_text("under one harmonic")
+
+
 def test_a_response_chart_names_its_families_and_a_click_opens_an_orbit(page: Page) -> None:
     open_preset(page, "coco")
     view = view_of(page, "Diagram")

@@ -6,6 +6,7 @@ import base64
 import json
 import shutil
 import subprocess
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,12 @@ import numpy as np
 import pytest
 from tests.web.frames import read_frame
 
+import percuss
 from percuss.execution import Execution
+from percuss.model.paths import replace_parameters
+from percuss.studies.axes import over_of
+from percuss.studies.kinds.sweep import Sweep
+from percuss.studies.study import Study
 from percuss.web.explore import answer_explore, followed
 from percuss.web.facts import exponent_of
 from percuss.web.presets import presets
@@ -167,6 +173,88 @@ def test_the_points_of_diagrams_have_the_bits_of_python() -> None:
         assert found["failed"] == 0
         for name, text in found["columns"].items():
             assert bits(text) == data[name].values[0].tobytes(), (name, request["path"])
+
+
+# Over two parameters of other tables, through periodic windows, chaos and places behind the wall.
+CHART: dict[str, Any] = {
+    "kind": "sweep", "path": "forcing.harmonics.0.omega", "low": 2.2, "high": 3.0,
+    "path2": "oscillator.stops.0.restitution", "low2": 0.3, "high2": 1.0, "size": 8,
+}  # fmt: skip
+
+
+def chart_of(**options: Any) -> tuple[Any, Study, dict[str, Any]]:
+    """Return a chart as the page computes it; its study, and what `percuss.sweep` is given."""
+    asked = {**CHART, **options}
+    tables = all_studies()[0]
+    (levels,) = in_node("chart", [{"study": tables, **asked}])
+    study = study_of_view(PageRequest(1, "sweep", tables, asked))
+    question = study.question
+    assert isinstance(question, Sweep)
+    names = ("start", "transient", "periods")
+    given = {name: getattr(question, name) for name in names} | {"over": over_of(question.over)}
+    size = asked["size"]
+    return np.frombuffer(bits(levels[-1]["value"])).reshape(size, size), study, given
+
+
+def measured_by_sweep(of: str) -> tuple[Any, Any]:
+    """Return a chart as the page computes it, and as `percuss.sweep` does."""
+    found, study, given = chart_of(of=of)
+    return found, percuss.sweep(of, study.oscillator, study.forcing, **given)[of].values
+
+
+@needs_node
+@pytest.mark.parametrize("of", ["peak_impact_velocity", "impacts_per_period"])
+def test_measures_of_a_chart_are_those_of_a_sweep(of: str) -> None:
+    found, wanted = measured_by_sweep(of)
+    assert len(np.unique(wanted)) > 4
+    np.testing.assert_allclose(found, wanted, rtol=1e-12)
+
+
+@needs_node
+def test_periods_of_a_chart_are_those_of_a_sweep() -> None:
+    found, wanted = measured_by_sweep("period")
+    # What a sweep finds no period of may be chaotic, or settle later than it looks.
+    np.testing.assert_array_equal(found[wanted > 0], wanted[wanted > 0])
+    assert {1, 2} <= set(wanted.ravel())
+    assert -1 in found[wanted == 0]
+
+
+@needs_node
+def test_exponents_of_a_chart_are_those_of_its_motions() -> None:
+    found, study, given = chart_of(of="largest_lyapunov_exponent", size=5)
+    axes = given.pop("over")
+    for (i, value), (j, other) in product(*(enumerate(axes[name]) for name in axes)):
+        changes = dict(zip(axes, (value, other), strict=True))
+        osc, force, _ = replace_parameters(study.oscillator, study.forcing, None, changes)
+        wanted = percuss.lyapunov_exponents(osc, force, **given).exponents[0]
+        assert found[i, j] == pytest.approx(wanted, rel=1e-12)
+    assert 2 < (found > 0.05).sum() < found.size
+
+
+@needs_node
+def test_cells_without_a_motion_are_left_clear() -> None:
+    tables = all_studies()[0]
+    (levels,) = in_node("chart", [{"study": tables, **CHART, "path2": "start.x0", "low2": 0.0, "high2": 0.4, "of": "period"}])  # fmt: skip
+    rows = np.isnan(np.frombuffer(bits(levels[-1]["value"])).reshape(8, 8))
+    # The wall is in the middle.
+    assert (rows == np.tile(np.arange(8) >= 4, (8, 1))).all()
+
+
+@needs_node
+def test_coarser_charts_are_some_of_the_cells() -> None:
+    ((coarse, fine),) = in_node("chart", [{"study": all_studies()[0], **CHART, "of": "peak_impact_velocity", "size": 66}])  # fmt: skip
+    whole = np.frombuffer(bits(fine["value"])).reshape(66, 66)
+    places = np.minimum(4 * np.arange(17) + 2, 65)
+    assert (coarse["size"], fine["size"], coarse["done"], fine["done"]) == (17, 66, False, True)
+    np.testing.assert_array_equal(
+        np.frombuffer(bits(coarse["value"])), whole[np.ix_(places, places)].ravel()
+    )
+
+
+@needs_node
+def test_charts_that_need_python_are_left_to_it() -> None:
+    asked = [{"study": it, **CHART, "of": "period"} for it in (LEFT[0], LEFT[-1])]
+    assert in_node("chart", asked) == [None, None]
 
 
 # Of every kind of long motion: orbits with and without impacts, one that sticks, chaos and chaotic

@@ -7,7 +7,7 @@ const [folder, what] = process.argv.slice(2);
 const { loadKernels } = await import(`file://${folder}/js/kernels.js`);
 const { answerMotion, follow, lawOf } = await import(`file://${folder}/js/local_motion.js`);
 const { diagramPart } = await import(`file://${folder}/js/local_diagram.js`);
-const { LocalBasins } = await import(`file://${folder}/js/local_jobs.js`);
+const { LocalBasins, LocalChart } = await import(`file://${folder}/js/local_jobs.js`);
 const { answerTo } = await import(`file://${folder}/js/worker.js`);
 const { readStudy } = await import(`file://${folder}/js/local_study.js`);
 const kernels = await loadKernels(await readFile(`${folder}/kernels.wasm`));
@@ -43,13 +43,22 @@ function diagram(request) {
 /** The largest exponent of a motion. */
 const exponent = (study) => answerTo(kernels, { kind: "facts", study })?.header.exponent;
 
+// As the page sends requests to a worker.
+const worker = { answer: async (asked) => answerTo(kernels, structuredClone(asked)) };
+
+/** All levels of a chart of two parameters, null where Python is needed. */
+async function chart(request) {
+  const levels = [];
+  const isLocal = await new LocalChart([worker, worker], request, { answer: (header, { value }) => levels.push({ ...header, value: bits(value) }) }).run();
+  return isLocal ? levels : null;
+}
+
 /** All levels of basins as two workers compute them, null where Python is needed. */
 async function basins(request) {
   const levels = [];
-  const worker = { answer: async (asked) => answerTo(kernels, structuredClone(asked)) };
   const isLocal = await new LocalBasins([worker, worker], request, { answer: (header, { basin, ...points }) => levels.push({ ...header, basin: Array.from(basin), points: Object.fromEntries(Object.entries(points).map(([name, values]) => [name, bits(values)])) }) }).run();
   return isLocal ? levels : null;
 }
 
 const studies = JSON.parse(await text(process.stdin));
-process.stdout.write(JSON.stringify(await Promise.all(studies.map({ record, answer, diagram, basins, exponent }[what]))));
+process.stdout.write(JSON.stringify(await Promise.all(studies.map({ record, answer, diagram, chart, basins, exponent }[what]))));

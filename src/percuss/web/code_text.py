@@ -24,6 +24,7 @@ _LONG = {
     "diagram": ("bifurcation_diagram", "plot_diagram"),
     "response": ("response_curve", "plot_response"),
     "basins": ("basins", "plot_basins"),
+    "sweep": ("sweep", "plot_chart"),
 }
 _STOPS = {"wall": "Wall", "soft": "SoftStop"}
 
@@ -86,17 +87,21 @@ def python_text(study: Study) -> str:
 
 
 def _long(study: Study) -> list[str]:
-    """Return the call of a diagram, a response chart or basins, and of its picture."""
+    """Return the call of a diagram, a chart or basins, and of its picture."""
     tables: dict[str, Any] = study.question.tables()
     call, draw = _LONG[study.kind]
     options: dict[str, Any] = {**tables.get(study.kind, {})}
     if tables.get("over"):
         options = {"over": tables["over"]} | options
+    measured = options.pop("measure", ())
+    if study.kind == "sweep":
+        options["start"] = tuple(tables["start"].values())
     rows = [f"    {name}={_value(value)}," for name, value in options.items() if value is not None]
     curves = _saddles(study) if study.draw.manifolds else []
     drawn = "found, manifolds=curves" if curves else "found"
     return [
         f"found = pc.{call}(",
+        *(f"    {name!r}," for name in measured),
         "    osc,",
         "    force,",
         *rows,

@@ -24,7 +24,7 @@ from percuss.web.answer_cache import ANSWERS
 from percuss.web.design_view import answer_design
 from percuss.web.fit_view import answer_fit
 from percuss.web.frame import frame
-from percuss.web.request import PageRequest, RunningRequest, path_of, range_of, study_of
+from percuss.web.request import BadRequest, PageRequest, RunningRequest, path_of, range_of, study_of
 from percuss.web.view_study import check_size, study_of_view
 from percuss.web.wording import plain
 
@@ -41,6 +41,11 @@ COLUMNS = ("x", "v", "cycle", "v_after")
 FINER = 4
 # Values of the first level of a diagram; starts along a side of the first level of basins.
 FIRST_VALUES, FIRST_STARTS = 64, 48
+# What the page, which computes charts of two parameters itself, does not.
+NO_CHART = (
+    "the page of percuss serve computes charts of motions under one harmonic whose numbers are "
+    "plain; Files has picture, table and study of any other"
+)
 # The first families of a chart: at which parts of the range they are looked for, how far and how
 # long each is followed [orbits each way, s], and their part of the work.
 FIRST_PLACES = (0.5, 1 / 6, 5 / 6)
@@ -299,12 +304,21 @@ def _design(request: PageRequest, running: RunningRequest) -> Iterator[bytes]:
     yield from answer_design(study_of_view(request), request, running)
 
 
+def _sweep(request: PageRequest, running: RunningRequest) -> Iterator[bytes]:  # noqa: ARG001
+    """Say that a chart of two parameters is none that the kernels in the page compute."""
+    yield from ()
+    check_size(request)
+    study_of_view(request)
+    raise BadRequest(NO_CHART)
+
+
 JOBS: dict[str, Callable[[PageRequest, RunningRequest], Iterator[bytes]]] = {
     "diagram": _diagram,
     "response": _response,
     "basins": _basins,
     "design": _design,
     "fit": _fit,
+    "sweep": _sweep,
 }
 
 

@@ -48,6 +48,9 @@ MOST_DIGITS = 100
 FIELDS = {
     "low": "from",
     "high": "to",
+    "low2": "and from",
+    "high2": "and to",
+    "size": "cells along a side",
     "x_low": "x from",
     "x_high": "x to",
     "v_low": "v from",
@@ -278,9 +281,9 @@ def digits_of(request: PageRequest) -> int | None:
     return int(request.number("digits", 12, 1, MOST_DIGITS))
 
 
-def path_of(request: PageRequest, study: Study) -> str:
+def path_of(request: PageRequest, study: Study, name: str = "path") -> str:
     """Return the path of a parameter of the motion or of its start, in its long form."""
-    path = request.options.get("path")
+    path = request.options.get(name)
     if not isinstance(path, str):
         raise BadRequest("the path is not a text")
     # On the page a parameter is a row of its table.

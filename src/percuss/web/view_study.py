@@ -1,4 +1,4 @@
-"""The study behind a view of the page: its motion, diagram, response chart or basins."""
+"""The study behind a view of the page: its motion, diagram, chart or basins."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from percuss.studies.kinds.diagram import Diagram
 from percuss.studies.study import Study
 from percuss.studies.tables import Certify, Draw
 from percuss.web.design_view import design_tables
+from percuss.web.facts import PERIODS
 from percuss.web.fit_view import fit_tables
 from percuss.web.request import (
     BadRequest,
@@ -41,6 +42,8 @@ SETTLING = 200
 # the longest orbits of a chart.
 MOST_VALUES, MOST_POINTS = 8192, 2_000_000
 MOST_STARTS = 1024
+# Cells along a side of a chart of two parameters.
+FEWEST_CELLS, MOST_CELLS = 16, 256
 MOST_IMPACTS, MOST_PERIODS = 6, 6
 # Where the motion at a value of a diagram begins: at the start, or where that at the value before
 # has ended.
@@ -51,10 +54,18 @@ DIRECTIONS: dict[str, tuple[str, ...]] = {
     "both": ("forward", "backward"),
 }
 MODEL = ("parameters", "oscillator", "forcing")
+# The measures of such a chart, and the forcing periods in which each is taken after settling.
+MEASURED = {
+    "period": 64,
+    "largest_lyapunov_exponent": PERIODS,
+    "peak_impact_velocity": 64,
+    "impacts_per_period": 64,
+}
 NAMES = {
     "diagram": "a diagram needs",
     "response": "a response chart needs",
     "basins": "basins need",
+    "sweep": "a chart of two parameters needs",
 }
 
 
@@ -120,6 +131,8 @@ def check_size(request: PageRequest) -> None:
             raise BadRequest(f"{values * points} points; {MOST_POINTS} are the most")
     elif request.kind == "basins":
         request.number("starts", 384, 16, MOST_STARTS)
+    elif request.kind == "sweep":
+        request.number("size", 96, FEWEST_CELLS, MOST_CELLS)
     elif request.kind == "response":
         request.number("max_impacts", 3, 1, MOST_IMPACTS)
         request.number("max_periods", 2, 1, MOST_PERIODS)
@@ -173,14 +186,33 @@ def _response(request: PageRequest, motion: Study) -> Mapping[str, Any]:
     }
 
 
+def _sweep(request: PageRequest, motion: Study) -> Mapping[str, Any]:
+    count = int(request.number("size", 96, 2, 1_000_000))
+    measure = request.choice("of", tuple(MEASURED))
+    start = motion_of(motion).start
+    over = {
+        path_of(request, motion, f"path{end}"): _cells(request, f"low{end}", f"high{end}", count)
+        for end in ("", "2")
+    }
+    if len(over) == 1:
+        raise BadRequest("the two parameters are the same; choose another one")
+    return {
+        "over": over,
+        "start": {name: number(getattr(start, name)) for name in ("x0", "v0", "t0")},
+        "sweep": {"measure": measure, "transient": SETTLING, "periods": MEASURED[measure]},
+    }
+
+
+def _cells(request: PageRequest, low: str, high: str, count: int) -> dict[str, object]:
+    """Return the centres of cells between two ends, which the page takes."""
+    first, last = range_of(request, low, high)
+    half = 0.5 * (last - first) / count
+    return {"from": first + half, "to": last - half, "count": count}
+
+
 def _basins(request: PageRequest, motion: Study) -> Mapping[str, Any]:
     count = int(request.number("starts", 384, 2, 1_000_000))
-    axes: dict[str, object] = {}
-    for name, ends in (("x0", ("x_low", "x_high")), ("v0", ("v_low", "v_high"))):
-        low, high = range_of(request, *ends)
-        # The page takes the centres of cells.
-        half = 0.5 * (high - low) / count
-        axes[name] = {"from": low + half, "to": high - half, "count": count}
+    axes = {f"{name}0": _cells(request, f"{name}_low", f"{name}_high", count) for name in "xv"}
     return {"basins": axes | {"t0": number(motion_of(motion).start.t0)}}
 
 
@@ -188,6 +220,7 @@ VIEWS = {
     "diagram": _diagram,
     "response": _response,
     "basins": _basins,
+    "sweep": _sweep,
     "design": design_tables,
     "fit": fit_tables,
 }

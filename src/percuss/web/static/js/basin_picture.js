@@ -1,6 +1,6 @@
 // Basins as layers of a plot, and their legend.
 
-import { element } from "./dom.js";
+import { swatchOf } from "./dom.js";
 import { asCanvas } from "./draw.js";
 
 // The same colours as in the files, of the largest basin first; after them undecided and impossible starts.
@@ -66,9 +66,9 @@ export function basinLayers(header, arrays, image, box, saddles) {
 export function legendOf(header, basin, theme) {
   const colours = coloursOf(header.attractors);
   const starts = basin.reduce((sum, label) => sum + (label === -2 ? 0 : 1), 0);
-  const rows = header.attractors.map((it, k) => row(pale(colours[k], theme), nameOf(it), shareText(it, starts)));
-  if (basin.includes(-1)) rows.push(row(PAPERS[theme], "not decided in the time given", ""));
-  if (basin.includes(-2)) rows.push(row(NO_START, "no start: inside a wall", ""));
+  const rows = header.attractors.map((it, k) => swatchOf(css(pale(colours[k], theme)), nameOf(it), shareText(it, starts)));
+  if (basin.includes(-1)) rows.push(swatchOf(css(PAPERS[theme]), "not decided in the time given"));
+  if (basin.includes(-2)) rows.push(swatchOf(css(NO_START), "no start: inside a wall"));
   return rows;
 }
 
@@ -83,10 +83,4 @@ export function shareText({ fraction, error }, n) {
   }
   const digits = Math.max(0, Math.ceil(Math.log10(n / 300)));
   return `> ${Math.floor((100 - 300 / n) * 10 ** digits) / 10 ** digits} %`;
-}
-
-function row(colour, name, note) {
-  const swatch = element("span", { class: "swatch" });
-  swatch.style.backgroundColor = css(colour);
-  return element("li", {}, swatch, element("span", {}, name), element("span", { class: "note" }, note));
 }

@@ -7,6 +7,7 @@ import { JobView } from "./job_view.js";
 import { limitsOf, named, unitsOf } from "./models.js";
 import { startsAt } from "./provenance.js";
 import { Saddles } from "./saddles.js";
+import { endsOf } from "./scales.js";
 
 const DEFAULTS = { x_low: -2, x_high: 2, v_low: -2, v_high: 2, starts: 256, manifolds: true, isComputed: false };
 const LABELS = { x_low: "x from", x_high: "x to", v_low: "v from", v_high: "v to", starts: "starts along a side" };
@@ -183,12 +184,7 @@ export class Basins extends JobView {
 
 /** Return a range with room around values, within limits, of few digits. */
 function around(values, [least, most]) {
-  let low = Infinity;
-  let high = -Infinity;
-  for (const value of values) {
-    low = Math.min(low, value);
-    high = Math.max(high, value);
-  }
+  let [low, high] = endsOf(values);
   if (!(high > low)) [low, high] = [low - 1, high + 1];
   const width = high - low;
   const unit = 10 ** Math.floor(Math.log10(width) - 0.5);

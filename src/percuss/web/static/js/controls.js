@@ -1,10 +1,10 @@
 // The panel of parameters: a slider and a box for each.
 
-import { button, element, isStudyFile, watchDrops } from "./dom.js";
+import { button, element, form, isStudyFile, watchDrops } from "./dom.js";
 import { choiceField, checkField } from "./fields.js";
 import { MODELS, equationOf, modelOf, nameFault, newHarmonic, newStop, parametersOf, UNITS, valueOf, withMass, withModel, withRecord, withUnit, withoutHarmonic, withoutRecord } from "./models.js";
 import { RecordForm } from "./records.js";
-import { Row } from "./row.js";
+import { Row, showFaults } from "./row.js";
 import { get, put } from "./state.js";
 
 /** Build the panel; it follows the store, and writes what the user sets into it. */
@@ -15,7 +15,7 @@ export class Panel {
     this.prefix = prefix;
     this.isHeld = false;
     this.rows = new Map();
-    this.root = element("form", { class: "panel", "aria-label": "Parameters", onsubmit: (event) => event.preventDefault() });
+    this.root = form("panel", "Parameters");
     this.shape = "";
     this.record = new RecordForm(askRecord, (record) => store.set({ study: withRecord(store.value.study, record) }, "study"));
     this.#watchDrops();
@@ -74,14 +74,7 @@ export class Panel {
 
   /** Show faults beside their fields; return those that belong to none. */
   showFaults(faults) {
-    for (const row of this.rows.values()) row.fault("");
-    const rest = [];
-    for (const fault of faults) {
-      const row = this.rows.get(fault.path);
-      if (row) row.fault(fault.reason);
-      else rest.push(fault.path ? `${fault.path}: ${fault.reason}` : fault.reason);
-    }
-    return rest;
+    return showFaults(this.rows, faults);
   }
 
   #build(groups) {

@@ -1,6 +1,6 @@
 // The setting of free parameters at which an outcome is best, and the front between two outcomes.
 
-import { button, element, say, shown, wordsOf } from "./dom.js";
+import { button, element, fillTable, form, say, shown, wordsOf } from "./dom.js";
 import { count } from "./facts.js";
 import { choiceField, numberField } from "./fields.js";
 import { FreeParameters } from "./free.js";
@@ -22,7 +22,7 @@ export class Design {
     // The form as the link has it.
     this.kept = null;
     this.free = new FreeParameters(app.store, () => this.#paths(), { hasGuesses: false, changed: () => this.#keep() });
-    this.form = element("form", { class: "settings", onsubmit: (event) => event.preventDefault() });
+    this.form = form("settings");
     this.job = new Job(app, () => this.#start(), (header, arrays) => this.#receive(header, arrays), this.form);
     this.job.start.textContent = "Search";
     this.verdict = element("p", { role: "status" });
@@ -40,9 +40,9 @@ export class Design {
   }
 
   #plots() {
-    this.front = new Plot({ title: "Front", x: "", y: "", kind: "points", names: ["first outcome", "second outcome"], about: "the designs of the front, the second outcome over the first", onZoom: () => {} });
-    this.motion = new Plot({ title: "Motion at the best setting", x: "time t", y: "displacement x", kind: "line", names: ["t", "x"], about: "of an orbit one period; of a front its first design", onZoom: () => {} });
-    this.portrait = new Plot({ title: "Phase portrait", x: "displacement x", y: "velocity v", kind: "portrait", names: ["x", "v"], about: "velocity over displacement", onZoom: () => {} });
+    this.front = new Plot({ title: "Front", x: "", y: "", kind: "points", names: ["first outcome", "second outcome"], about: "the designs of the front, the second outcome over the first" });
+    this.motion = new Plot({ title: "Motion at the best setting", x: "time t", y: "displacement x", kind: "line", names: ["t", "x"], about: "of an orbit one period; of a front its first design" });
+    this.portrait = new Plot({ title: "Phase portrait", x: "displacement x", y: "velocity v", kind: "portrait", names: ["x", "v"], about: "velocity over displacement" });
     this.front.root.classList.add("broad");
     this.front.root.hidden = true;
     this.plots = [this.front, this.motion, this.portrait];
@@ -201,14 +201,11 @@ export class Design {
     this.verdict.className = converged ? "" : "fault";
     const take = (design) => button("put into the sliders", () => this.#take(design), { title: "these values, and the start of the orbit, become those of Explore" });
     const paths = Object.keys(designs[0].values);
-    const head = isFront ? [...outcomes, ...paths].map(labelOf) : ["", ""];
+    const head = isFront ? [...[...outcomes, ...paths].map(labelOf), ""] : [];
     const rows = isFront
       ? designs.map((it) => [...it.outcomes.map((value) => shown(value, 6)), ...paths.map((path) => shown(it.values[path], 6)), take(it)])
       : [...report.map(([name, text]) => [labelOf(name), text.replaceAll("_", " ")]), ["", take(designs[0])]];
-    this.result.replaceChildren(
-      ...(isFront ? [element("thead", {}, element("tr", {}, ...[...head, ""].map((name) => element("th", {}, name))))] : []),
-      element("tbody", {}, ...rows.map((row) => element("tr", {}, ...row.map((cell) => element("td", {}, cell))))),
-    );
+    fillTable(this.result, head, rows);
     this.result.hidden = false;
     this.#draw(isFront ? header : null, arrays);
   }

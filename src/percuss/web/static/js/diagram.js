@@ -1,22 +1,25 @@
-// A bifurcation diagram or a response chart over one parameter.
+// A bifurcation diagram or a response chart over one parameter, or a chart of two.
 
 import { Beside } from "./beside.js";
 import { familiesOf, nearestMark, nearestOrbit, orbitText } from "./chart.js";
-import { element, say, shown } from "./dom.js";
+import { element, say, shown, swatchOf, wordsOf } from "./dom.js";
 import { checkField, checkRange, choiceField, numberField } from "./fields.js";
 import { JobView } from "./job_view.js";
 import { limitsOf, named, numberOf, pathsOf, startAt, unitsOf } from "./models.js";
+import { chartOf, valueText } from "./parameter_chart.js";
 import { sampledAt } from "./provenance.js";
-import { digitsOf } from "./scales.js";
+import { digitsOf, endsOf } from "./scales.js";
 import { get, put } from "./state.js";
 
 const KINDS = [
   ["diagram", "bifurcation diagram"],
   ["response", "response chart"],
+  ["sweep", "chart of two parameters"],
 ];
 const OF = {
   diagram: [["x", "displacement"], ["v", "velocity"]],
   response: [["amplitude", "amplitude"], ["speed", "impact speed"]],
+  sweep: ["period", "largest_lyapunov_exponent", "peak_impact_velocity", "impacts_per_period"].map((name) => [name, wordsOf(name)]),
 };
 const LABELS = { x: "x", v: "v", cycle: "cycle", v_after: "velocity after the impact", amplitude: "amplitude", speed: "largest impact speed" };
 // Where points are taken, and what each has.
@@ -28,12 +31,16 @@ const AT_SECTION = {
   impacts: [["v_after", "velocity after"], ["cycle", "cycle"]],
 };
 const DIRECTIONS = [["up", "upwards"], ["down", "downwards"], ["both", "either way"]];
+const CLOUD = "a cloud is chaos or a long transient.";
+const ONE = `after settling: one point is an orbit of one period, two of two, ${CLOUD}`;
+const FEW = `after settling: a few points are a periodic orbit, ${CLOUD}`;
 const ABOUT = {
-  diagram: "Where the motion is once a forcing period after settling: one point is an orbit of one period, two of two, a cloud is chaos or a long transient.",
-  cycle: "Where the motion is at that cycle of each forcing period after settling: one point is an orbit of one period, two of two, a cloud is chaos or a long transient.",
-  place: "How fast the motion passes that place, and when, after settling: a few points are a periodic orbit, a cloud is chaos or a long transient.",
-  impacts: "How the impacts are after settling: a few points are a periodic orbit, a cloud is chaos or a long transient.",
+  diagram: `Where the motion is once a forcing period ${ONE}`,
+  cycle: `Where the motion is at that cycle of each forcing period ${ONE}`,
+  place: `How fast the motion passes that place, and when, ${FEW}`,
+  impacts: `How the impacts are ${FEW}`,
   response: "All periodic orbits that are found, stable solid and unstable dashed, (impacts, forcing periods); squares are bifurcations and grazes.",
+  sweep: "Each cell is a motion from the start of Explore with its two values: its colour tells where it settles. Periods are in forcing periods.",
 };
 const FOLLOWS = [["start", "the start of Explore"], ["forward", "the value before, upwards"], ["backward", "the value above, downwards"], ["both", "both, upwards and downwards"]];
 // Values and points while a slider moves; all are computed once it has rested so long [ms].
@@ -41,7 +48,7 @@ const COARSE = { values: 256, points: 64 };
 const RESTED = 400;
 // Forcing periods before the motion beside a point that is no start of it.
 const SETTLING = 60;
-const DEFAULTS = { kind: "diagram", path: "", low: 1, high: 4, values: 1600, points: 128, of: "x", max_impacts: 3, max_periods: 2, follow: "start", section: "strobes", at: 0, direction: "up", cycle: 0, isLive: false, isComputed: false };
+const DEFAULTS = { kind: "diagram", path: "", low: 1, high: 4, path2: "", low2: 0, high2: 1, size: 96, values: 1600, points: 128, of: "x", max_impacts: 3, max_periods: 2, follow: "start", section: "strobes", at: 0, direction: "up", cycle: 0, isLive: false, isComputed: false };
 
 export class Diagram extends JobView {
   constructor(app) {
@@ -108,8 +115,8 @@ export class Diagram extends JobView {
   }
 
   /** The parameter of the diagram may be any: it is marked in the picture. Orbits have no start. */
-  scope({ kind, path }) {
-    return { path, ...(kind === "response" && { parts: [] }) };
+  scope({ kind, path, path2 }) {
+    return { path, path2, ...(kind === "response" && { parts: [] }) };
   }
 
   restore(state) {
@@ -133,7 +140,8 @@ export class Diagram extends JobView {
   }
 
   requestOf(study, isLive = false) {
-    const { kind, path, low, high, values, points, max_impacts, max_periods, follow, section, at, direction, cycle } = this.settings;
+    const { kind, path, low, high, path2, low2, high2, size, of, values, points, max_impacts, max_periods, follow, section, at, direction, cycle } = this.settings;
+    if (kind === "sweep") return { kind, study, path, low, high, path2, low2, high2, size, of };
     const where = { strobes: {}, impacts: {}, cycle: { cycle }, place: { at, direction } }[section];
     const finest = isLive ? COARSE : { values, points };
     const sizes = kind === "diagram" ? { values: Math.min(values, finest.values), points: Math.min(points, finest.points), ...(follow !== "start" && { follow }), ...(section !== "strobes" && { section, ...where }) } : { max_impacts, max_periods };
@@ -172,7 +180,7 @@ export class Diagram extends JobView {
   /** Build the form anew where the motion has other parameters. */
   #fields(study) {
     // Families of orbits do not depend on a start.
-    const paths = pathsOf(study).filter((it) => this.settings.kind === "diagram" || !it.path.startsWith("start."));
+    const paths = pathsOf(study).filter((it) => this.settings.kind !== "response" || !it.path.startsWith("start."));
     const key = paths.map((it) => it.path).join() + this.settings.kind;
     if (key === this.key) return;
     this.key = key;
@@ -181,16 +189,22 @@ export class Diagram extends JobView {
     const number = (name, label, attributes) => numberField(label, settings[name], (value) => this.#set({ [name]: value }), attributes);
     const whole = (name, label, max) => number(name, label, { min: name.startsWith("max") ? 1 : 2, max, step: 1 });
     const isDiagram = settings.kind === "diagram";
-    this.ends = { low: number("low", "from"), high: number("high", "to") };
+    const isChart = settings.kind === "sweep";
+    const others = paths.filter((it) => it.path !== settings.path);
+    if (isChart && !others.some((it) => it.path === settings.path2)) this.#range((others.find((it) => it.path.endsWith("restitution")) ?? others[0]).path, study, "2");
+    const choose = (label, among, end) => choiceField(label, among.map((it) => [it.path, it.name]), settings[`path${end}`], (path) => {
+      this.#range(path, this.app.store.value.study, end);
+      this.#set({}, true);
+    });
+    this.ends = { low: number("low", "from"), high: number("high", "to"), high2: number("high2", "and to") };
     this.form.replaceChildren(
       choiceField("kind", KINDS, settings.kind, (kind) => this.#set({ kind, of: OF[kind][0][0] }, true)),
-      choiceField("over", paths.map((it) => [it.path, it.name]), settings.path, (path) => {
-        this.#range(path, this.app.store.value.study);
-        this.#set({}, true);
-      }),
+      choose("over", paths, ""),
       this.ends.low,
       this.ends.high,
-      ...(isDiagram
+      ...(isChart
+        ? [choose("and over", others, "2"), number("low2", "and from"), this.ends.high2, number("size", "cells along a side", { min: 16, max: 256, step: 1 })]
+        : isDiagram
         ? [whole("values", "values", 8192), whole("points", "points at each", 1024), choiceField("begin at", FOLLOWS, settings.follow, (follow) => this.#set({ follow })), ...this.#sectionFields(number)]
         : [whole("max_impacts", "impacts up to", 6), whole("max_periods", "periods up to", 6)]),
       choiceField("of", this.#choices(), settings.of, (of) => {
@@ -227,45 +241,51 @@ export class Diagram extends JobView {
 
   #set(parts, isOther = false) {
     // Another column of the same answer needs no computing.
-    Object.assign(this.settings, parts, "of" in parts && !isOther ? {} : { isComputed: false });
+    Object.assign(this.settings, parts, "of" in parts && !isOther && this.settings.kind !== "sweep" ? {} : { isComputed: false });
     if (isOther) this.key = "";
-    if ("low" in parts || "high" in parts) checkRange(this.ends.high, this.settings.low, this.settings.high);
+    for (const end of ["", "2"]) if (`low${end}` in parts || `high${end}` in parts) checkRange(this.ends[`high${end}`], this.settings[`low${end}`], this.settings[`high${end}`]);
     this.keep();
     this.#wait();
   }
 
   #wait() {
-    const { low, high } = this.settings;
-    if (this.levels.length > 0 || !(low < high)) return;
-    this.plot.label(this.#name(this.settings.path), this.#quantity(this.settings.of, this.app.store.value.study));
-    this.plot.wait(`Compute shows the ${KINDS.find(([kind]) => kind === this.settings.kind)[1]}`, { x: [low, high], y: [-1, 1] });
+    const { kind, low, high, path, path2, low2, high2, of } = this.settings;
+    const isChart = kind === "sweep";
+    if (this.levels.length > 0 || !(low < high) || (isChart && !(low2 < high2))) return;
+    this.plot.label(this.#name(path), isChart ? this.#name(path2) : this.#quantity(of, this.app.store.value.study));
+    this.plot.wait(`Compute shows the ${KINDS.find(([it]) => it === kind)[1]}`, { x: [low, high], y: isChart ? [low2, high2] : [-1, 1] });
   }
 
   /** Set a range around the value that a parameter has. */
-  #range(path, study) {
+  #range(path, study, end = "") {
     const value = numberOf(get(study, path));
     const size = Math.abs(value) || 1;
-    Object.assign(this.settings, { path, low: round(value - 0.4 * size), high: round(value + 0.4 * size) });
-    if (path.endsWith("restitution")) Object.assign(this.settings, { low: 0, high: 1 });
-    if (path.endsWith("omega")) this.settings.low = Math.max(0.05, this.settings.low);
-    if (path.endsWith("damping") && value >= 0) this.settings.low = Math.max(0, this.settings.low);
+    let [low, high] = path.endsWith("restitution") ? [0, 1] : [round(value - 0.4 * size), round(value + 0.4 * size)];
+    if (path.endsWith("omega")) low = Math.max(0.05, low);
+    if (path.endsWith("damping") && value >= 0) low = Math.max(0, low);
     if (path === "start.x0") {
       const [least, most] = limitsOf(study);
-      Object.assign(this.settings, { low: Math.max(least, this.settings.low), high: Math.min(most, this.settings.high) });
+      [low, high] = [Math.max(least, low), Math.min(most, high)];
     }
+    Object.assign(this.settings, { [`path${end}`]: path, [`low${end}`]: low, [`high${end}`]: high });
   }
 
   refine() {
-    const ends = this.plot.limits.x;
-    const [low, high] = ends.map((end) => Number(end.toPrecision(Math.max(8, digitsOf(ends)))));
-    Object.assign(this.settings, { low, high, path: this.current.path });
+    const { kind, path, path2 } = this.current;
+    const rounded = (ends) => ends.map((end) => Number(end.toPrecision(Math.max(8, digitsOf(ends)))));
+    const [low, high] = rounded(this.plot.limits.x);
+    Object.assign(this.settings, { low, high, path });
+    if (kind === "sweep") {
+      const [low2, high2] = rounded(this.plot.limits.y);
+      Object.assign(this.settings, { kind, path2, low2, high2 });
+    }
     this.key = "";
     this.#fields(this.app.store.value.study);
     this.run(this.current.study);
   }
 
   receive(header, arrays, isFirst) {
-    if (isFirst || header.kind === "response") this.levels = [];
+    if (isFirst || header.kind !== "diagram") this.levels = [];
     this.levels.push({ header, arrays });
     this.#draw();
   }
@@ -277,23 +297,29 @@ export class Diagram extends JobView {
     const choices = this.#choices(header.kind, this.current.section ?? "strobes");
     const of = choices.some(([name]) => name === this.settings.of) ? this.settings.of : choices[0][0];
     this.drawn = of;
-    this.plot.label(this.#name(header.path), this.#quantity(of, this.current.study));
-    if (header.kind === "diagram") this.#drawPoints(header, of);
+    this.plot.label(this.#name(header.path), header.path2 ? this.#name(header.path2) : this.#quantity(of, this.current.study));
+    if (header.path2) this.#drawChart();
+    else if (header.kind === "diagram") this.#drawPoints(header, of);
     else this.#drawFamilies(header, of);
     if (this.pointer) this.#showBeside(...this.pointer);
   }
 
+  #drawChart() {
+    const [{ header, arrays: { value } }] = this.levels;
+    const { low, high, low2, high2 } = header;
+    this.families = null;
+    const { image, rows } = chartOf(header, value);
+    const box = { x: [low, high], y: [low2, high2] };
+    this.plot.show([{ kind: "image", image, box, ...box }], this.#here(), box);
+    this.legend.replaceChildren(...rows, element("li", {}, "click a cell to open it in Explore"), ...this.#legendHere());
+    if (value.some(Number.isNaN)) this.legend.append(element("li", { class: "fault" }, "clear cells have no motion"));
+  }
+
   #drawPoints(header, of) {
     this.families = null;
-    let low = Infinity;
-    let high = -Infinity;
     const parts = this.levels.flatMap(({ header: it, arrays }) => [[it, arrays.value, arrays[of], "--curve"], [it, arrays.value, arrays[`${of}_backward`], "--orbit"]]).filter(([, , y]) => y);
-    for (const [, , y] of parts) {
-      for (const value of y) {
-        if (value < low) low = value;
-        if (value > high) high = value;
-      }
-    }
+    const ends = parts.map(([, , y]) => endsOf(y));
+    const [low, high] = [Math.min(...ends.map((it) => it[0])), Math.max(...ends.map((it) => it[1]))];
     const pad = 0.05 * (high - low) || 1;
     const total = parts.reduce((sum, [, , y]) => sum + y.length, 0);
     const isSparse = this.levels.reduce((sum, { arrays }) => sum + arrays.value.length, 0) < 2000;
@@ -324,12 +350,17 @@ export class Diagram extends JobView {
 
   /** A line at the value that Explore shows. */
   #here() {
-    const value = this.current ? numberOf(get(this.app.store.value.study, this.current.path)) : Number.NaN;
-    return value >= this.current?.low && value <= this.current?.high ? [{ x: value, colour: "--faint" }] : [];
+    if (!this.current) return [];
+    const { path, low, high, path2, low2, high2 } = this.current;
+    const within = (at, from, to, axis) => {
+      const value = at ? numberOf(get(this.app.store.value.study, at)) : Number.NaN;
+      return value >= from && value <= to ? [{ [axis]: value, colour: "--faint" }] : [];
+    };
+    return [...within(path, low, high, "x"), ...within(path2, low2, high2, "y")];
   }
 
   #legendHere() {
-    return this.#here().length > 0 ? [element("li", { class: "note" }, "dashed vertical line: the value that Explore shows")] : [];
+    return this.#here().length > 0 ? [element("li", { class: "note" }, "dashed: what Explore shows")] : [];
   }
 
   #name(path) {
@@ -347,6 +378,11 @@ export class Diagram extends JobView {
 
   read(x, y) {
     this.#showBeside(x, y);
+    if (this.levels[0]?.header.path2) {
+      const [{ header, arrays }] = this.levels;
+      const { i, j, value, value2 } = cellAt(header, x, y);
+      return `${this.#nameOfValue(value, value2)}: ${valueText(header.of, arrays.value[i * header.size + j])}`;
+    }
     const name = this.current?.path.split(".").at(-1) ?? "parameter";
     const place = (at) => `${name} = ${shown(at.x, digitsOf(this.plot.limits.x))}, ${this.drawn ?? "y"} = ${shown(at.y, 5)}`;
     if (!this.families) return place({ x, y });
@@ -358,27 +394,34 @@ export class Diagram extends JobView {
 
   open(x, y) {
     if (!this.current || this.levels.length === 0) return;
-    const { study, value, start } = this.#motionAt(x, y);
+    const { study, value, value2, start } = this.#motionAt(x, y);
     this.app.open(study);
     const from = start?.t0 && Number(start.t0) !== 0 ? `, on the orbit from t0 = ${start.t0} on` : "";
-    say(this.app.root, `opened ${this.#nameOfValue(value)}${from}`);
+    say(this.app.root, `opened ${this.#nameOfValue(value, value2)}${from}`);
   }
 
   /** Show the motion of the point that is nearest to the pointer beside the diagram. */
   #showBeside(x, y) {
     if (!this.current || this.levels.length === 0) return;
     this.pointer = [x, y];
-    const { study, value, start } = this.#motionAt(x, y);
-    this.beside.show(study, this.#nameOfValue(value), start?.x0 === undefined ? SETTLING : 0);
+    const { study, value, value2, start } = this.#motionAt(x, y);
+    this.beside.show(study, this.#nameOfValue(value, value2), start?.x0 === undefined ? SETTLING : 0);
   }
 
-  #nameOfValue(value) {
-    return `${this.current.path.split(".").at(-1)} = ${shown(value, digitsOf(this.plot.limits.x))}`;
+  /** Return the name of a value of the parameter, and of the second one of a chart. */
+  #nameOfValue(value, value2) {
+    const { path, path2 } = this.current;
+    const text = (at, it, ends) => `${at.split(".").at(-1)} = ${shown(it, digitsOf(ends))}`;
+    return [text(path, value, this.plot.limits.x), ...(path2 ? [text(path2, value2, this.plot.limits.y)] : [])].join(", ");
   }
 
   /** Return the study of the point or orbit nearest to a place, its value of the parameter and its start. */
   #motionAt(x, y) {
-    const { path, study, low, high } = this.current;
+    const { path, study, low, high, path2 } = this.current;
+    if (path2) {
+      const { value, value2 } = cellAt(this.current, x, y);
+      return { study: put(put(study, path, String(value)), path2, String(value2)), value, value2 };
+    }
     const found = this.families ? this.#orbitNear(x, y) : this.#pointNear(x, y);
     const value = found?.value ?? x;
     // Arrays hold seven digits of the range, bifurcations come in double.
@@ -422,9 +465,12 @@ export class Diagram extends JobView {
 
 const round = (value) => Number(value.toPrecision(3));
 
-/** Return a row of the legend. */
-function swatchOf(colour, name) {
-  const swatch = element("span", { class: "swatch" });
-  swatch.style.backgroundColor = `var(${colour})`;
-  return element("li", {}, swatch, element("span", {}, name));
+/** Return the cell of a chart that is nearest to a place, and the values in its middle. */
+function cellAt({ low, high, low2, high2, size }, x, y) {
+  const along = (at, from, to) => {
+    const k = Math.min(size - 1, Math.max(0, Math.floor(((at - from) / (to - from)) * size)));
+    return [k, Number((from + ((k + 0.5) / size) * (to - from)).toPrecision(Math.max(8, digitsOf([from, to], 1e-6))))];
+  };
+  const [[i, value], [j, value2]] = [along(x, low, high), along(y, low2, high2)];
+  return { i, j, value, value2 };
 }

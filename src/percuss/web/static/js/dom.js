@@ -13,6 +13,9 @@ export function element(tag, attributes = {}, ...children) {
   return made;
 }
 
+/** Return a form that is not sent. */
+export const form = (name, label = null) => element("form", { class: name, "aria-label": label, onsubmit: (event) => event.preventDefault() });
+
 /** Return an element of a picture. */
 export function shape(name, attributes) {
   const made = document.createElementNS("http://www.w3.org/2000/svg", name);
@@ -29,9 +32,34 @@ export function shown(value, digits = 4) {
   return String(Number(value.toPrecision(digits)));
 }
 
+/** Fill a table with its heads, none for no line of them, and rows of cells. */
+export function fillTable(table, heads, rows, attributesOf = () => ({})) {
+  const line = (tag, cells, attributes) => element("tr", attributes, ...cells.map((cell) => element(tag, {}, cell)));
+  const head = heads.length > 0 ? [element("thead", {}, line("th", heads))] : [];
+  table.replaceChildren(...head, element("tbody", {}, ...rows.map((cells, k) => line("td", cells, attributesOf(k)))));
+}
+
 /** Return a button. */
 export function button(label, onclick, attributes = {}) {
   return element("button", { type: "button", onclick, ...attributes }, label);
+}
+
+/** Return a row of a legend, with a colour or the name of one. */
+export function swatchOf(colour, name, note = "") {
+  const swatch = element("span", { class: "swatch" });
+  swatch.style.backgroundColor = colour.startsWith("--") ? `var(${colour})` : colour;
+  return element("li", {}, swatch, element("span", {}, name), note && element("span", { class: "note" }, note));
+}
+
+/** Follow a pointer until it is let go. */
+export function whileHeld(follow, then = () => {}) {
+  const end = () => {
+    removeEventListener("pointermove", follow);
+    removeEventListener("pointerup", end);
+    then();
+  };
+  addEventListener("pointermove", follow);
+  addEventListener("pointerup", end);
 }
 
 let toast = null;
@@ -75,4 +103,4 @@ export async function textOf(file) {
 }
 
 /** Return the name of a quantity in words. */
-export const wordsOf = (name) => name.replaceAll("_", " ");
+export const wordsOf = (name) => name.replaceAll("_", " ").replace("lyap", "Lyap");

@@ -42,6 +42,12 @@ export function exactBetween(low, high, k, n) {
   return { parts: parts([a * (count - BigInt(k)) + b * BigInt(k), first[1] * last[1] * count]) };
 }
 
+/** Return the centre of the k-th of n cells between two doubles, likewise. */
+export function centreOf(low, high, k, n) {
+  const half = (0.5 * (high - low)) / n;
+  return exactBetween(low + half, high - half, k, n);
+}
+
 /** Return a double as [numerator, denominator]. */
 function ratioOfDouble(value) {
   let denominator = 1n;

@@ -7,9 +7,9 @@ import { Facts } from "./facts.js";
 import { axesOf, differences } from "./models.js";
 import { OscillatorPicture } from "./oscillator_picture.js";
 import { Plot } from "./plots.js";
-import { after, between } from "./scales.js";
+import { after, between, endsOf } from "./scales.js";
 import { put } from "./state.js";
-import { showForces } from "./stop_forces.js";
+import { FORCES, showForces } from "./stop_forces.js";
 
 const POINTS = 4000;
 // The facts are requested once a slider has rested so long [ms].
@@ -95,8 +95,7 @@ export class Explore {
       onHover: (index) => this.#peek("velocity_t", index),
     });
     this.forces = new Plot({
-      title: "Forces at stops", x: "time t", y: "force", kind: "line", names: ["t", "force"], isTime: true, isFollower: true,
-      about: "lines: forces of soft stops, and of walls in contact; squares: impulses of impacts on walls",
+      ...FORCES, isTime: true, isFollower: true,
       onZoom: (zoom) => follows(zoom, this.forces),
       onHover: (index) => this.drawing.player.peek(index === null ? null : (this.forces.layers[0]?.x[index] ?? null)),
     });
@@ -321,8 +320,7 @@ export class Explore {
 
 /** Limits of the impacts: a cycle is from 0 to 1, a time in the run, a speed from 0 on. */
 function sectionLimits({ speed }, [from, to]) {
-  let high = 0;
-  for (const value of speed) high = Math.max(high, value);
+  const [, high] = endsOf(speed);
   // A margin, so that dots on the edge are not cut off.
   const margin = 0.015 * (to - from || 1);
   return { x: [from - margin, to + margin], y: [0, high > 0 ? 1.08 * high : 1] };

@@ -1,6 +1,6 @@
 // A record and the parameters fitted to it.
 
-import { button, element, isStudyFile, say, shown, textOf, watchDrops, wordsOf } from "./dom.js";
+import { button, element, fillTable, form, isStudyFile, say, shown, textOf, watchDrops, wordsOf } from "./dom.js";
 import { checkField, choiceField, numberField } from "./fields.js";
 import { FreeParameters } from "./free.js";
 import { Job } from "./job.js";
@@ -34,7 +34,7 @@ export class Fit {
     this.told = element("p", { class: "hint", role: "status" });
     this.chooser = element("details", { class: "columns", hidden: true });
     this.fault = element("p", { class: "fault", role: "alert" });
-    this.form = element("form", { class: "settings", onsubmit: (event) => event.preventDefault() });
+    this.form = form("settings");
     this.job = new Job(app, () => this.#start(), (header, arrays) => this.#receive(header, arrays), this.form);
     this.job.start.textContent = "Fit";
     this.take = button("put into the sliders", () => this.#take(), { hidden: true, title: "the fitted values and the start of the record become those of Explore" });
@@ -60,8 +60,8 @@ export class Fit {
 
   #plots() {
     this.record = new Plot({ title: "Record", x: "time t", y: "", kind: "line", names: ["t", "sample"], about: "squares: samples; line: the fitted motion", onZoom: (zoom) => this.#follow(zoom) });
-    this.impacts = new Plot({ title: "Impacts of the fit", x: "time t", y: "", kind: "points", names: ["t", "speed"], isFollower: true, about: "impacts and entries into soft stops of the fitted motion", onZoom: () => {} });
-    this.residuals = new Plot({ title: "Residuals", x: "time t", y: "residual (σ)", kind: "points", names: ["t", "residual"], isFollower: true, about: "sample less fit, in standard deviations of the noise; two thirds of them lie between -1 and 1", onZoom: () => {} });
+    this.impacts = new Plot({ title: "Impacts of the fit", x: "time t", y: "", kind: "points", names: ["t", "speed"], isFollower: true, about: "impacts and entries into soft stops of the fitted motion" });
+    this.residuals = new Plot({ title: "Residuals", x: "time t", y: "residual (σ)", kind: "points", names: ["t", "residual"], isFollower: true, about: "sample less fit, in standard deviations of the noise; two thirds of them lie between -1 and 1" });
     this.record.root.classList.add("broad");
     this.plots = [this.record, this.impacts, this.residuals];
   }
@@ -236,10 +236,7 @@ export class Fit {
     const note = ({ error, end }) => (end ? `the ${end} of its range: the data ask for ${end === "least" ? "less" : "more"}` : error === null ? "not told by the data" : "");
     const columns = [["parameter", ({ path }) => labels.get(path) ?? path], ["value", ({ text }) => text], ["", note]];
     if (!values.some(note)) columns.pop();
-    this.result.replaceChildren(
-      element("thead", {}, element("tr", {}, ...columns.map(([name]) => element("th", {}, name)))),
-      element("tbody", {}, ...values.map((row) => element("tr", { "data-fitted": row.path }, ...columns.map(([, of]) => element("td", {}, of(row)))))),
-    );
+    fillTable(this.result, columns.map(([name]) => name), values.map((row) => columns.map(([, of]) => of(row))), (k) => ({ "data-fitted": values[k].path }));
     this.take.hidden = this.result.hidden = false;
     this.#draw(header, arrays);
   }

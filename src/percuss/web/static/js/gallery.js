@@ -2,6 +2,7 @@
 
 import { button, element } from "./dom.js";
 import { COMPACT, MechanismPicture } from "./mechanism_picture.js";
+import { endsOf } from "./scales.js";
 
 const THUMB = { width: 220, height: 130 };
 // Of a portrait: its margin and the length of hatches, in pixels of the canvas; how much is seen of the first
@@ -75,8 +76,8 @@ function portrait(canvas, { arrays: { portrait_x: x, portrait_v: v, portrait_t: 
   const context = canvas.getContext("2d");
   const { width, height } = canvas;
   const colour = (name) => getComputedStyle(root).getPropertyValue(name);
-  const [left, right] = aroundStops(ends(x), stops);
-  const [low, high] = ends(v);
+  const [left, right] = aroundStops(endsOf(x), stops);
+  const [low, high] = endsOf(v);
   const px = (value) => EDGE + ((value - left) / (right - left || 1)) * (width - 2 * EDGE);
   const py = (value) => height - EDGE - ((value - low) / (high - low || 1)) * (height - 2 * EDGE);
   context.clearRect(0, 0, width, height);
@@ -122,14 +123,4 @@ function stroke(context, points) {
 function aroundStops([low, high], stops) {
   const near = stops.map(({ at }) => at).filter((at) => at > low - 0.5 * (high - low) && at < high + 0.5 * (high - low));
   return [Math.min(low, ...near), Math.max(high, ...near)];
-}
-
-function ends(values) {
-  let low = Infinity;
-  let high = -Infinity;
-  for (const value of values) {
-    if (value < low) low = value;
-    if (value > high) high = value;
-  }
-  return [low, high];
 }

@@ -1,5 +1,6 @@
 // Zooming and panning a plot: wheel, keys, dragging with Shift, two fingers.
 
+import { whileHeld } from "./dom.js";
 import { moved } from "./scales.js";
 
 const STILL = { part: 0, factor: 1, about: null };
@@ -65,13 +66,7 @@ function dragging(plot, move) {
         },
         from,
       );
-    const end = () => {
-      plot.dragged = performance.now();
-      removeEventListener("pointermove", follow);
-      removeEventListener("pointerup", end);
-    };
-    addEventListener("pointermove", follow);
-    addEventListener("pointerup", end);
+    whileHeld(follow, () => (plot.dragged = performance.now()));
   });
 }
 

@@ -60,6 +60,7 @@ export function filesOf({ kind, study, digits, outcomes }) {
   const tables = {
     motion: ["impacts", ...(hasSoft ? ["crossings"] : []), ...(digits ? ["certified"] : [])],
     diagram: ["diagram"],
+    sweep: ["sweep"],
     response: ["response", "special_points"],
     basins: ["basins", "attractors"],
     fit: ["fit", "covariance", "residuals", "impacts"],
@@ -81,7 +82,7 @@ function readingOf(kind) {
   return [`csv: pandas.read_csv(name)`, `nc: ${nc}`];
 }
 
-const NOTES = { motion: "of the motion in Explore", diagram: "of the diagram", response: "of the response chart", basins: "of the basins", fit: "of the fit", design: "of the design" };
+const NOTES = { motion: "of the motion in Explore", diagram: "of the diagram", sweep: "of the chart", response: "of the response chart", basins: "of the basins", fit: "of the fit", design: "of the design" };
 
 /**
  * Return the menu of files; it closes by Escape, by a choice and by a click elsewhere.

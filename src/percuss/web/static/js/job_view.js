@@ -1,6 +1,6 @@
 // A view of a long answer: its form, its job, the plot of what has come, and a note when it is stale.
 
-import { element } from "./dom.js";
+import { element, form } from "./dom.js";
 import { Job } from "./job.js";
 import { Plot } from "./plots.js";
 import { changedSince } from "./provenance.js";
@@ -23,7 +23,7 @@ export class JobView {
     // The requests whose answer is shown, and whose answer is to come.
     this.current = null;
     this.pending = null;
-    this.form = element("form", { class: "settings", onsubmit: (event) => event.preventDefault() });
+    this.form = form("settings");
     this.job = new Job(app, (isLive) => this.#start(isLive), (header, arrays, isFirst) => this.#show(header, arrays, isFirst), this.form);
     this.zoomed = element("button", { type: "button", hidden: true, onclick: () => this.refine() }, "Compute what is shown");
     this.job.root.append(this.zoomed);

@@ -8,8 +8,8 @@ const KINDS = { PERIODIC: "periodic", CHAOTIC: "chaotic", REST: "rest", UNBOUNDE
 
 /** Return the classes of starts, x and v of one after another; null where they need Python. */
 export function classesOf(kernels, study, starts) {
-  const ground = groundOf(kernels, study);
-  if (ground === null) return null;
+  const ground = groundOf(kernels, study)?.arrays;
+  if (ground === undefined) return null;
   const n = starts.length / 2;
   const given = filled(kernels, starts, n, 2);
   const classes = kernels.floats(n, kernels.columns.CLASS_ENTRIES);
@@ -17,9 +17,22 @@ export function classesOf(kernels, study, starts) {
   return status === kernels.columns.NEEDS_PYTHON ? null : { arrays: { classes: kernels.view(classes).slice() } };
 }
 
+/** Return the period of the motion of a study, 0 for none, -1 chaotic, -2 at rest, -3 unbounded; null where it needs Python. */
+export function periodOf(kernels, study) {
+  const ground = groundOf(kernels, study);
+  if (ground === null) return null;
+  const at = kernels.columns;
+  const out = kernels.floats(1, at.CLASS_ENTRIES);
+  const status = kernels.call("classify", ...ground.arrays, filled(kernels, ground.start.slice(0, 2), 1, 2), out);
+  if (status === at.NEEDS_PYTHON) return null;
+  const found = kernels.view(out);
+  const kind = found[at.CLASS_KIND];
+  return kind === at.PERIODIC ? found[at.CLASS_PERIODS] : -1 - [at.CHAOTIC, at.REST, at.UNBOUNDED].indexOf(kind);
+}
+
 /** Return {attractors, arrays} from the classes of all starts: `basin`, and points of the k-th in `x{k}`, `v{k}`. */
 export function basinsOf(kernels, study, given) {
-  const ground = groundOf(kernels, study);
+  const ground = groundOf(kernels, study).arrays;
   const at = kernels.columns;
   const n = given.length / at.CLASS_ENTRIES;
   const classes = filled(kernels, given, n, at.CLASS_ENTRIES);
@@ -47,7 +60,7 @@ function attractorOf(at, row) {
   return { kind, name, n_periods: periods, n_impacts: impacts, fraction: row[at.FOUND_FRACTION], error: row[at.FOUND_ERROR] };
 }
 
-/** Return the arrays in which the motions of a study are followed, and the rules of its basins; null where it needs Python. */
+/** Return {arrays, start}: those in which the motions of a study are followed with the rules of its basins, and its own; null where it needs Python. */
 function groundOf(kernels, study) {
   const found = spaceOf(kernels, study);
   if (found === null) return null;
@@ -55,5 +68,5 @@ function groundOf(kernels, study) {
   const rules = kernels.floats(at.RULES_ENTRIES);
   const view = kernels.view(rules);
   [view[at.RULES_T0], view[at.RULES_PERIODS], view[at.RULES_ESCAPE]] = [found.start[2], PERIODS, ESCAPE];
-  return [...found.space, rules];
+  return { arrays: [...found.space, rules], start: found.start };
 }

@@ -30,12 +30,13 @@ export function diagramPart(kernels, request, numbers) {
   const columns = Object.fromEntries(names.map((name) => [name, new Float64Array(numbers.length * points).fill(Number.NaN)]));
   let [failed, reason] = [0, ""];
   for (const [place, number] of numbers.entries()) {
-    const found = pointsAt(kernels, request, kind, number);
+    const { study, path, low, high, values } = request;
+    const found = attractorOf(kernels, put(study, path, exactBetween(low, high, number, values)), request, kind);
     if (found === null) return null;
-    const fault = Object.entries(FAULTS).find(([name]) => kernels.columns[name] === found.status);
+    const fault = faultOf(kernels, found.status);
     if (fault) {
       failed += 1;
-      reason ||= fault[1];
+      reason ||= fault;
       continue;
     }
     const { POINT_COLUMNS } = kernels.columns;
@@ -46,15 +47,18 @@ export function diagramPart(kernels, request, numbers) {
   return { columns, failed, reason };
 }
 
-/** Follow the motion at a value; return its status and its points. */
-function pointsAt(kernels, { study, path, low, high, values, points, cycle, at: level, direction, section }, kind, number) {
+/** Return why a motion that ended so has no answer. */
+export const faultOf = (kernels, status) => Object.entries(FAULTS).find(([name]) => kernels.columns[name] === status)?.[1];
+
+/** Follow a motion; return its status, its observables and its points; null where it needs Python. */
+export function attractorOf(kernels, study, { points, cycle, at: level, direction, section }, kind) {
   kernels.clear();
-  const read = readStudy(put(study, path, exactBetween(low, high, number, values)), kernels);
+  const read = readStudy(study, kernels);
   if (read === null || read.harmonics.length !== 1) return null;
   const at = kernels.columns;
   const law = lawOf(kernels, read).rows;
   const t0 = instantOf(kernels, read, [0, 0, 0], read.t0);
-  const [start, asked, values_] = [kernels.floats(3), kernels.zeros(at.ASKED_ENTRIES), kernels.zeros(at.N_OBSERVABLES)];
+  const [start, asked, values] = [kernels.floats(3), kernels.zeros(at.ASKED_ENTRIES), kernels.zeros(at.N_OBSERVABLES)];
   kernels.view(start).set([read.x0, read.v0, t0]);
   const wanted = kernels.view(asked);
   wanted[at.ASKED_SECTION] = at[kind];
@@ -67,8 +71,8 @@ function pointsAt(kernels, { study, path, low, high, values, points, cycle, at: 
   const status = kernels.call(
     "attractor", law, kernels.floats(at.STATE_ENTRIES), kernels.integers(at.COUNTERS), kernels.zeros(3, 1, 2),
     kernels.floats(at.BUFFER, at.EVENT_COLUMNS), kernels.integers(at.BUFFER, at.MARK_COLUMNS), kernels.floats(at.GRAZES, at.GRAZE_COLUMNS),
-    start, asked, kernels.zeros(at.PLAN_ENTRIES), values_, kernels.floats(points, at.POINT_COLUMNS), kernels.floats(0, at.STOP_COLUMNS),
+    start, asked, kernels.zeros(at.PLAN_ENTRIES), values, kernels.floats(points, at.POINT_COLUMNS), kernels.floats(0, at.STOP_COLUMNS),
     kernels.floats(4), kernels.zeros(5, 1, 2), out,
   );
-  return { status, view: kernels.view(out) };
+  return { status, values: kernels.view(values), view: kernels.view(out) };
 }

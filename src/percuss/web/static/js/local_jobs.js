@@ -1,19 +1,19 @@
 // Diagrams and basins in workers on all cores, in growing resolution.
 
-import { exactBetween } from "./exact.js";
+import { centreOf } from "./exact.js";
 
 // As percuss.web.jobs has it: values of the first level, and how many times those of the next.
 const [FIRST_VALUES, FINER] = [64, 4];
 // Starts along a side of the first level of basins at most.
 const FIRST_STARTS = 64;
 // Values, and starts, that a worker computes between two messages.
-const [AT_ONCE, STARTS_AT_ONCE] = [8, 512];
+const [AT_ONCE, STARTS_AT_ONCE, CELLS_AT_ONCE] = [8, 512, 16];
 
 /** A long answer that is being computed, in pieces by whichever worker is free. */
 class LocalJob {
   /** `workers`: kernels, each with answer(request); `handlers`: as of a request. */
   constructor(workers, request, handlers, total) {
-    Object.assign(this, { workers, request, handlers, total, isCancelled: false, done: 0, keeper: null });
+    Object.assign(this, { workers, request, handlers, total, isCancelled: false, done: 0, keeper: null, failed: 0, reason: "" });
   }
 
   cancel() {
@@ -24,8 +24,16 @@ class LocalJob {
     return this.done === this.total;
   }
 
+  /** Return the columns for numbers in order, so many at once; null where one needs Python. */
+  async inParts(kind, numbers, most) {
+    const pieces = piecesOf(numbers, most);
+    const parts = await this.inPieces(pieces.map((piece) => ({ kind, numbers: piece })), pieces.map((it) => it.length));
+    if (parts === null || this.isCancelled) return null;
+    return Object.fromEntries(Object.keys(parts[0].columns).map((name) => [name, joined(parts.map((part) => part.columns[name]))]));
+  }
+
   /** Return the answers to requests of so many values each in order, null where one needs Python. */
-  async inPieces(requests, counts, take = () => {}) {
+  async inPieces(requests, counts) {
     const parts = [];
     let next = 0;
     let isLocal = true;
@@ -40,7 +48,8 @@ class LocalJob {
         }
         parts[k] = part;
         this.done += counts[k];
-        take(part);
+        this.failed += part.failed ?? 0;
+        this.reason ||= part.reason;
         if (!this.isCancelled) this.handlers.progress?.(this.done / this.total);
       }
     };
@@ -54,29 +63,42 @@ class LocalJob {
 export class LocalDiagram extends LocalJob {
   constructor(workers, request, handlers) {
     super(workers, request, handlers, request.values);
-    Object.assign(this, { failed: 0, reason: "" });
   }
 
   /** Compute all levels; return false where Python is needed. */
   async run() {
     const { low, high, points, path, values } = this.request;
     for (const level of levelsOf(values, FIRST_VALUES)) {
-      const pieces = piecesOf(level, AT_ONCE);
-      const parts = await this.inPieces(pieces.map((numbers) => ({ kind: "part", numbers })), pieces.map((it) => it.length), (part) => this.#count(part));
-      if (this.isCancelled) return true;
-      if (parts === null) return false;
-      const names = Object.keys(parts[0].columns);
-      const arrays = Object.fromEntries(names.map((name) => [name, joined(parts.map((part) => part.columns[name]))]));
+      const arrays = await this.inParts("part", level, AT_ONCE);
+      if (arrays === null) return this.isCancelled;
       arrays.value = Float64Array.from(level, (k) => low + (k / (values - 1)) * (high - low));
       const header = { kind: "diagram", path, low, high, n_points: points, failed: this.failed, reason: this.reason, share: this.done / values, done: this.isDone };
       this.handlers.answer(header, arrays);
     }
     return true;
   }
+}
 
-  #count({ failed, reason }) {
-    this.failed += failed;
-    this.reason ||= reason;
+/** A chart of two parameters: a square of cells, whose coarser levels are some of them. */
+export class LocalChart extends LocalJob {
+  constructor(workers, request, handlers) {
+    super(workers, request, handlers, request.size ** 2);
+    this.values = new Map();
+  }
+
+  /** Compute all levels; return false where Python is needed. */
+  async run() {
+    const { study: _, ...about } = this.request;
+    for (const places of placesOf(about.size)) {
+      const cells = cellsOf(places, about.size);
+      const asked = cells.filter((cell) => !this.values.has(cell));
+      const found = await this.inParts("cells", asked, CELLS_AT_ONCE);
+      if (found === null) return this.isCancelled;
+      asked.forEach((cell, k) => this.values.set(cell, found.value[k]));
+      const header = { ...about, size: places.length, share: this.done / this.total, done: this.isDone };
+      this.handlers.answer(header, { value: Float64Array.from(cells, (cell) => this.values.get(cell)) });
+    }
+    return true;
   }
 }
 
@@ -97,7 +119,7 @@ export class LocalBasins extends LocalJob {
     const { starts: size, x_low, x_high, v_low, v_high } = this.request;
     if (this.axes.includes(null)) return false;
     for (const places of placesOf(size)) {
-      const cells = places.flatMap((i) => places.map((j) => i * size + j));
+      const cells = cellsOf(places, size);
       const isLocal = await this.#classify(cells.filter((cell) => this.known[cell] === 0));
       if (this.isCancelled) return true;
       if (!isLocal) return false;
@@ -140,10 +162,8 @@ export class LocalBasins extends LocalJob {
 
 /** Return the centres of n cells between two ends as doubles, each rounded once; null where one is too small. */
 function centresOf(low, high, n) {
-  const half = (0.5 * (high - low)) / n;
-  const [first, last] = [low + half, high - half];
   const values = Array.from({ length: n }, (_, k) => {
-    const value = exactBetween(first, last, k, n);
+    const value = centreOf(low, high, k, n);
     return typeof value === "number" ? value : value.parts?.[0];
   });
   return values.includes(undefined) ? null : values;
@@ -155,6 +175,8 @@ function placesOf(size) {
   while (size / steps[0] > FIRST_STARTS) steps.unshift(steps[0] * FINER);
   return steps.map((step) => Array.from({ length: Math.ceil(size / step) }, (_, k) => Math.min(k * step + (step >> 1), size - 1)));
 }
+
+const cellsOf = (places, size) => places.flatMap((i) => places.map((j) => i * size + j));
 
 /** Return the numbers of values in levels, each of which fills the gaps of those before. */
 function levelsOf(n, first) {

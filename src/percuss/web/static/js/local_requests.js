@@ -1,6 +1,6 @@
 // Requests that the kernels in the page answer; the rest goes to the server, where there is one.
 
-import { LocalBasins, LocalDiagram } from "./local_jobs.js";
+import { LocalBasins, LocalChart, LocalDiagram } from "./local_jobs.js";
 
 // Requests of these kinds are motions.
 const MOTIONS = new Set(["explore", "thumb", "beside"]);
@@ -59,7 +59,7 @@ function isSquare({ x_low, x_high, v_low, v_high, starts }) {
 }
 
 // What is computed in workers on all cores, and whether a request is for them.
-const JOBS = { diagram: [LocalDiagram, isModerate], basins: [LocalBasins, isSquare] };
+const JOBS = { diagram: [LocalDiagram, isModerate], basins: [LocalBasins, isSquare], sweep: [LocalChart, ({ size }) => size >= 16 && size <= 256] };
 
 /** Requests as of transport.js: motions are computed here, with one in each queue and one that waits. */
 export class LocalRequests {

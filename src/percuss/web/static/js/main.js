@@ -19,6 +19,9 @@ export { Requests } from "./transport.js";
 // Least time between two changes of the address [ms]: browsers allow few a second.
 const LINKING = 250;
 
+// What belongs to one motion, before it is set.
+const NOTHING = { ranges: {}, zooms: {}, diagram: undefined, basins: undefined, design: undefined, digits: undefined };
+
 /**
  * Put the workbench into an element.
  *
@@ -55,7 +58,7 @@ class App {
   begin(study) {
     const { fit } = this.store.value;
     // What is fitted belongs to the motion before; the record stays.
-    const state = { study, view: "explore", ranges: {}, zooms: {}, diagram: undefined, basins: undefined, fit: fit && { ...fit, free: {} }, design: undefined, digits: undefined };
+    const state = { ...NOTHING, study, view: "explore", fit: fit && { ...fit, free: {} } };
     for (const view of Object.values(this.views)) view.begin?.(state);
     this.store.set(state, "all");
   }
@@ -175,7 +178,7 @@ class App {
 
   /** Show a state as a link holds it, in place of all that is set. */
   show(state) {
-    const whole = { ranges: {}, zooms: {}, diagram: undefined, basins: undefined, fit: undefined, design: undefined, mechanism: undefined, digits: undefined, tour: undefined, ...state };
+    const whole = { ...NOTHING, fit: undefined, mechanism: undefined, tour: undefined, ...state };
     for (const view of Object.values(this.views)) view.begin?.(whole);
     for (const view of Object.values(this.views)) view.restore?.(whole);
     this.store.set(whole, "all");

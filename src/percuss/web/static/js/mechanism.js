@@ -1,14 +1,14 @@
 // A structure of several masses: its mechanical picture, motions, a portrait, impacts and forces.
 
-import { element, shown } from "./dom.js";
+import { element, form, shown } from "./dom.js";
 import { OUTCOMES, card, count, multipliersText, unitCircle } from "./facts.js";
 import { choiceField } from "./fields.js";
 import { COMPACT, MASS_COLOURS, MechanismPicture, STOP_COLOURS } from "./mechanism_picture.js";
 import { Player } from "./player.js";
 import { Plot } from "./plots.js";
-import { Row } from "./row.js";
-import { between, bisect } from "./scales.js";
-import { isOne, legend, ofStop, showForces, stopName } from "./stop_forces.js";
+import { Row, showFaults } from "./row.js";
+import { between, bisect, endsOf } from "./scales.js";
+import { FORCES, isOne, legend, ofStop, showForces, stopName } from "./stop_forces.js";
 
 const POINTS = 4000, RESTED = 250, COMPILING = 1500, NARROW = 480;
 // More impacts than these are not marked on the curves, which they would hide.
@@ -79,7 +79,7 @@ export class Mechanism {
     this.player = new Player((time) => this.#show(time));
     this.#plots();
     this.#cards();
-    this.panel = element("form", { class: "panel", "aria-label": "Parameters of the structure", onsubmit: (event) => event.preventDefault() });
+    this.panel = form("panel", "Parameters of the structure");
     this.general = element("p", { class: "fault", role: "alert" });
     const drawing = element(
       "figure", { class: "plot drawing" },
@@ -110,10 +110,7 @@ export class Mechanism {
       title: "Impacts", x: "cycle (t / period) mod 1", y: "speed before the impact", kind: "points", names: ["cycle", "speed before"],
       about: "each impact or entry: when in the forcing period, and how fast the masses meet",
     });
-    this.forces = new Plot({
-      title: "Forces at stops", x: "time t", y: "force", kind: "line", names: ["t", "force"],
-      about: "lines: forces of soft stops, and of walls in contact; squares: impulses of impacts on walls",
-    });
+    this.forces = new Plot({ ...FORCES });
     this.plots = [this.motion, this.portrait, this.section, this.forces];
   }
 
@@ -204,14 +201,7 @@ export class Mechanism {
 
   #faults(faults) {
     clearTimeout(this.starting);
-    for (const row of this.rows.values()) row.fault("");
-    const rest = [];
-    for (const { path, reason } of faults) {
-      const row = this.rows.get(path);
-      if (row) row.fault(reason);
-      else rest.push(path ? `${path}: ${reason}` : reason);
-    }
-    this.general.textContent = rest.join("; ");
+    this.general.textContent = showFaults(this.rows, faults).join("; ");
     this.root.classList.toggle("stale", faults.length > 0);
     if (faults.length > 0 && this.curve === null) this.outcome.show("no motion", "");
   }
@@ -293,8 +283,7 @@ export class Mechanism {
       const [x, y] = ofStop(curve, k, curve.cycle, curve.speed);
       return { kind: "points", x, y, colour: STOP_COLOURS[k], size };
     });
-    let fastest = 0;
-    for (const speed of curve.speed) fastest = Math.max(fastest, speed);
+    const [, fastest] = endsOf(curve.speed);
     legend(this.section, stops.map((_, k) => [stopName(stops, k), STOP_COLOURS[k]]));
     this.section.show(dots, [], { x: [-0.015, 1.015], y: [0, fastest > 0 ? 1.08 * fastest : 1] });
     if (curve.cycle.length === 0) this.section.say("no stop is met");

@@ -114,16 +114,16 @@ export function equationOf({ oscillator }) {
 
 /** Return the rows of an oscillator: with a mass in engineers' units. */
 function oscillatorRows({ oscillator }, units) {
-  const stiffness = (range) => row("oscillator.stiffness", named("stiffness k", units.stiffness), range, null, "of the spring; 0: free flight");
-  if (oscillator.mass === undefined) return [stiffness([-1, 4]), row("oscillator.damping", named("damping a", units.damping), [0, 1], null, "the term is 2 a x′; a negative one feeds energy in")];
+  const stiffness = (range) => row("oscillator.stiffness", named("stiffness k", units.stiffness), range, "of the spring; 0: free flight");
+  if (oscillator.mass === undefined) return [stiffness([-1, 4]), row("oscillator.damping", named("damping a", units.damping), [0, 1], "the term is 2 a x′; a negative one feeds energy in")];
   const isRatio = "damping_ratio" in oscillator;
   const name = isRatio ? "damping_ratio" : "damping_coefficient";
   const about = isRatio ? "c over its critical value" : "the term is c x′; a negative one feeds energy in";
   const damping = isRatio ? "damping ratio" : named("damping c", units.damping);
   return [
-    row("oscillator.mass", named("mass m", units.mass), rangeAround(oscillator.mass), null, "forces are those on it"),
+    row("oscillator.mass", named("mass m", units.mass), rangeAround(oscillator.mass), "forces are those on it"),
     stiffness(rangeAround(oscillator.stiffness)),
-    row(`oscillator.${name}`, damping, isRatio ? [0, 1] : rangeAround(oscillator[name]), null, about),
+    row(`oscillator.${name}`, damping, isRatio ? [0, 1] : rangeAround(oscillator[name]), about),
   ];
 }
 
@@ -147,26 +147,26 @@ export function parametersOf(study) {
   const range = (value, usual) => (oscillator.mass === undefined ? usual : rangeAround(value));
   const { lengths: places, speeds } = rangesOf(study);
   const names = Object.keys(study.parameters ?? {});
-  const own = names.map((name) => row(`parameters.${name}`, name, rangeAround(study.parameters[name]), null, "a parameter: what is an expression of it follows"));
+  const own = names.map((name) => row(`parameters.${name}`, name, rangeAround(study.parameters[name]), "a parameter: what is an expression of it follows"));
   const groups = [
     ...(own.length > 0 ? [{ title: "Parameters", rows: own }] : []),
     { title: "Oscillator", rows: oscillatorRows(study, units) },
   ];
   (oscillator.stops ?? []).forEach((stop, i) => {
     const path = `oscillator.stops.${i}`;
-    const rows = [row(`${path}.at`, named("at", units.length), places, null, "where the stop is")];
+    const rows = [row(`${path}.at`, named("at", units.length), places, "where the stop is")];
     const table = stop.type === "wall" && typeof stop.restitution === "object" ? stop.restitution : null;
     // Of a table of restitutions over the speed each value has a slider.
     if (table !== null) rows.push(...tableRows(`${path}.restitution`, table, units));
-    else if (stop.type === "wall") rows.push(row(`${path}.restitution`, "restitution r", [0, 1], null, "1: no loss; 0: it stays"));
+    else if (stop.type === "wall") rows.push(row(`${path}.restitution`, "restitution r", [0, 1], "1: no loss; 0: it stays"));
     else {
-      rows.push(row(`${path}.stiffness`, named("stiffness", units.stiffness), range(stop.stiffness, [-0.9, 50]), null, "added to the spring's beyond the stop"));
-      rows.push(row(`${path}.damping`, named("damping", units.damping), range(stop.damping, [0, 2]), null, "added beyond the stop"));
+      rows.push(row(`${path}.stiffness`, named("stiffness", units.stiffness), range(stop.stiffness, [-0.9, 50]), "added to the spring's beyond the stop"));
+      rows.push(row(`${path}.damping`, named("damping", units.damping), range(stop.damping, [0, 2]), "added beyond the stop"));
     }
     const number = oscillator.stops.length === 1 ? "" : ` ${i + 1}`;
     groups.push({ title: `${stop.type === "wall" ? "Wall" : "Soft stop"}${number}`, stop: i, rows });
   });
-  groups.push({ title: "Forcing", rows: [row("forcing.constant", named("constant", units.force), range(study.forcing?.constant, [-2, 2]), null, "constant part of the force")] });
+  groups.push({ title: "Forcing", rows: [row("forcing.constant", named("constant", units.force), range(study.forcing?.constant, [-2, 2]), "constant part of the force")] });
   const harmonics = study.forcing?.harmonics ?? [];
   harmonics.forEach((harmonic, i) => {
     const path = `forcing.harmonics.${i}`;
@@ -175,28 +175,28 @@ export function parametersOf(study) {
       harmonic: i,
       rows: [
         row(`${path}.amplitude`, named("amplitude", units.force), range(harmonic.amplitude, [0, 3])),
-        row(`${path}.omega`, named("omega", units.frequency), range(harmonic.omega, [0.05, 6]), null, "angular frequency of the force"),
-        row(`${path}.phase`, "phase", [-Math.PI, Math.PI], null, "radians: cos(omega t + phase); -pi/2 makes a sine"),
+        row(`${path}.omega`, named("omega", units.frequency), range(harmonic.omega, [0.05, 6]), "angular frequency of the force"),
+        row(`${path}.phase`, "phase", [-Math.PI, Math.PI], "radians: cos(omega t + phase); -pi/2 makes a sine"),
       ],
     });
   });
   const record = study.forcing?.record;
   if (record !== undefined) {
-    const rows = [row("forcing.record.amplitude", "factor", rangeAround(record.amplitude ?? 1), null, "of the forces of the record")];
-    if (record.omega !== undefined) rows.push(row("forcing.record.omega", named("omega", units.frequency), [0.05, 6], null, "frequency of the wave"));
+    const rows = [row("forcing.record.amplitude", "factor", rangeAround(record.amplitude ?? 1), "of the forces of the record")];
+    if (record.omega !== undefined) rows.push(row("forcing.record.omega", named("omega", units.frequency), [0.05, 6], "frequency of the wave"));
     groups.push({ title: "Record", record: true, rows });
   }
   const lengths = {
-    periods: row("run.periods", "periods", [2, 400], 1, "how long it is followed, in forcing periods"),
-    t_end: row("run.t_end", named("duration", units.time), [1, 500], null, "the time until which it is followed"),
-    max_impacts: row("run.max_impacts", "impacts", [1, 1000], 1, "how many impacts it is followed"),
+    periods: row("run.periods", "periods", [2, 400], "how long it is followed, in forcing periods", 1),
+    t_end: row("run.t_end", named("duration", units.time), [1, 500], "the time until which it is followed"),
+    max_impacts: row("run.max_impacts", "impacts", [1, 1000], "how many impacts it is followed", 1),
   };
   groups.push({
     title: "Start and length",
     rows: [
-      row("start.x0", named("x0", units.length), places, null, "displacement at the start"),
-      row("start.v0", named("v0", units.velocity), speeds, null, "velocity at the start"),
-      row("start.t0", named("t0", units.time), [0, 10], null, "time at the start: where in its period the force is then; orbits that are opened bring it along"),
+      row("start.x0", named("x0", units.length), places, "displacement at the start"),
+      row("start.v0", named("v0", units.velocity), speeds, "velocity at the start"),
+      row("start.t0", named("t0", units.time), [0, 10], "time at the start: where in its period the force is then; orbits that are opened bring it along"),
       lengths[Object.keys(lengths).find((name) => name in study.run) ?? "t_end"],
     ],
   });
@@ -206,7 +206,7 @@ export function parametersOf(study) {
 /** Return the rows of a restitution that is a table over the speed of impacts. */
 function tableRows(path, { speeds = [], values = [] }, units) {
   const unit = units.velocity ? ` ${units.velocity}` : "";
-  return values.map((_, k) => row(`${path}.values.${k}`, `r at speed ${speeds[k]}${unit}`, [0, 1], null, "restitution, linear between the speeds"));
+  return values.map((_, k) => row(`${path}.values.${k}`, `r at speed ${speeds[k]}${unit}`, [0, 1], "restitution, linear between the speeds"));
 }
 
 /** Return a range of a slider about a value, from 0 where that is near. */
@@ -271,7 +271,7 @@ export function isTied(study, value) {
   return words.some((word) => Object.hasOwn(study.parameters ?? {}, word));
 }
 
-function row(path, label, range, step = null, about = null) {
+function row(path, label, range, about = null, step = null) {
   return { path, label, range, step, about };
 }
 

@@ -5,7 +5,7 @@ import { MechanismPicture } from "./mechanism_picture.js";
 import { isTied, limitsOf, named, numberOf, startAt, unitsOf } from "./models.js";
 import { Player } from "./player.js";
 import { typed } from "./row.js";
-import { between, grown } from "./scales.js";
+import { between, endsOf, grown } from "./scales.js";
 
 // Keys move the mass by about this part of the range of the picture, with Shift by a tenth of it.
 const STEP = 1 / 50;
@@ -36,12 +36,7 @@ export class OscillatorPicture {
   /** Take a motion; while something is held, what is seen only grows. */
   take(study, header, arrays, isHeld) {
     Object.assign(this, { study, header, curve: arrays });
-    let [low, high] = [Infinity, -Infinity];
-    for (const value of arrays.x) {
-      if (!Number.isFinite(value)) continue;
-      low = Math.min(low, value);
-      high = Math.max(high, value);
-    }
+    let [low, high] = endsOf(arrays.x);
     if (!(low <= high)) [low, high] = [-1, 1];
     if (low === high) [low, high] = [low - 0.5, high + 0.5];
     // Under the hand the mass keeps its scale.

@@ -10,12 +10,13 @@ const REST = "files, code and link are of the picture that is shown. Compute aga
 /**
  * Say what differs between the study a picture was made of and the one that is set; "" if nothing.
  *
- * path: the parameter that the picture goes over, which may be any; parts: those of the start that
+ * path, path2: parameters that the picture goes over, which may be any; parts: those of the start that
  * matter to it.
  */
-export function changedSince(made, now, { path = null, parts = ["x0", "v0", "t0"] } = {}) {
-  if (path !== null && get(now, path) === undefined && !path.startsWith("start.")) return `${MOTION}; ${REST}`;
-  const at = (study) => (path === null ? study : put(study, path, 0));
+export function changedSince(made, now, { path = null, path2 = null, parts = ["x0", "v0", "t0"] } = {}) {
+  const paths = [path, path2].filter((it) => it !== null);
+  if (paths.some((it) => get(now, it) === undefined && !it.startsWith("start."))) return `${MOTION}; ${REST}`;
+  const at = (study) => paths.reduce((made, it) => put(made, it, 0), study);
   const [one, other] = [at(made), at(now)];
   if (!sameMotion(one, other)) return `${MOTION}; ${REST}`;
   const value = (study, part) => numberOf(study.start?.[part] ?? 0);

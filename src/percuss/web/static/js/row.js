@@ -1,6 +1,6 @@
 // One parameter: a slider, a box, and the range of the slider.
 
-import { button, element } from "./dom.js";
+import { button, element, whileHeld } from "./dom.js";
 import { numberOf } from "./models.js";
 
 // With Shift a slider follows the pointer so many times slower.
@@ -158,12 +158,7 @@ export class Row {
       this.slider.value = String(Math.round(1000 * share));
       this.set(typed(tidy(Math.round((low + share * (high - low)) / unit) * unit, 1000 * unit)));
     };
-    const end = () => {
-      removeEventListener("pointermove", follow);
-      removeEventListener("pointerup", end);
-    };
-    addEventListener("pointermove", follow);
-    addEventListener("pointerup", end);
+    whileHeld(follow);
   }
 
   /** The arrow keys in a box change its last digit. */
@@ -182,6 +177,18 @@ export class Row {
 /** Return whether a text has names in it besides pi: a slider would replace the expression. */
 function isExpression(text) {
   return (text.match(/[A-Za-z_]\w*/g) ?? []).some((word) => word !== "pi" && !/^e\d*$/i.test(word));
+}
+
+/** Show faults beside the rows of their paths; return the sentences of those that belong to none. */
+export function showFaults(rows, faults) {
+  for (const row of rows.values()) row.fault("");
+  const rest = [];
+  for (const { path, reason } of faults) {
+    const row = rows.get(path);
+    if (row) row.fault(reason);
+    else rest.push(path ? `${path}: ${reason}` : reason);
+  }
+  return rest;
 }
 
 /** Return a number with as many digits as tell a thousandth of a width. */

@@ -78,6 +78,13 @@ export function grown(range, other, log) {
   ];
 }
 
+/** Return the least and the largest of values, of those that are finite. */
+export function endsOf(values) {
+  const ends = [Infinity, -Infinity];
+  widen(ends, values);
+  return ends;
+}
+
 /** Widen a range to hold values; those that are not finite take no part. */
 function widen(range, values) {
   let [low, high] = range;

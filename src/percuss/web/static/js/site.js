@@ -5,7 +5,7 @@ import { mount } from "./main.js";
 
 const NEEDED = "percuss on your machine: percuss serve";
 const NAMES = {
-  diagram: "this diagram needs", response: "response charts need", basins: "basins need", saddles: "saddles need",
+  diagram: "this diagram needs", sweep: "this chart needs pc.sweep, in", response: "response charts need", basins: "basins need", saddles: "saddles need",
   mechanism: "structures need", certify: "proofs need", record: "records need", measured: "fits need", fit: "fits need",
   design: "designs need", study_file: "study files need", explore: "this motion has numbers that need",
 };

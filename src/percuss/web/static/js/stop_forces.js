@@ -4,6 +4,12 @@ import { element } from "./dom.js";
 import { STOP_COLOURS } from "./mechanism_picture.js";
 import { extentOf } from "./scales.js";
 
+/** The options of their plot. */
+export const FORCES = {
+  title: "Forces at stops", x: "time t", y: "force", kind: "line", names: ["t", "force"],
+  about: "lines: forces of soft stops, and of walls in contact; squares: impulses of impacts on walls",
+};
+
 /** Return whether a direction is that of one mass. */
 export const isOne = (on) => on.filter((part) => part !== 0).length === 1;
 

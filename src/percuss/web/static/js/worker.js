@@ -2,6 +2,7 @@
 
 import { loadKernels } from "./kernels.js";
 import { basinsOf, classesOf } from "./local_basins.js";
+import { chartPart } from "./local_chart.js";
 import { diagramPart } from "./local_diagram.js";
 import { answerExponent } from "./local_exponent.js";
 import { answerMotion } from "./local_motion.js";
@@ -10,6 +11,7 @@ import { answerMotion } from "./local_motion.js";
 const ANSWERS = {
   facts: answerExponent,
   part: (kernels, { of, numbers }) => diagramPart(kernels, of, numbers),
+  cells: (kernels, { of, numbers }) => chartPart(kernels, of, numbers),
   classes: (kernels, { of, starts }) => classesOf(kernels, of.study, starts),
   basins: (kernels, { of, classes }) => basinsOf(kernels, of.study, classes),
 };
