@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import sys
 import time
 import warnings
@@ -15,6 +16,7 @@ from typer.testing import CliRunner
 
 import percuss as pc
 from percuss.cli import app
+from percuss.cli.terminal import ProgressBar
 from percuss.io import load_netcdf
 
 MODEL = f"{WALL_ABOVE}[draw]\npng = false\n"
@@ -79,6 +81,23 @@ def test_no_orbit_is_one_sentence() -> None:
     assert (status, out) == (2, "")
     assert err.count("\n") == 1
     assert "no orbit with 1 impact in 1 forcing period found" in err
+
+
+def test_sigterm_is_told_where_a_store_is_kept(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    real = ProgressBar.__call__
+
+    def terminated(bar: ProgressBar, done: float, total: float) -> bool:
+        if done > 0 and not bar.is_stopped:
+            signal.raise_signal(signal.SIGTERM)
+        return real(bar, done, total)
+
+    monkeypatch.setattr(ProgressBar, "__call__", terminated)
+    status, _, err = percuss("run", "basins.toml", "--store", "run.zarr")
+
+    assert status == 143
+    assert err.endswith("ended by SIGTERM; the same command goes on with run.zarr\n")
 
 
 def test_ctrl_c_leaves_a_store_that_the_same_command_goes_on_with(tmp_path: Path) -> None:

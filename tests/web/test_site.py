@@ -217,6 +217,19 @@ def test_a_report_goes_with_the_site(offline: BrowserContext, tmp_path: Path) ->
     page.close()
 
 
+def test_a_link_whose_motion_needs_python_says_so(site: Page, offline: BrowserContext) -> None:
+    set_box(site, "forcing.harmonics.0.omega", "2.8 + 1/10")
+    other = offline.new_page()
+    other.goto(link_of(site))
+    expect(other.locator(".stage > .fault").first).to_contain_text("percuss serve")
+    outcome = other.locator(".facts .card").first
+    expect(outcome).to_contain_text("no motion")
+    # Longer than the page waits until it says that the engine is compiled.
+    other.wait_for_timeout(2500)
+    expect(outcome).to_contain_text("no motion")
+    other.close()
+
+
 def test_the_tour_promises_no_card_that_is_not_there(site: Page) -> None:
     site.get_by_role("button", name="Tour", exact=True).click()
     tour = site.locator(".tour")

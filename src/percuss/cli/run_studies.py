@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
+import signal
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -155,9 +156,8 @@ class _Jobs:
 
     def _interrupted(self, bar: ProgressBar) -> int:
         if self._options.store is not None:
-            typer.echo(
-                f"interrupted; the same command goes on with {self._options.store}", err=True
-            )
+            ended = "ended by SIGTERM" if bar.signal == signal.SIGTERM else "interrupted"
+            typer.echo(f"{ended}; the same command goes on with {self._options.store}", err=True)
         return SIGNALLED + bar.signal if bar.signal else INTERRUPTED
 
     def _folder(self, file: Path) -> Path:

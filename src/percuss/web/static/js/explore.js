@@ -200,6 +200,8 @@ export class Explore {
   #faults(faults) {
     this.general.textContent = this.panel.showFaults(faults).join("; ");
     this.root.classList.add("stale");
+    clearTimeout(this.starting);
+    if (!this.curve) this.facts.outcome.show("no motion", "");
   }
 
   #show(study, header, arrays) {
