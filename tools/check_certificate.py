@@ -1961,24 +1961,40 @@ def proven_chaos(law: Law, text: Any) -> str:
     for i, first in enumerate(sets):
         if 2 * first.reach(0) * (1 << BITS) >= period.low:
             raise NotProvenError(f"set {i} is longer than a period")
+        with _told_of(f"of set {i}"):
+            first.coordinates()
         for j in range(i):
-            if not _are_apart(period, sets[j], first):
-                raise NotProvenError(f"sets {j} and {i} are not proven to be apart")
+            with _told_of(f"sets {j} and {i} are not proven to be apart"):
+                if not _are_apart(period, sets[j], first):
+                    raise NotProvenError("they may have points in common")
     if not sets or any(max(it["from"], it["to"]) >= len(sets) for it in transitions):
         raise NotProvenError(f"there are no sets, or a transition leads beyond the {len(sets)}")
     if growth <= 1:
         raise NotProvenError(f"a growth of {growth} is no chaos")
     _check_growth(len(sets), {(it["from"], it["to"]) for it in transitions}, growth)
-    for it in transitions:
-        _check_covering(law, bound, number, sets, it)
     entropy = _logarithm(growth)
+    if entropy == 0:
+        raise NotProvenError(f"a growth of {_told(growth)} a step is too little to be told")
+    for it in transitions:
+        with _told_of(f"from set {it['from']} to set {it['to']}"):
+            _check_covering(law, bound, number, sets, it)
     return (
-        f"The map from one departure from bound {bound} into region {number} to the next, modulo the "
-        f"period of the force, is chaotic: for every endless walk along the "
-        f"{len(transitions)} transitions between {len(sets)} disjoint sets there is a motion that visits "
-        f"the sets in its order, and for every closed walk one that is periodic. The topological entropy "
-        f"of the map on these motions is at least {_told(entropy)} an impact."
+        f"The map from one departure from bound {bound} into region {number} to the next, with t modulo "
+        f"the period of the force, {2 / law.base} pi, is chaotic: for every endless walk along the "
+        f"{len(transitions)} transitions between the {len(sets)} sets of the certificate, which are "
+        f"disjoint, there is a motion that visits the sets in its order, and for every closed walk one "
+        f"that is periodic. The topological entropy of the map on these motions is at least "
+        f"{_told(entropy)} an impact."
     )
+
+
+@contextmanager
+def _told_of(what: str) -> Iterator[None]:
+    """Say of what it is that something is not proven."""
+    try:
+        yield
+    except NotProvenError as error:
+        raise NotProvenError(f"{what}: {error}") from None
 
 
 def _are_apart(period: Interval, one: Set, other: Set) -> bool:
@@ -2008,10 +2024,9 @@ def _are_apart_by(one: Set, other: Set, shift: Interval) -> bool:
 
 def _check_covering(law: Law, bound: int, number: int, sets: Sequence[Set], claim: Any) -> None:
     """Prove that the image of a strip of one set lies across another."""
-    first, second = sets[claim["from"]], sets[claim["to"]]
-    name, at, half = f"set {claim['from']} to set {claim['to']}", claim["at"], claim["half"]
+    first, second, at, half = sets[claim["from"]], sets[claim["to"]], claim["at"], claim["half"]
     if not (half > 0 and abs(at) + half <= 1):
-        raise NotProvenError(f"from {name}: the strip is not in its set")
+        raise NotProvenError("the strip is not in its set")
     shift = claim["turns"] * law.period()
     to_second = second.coordinates()
     image, _ = _image(law, bound, number, first.box((at, at), (Fraction(0), Fraction(0))))
@@ -2036,7 +2051,7 @@ def _check_covering(law: Law, bound: int, number: int, sets: Sequence[Set], clai
             # No parts are small enough.
             break
     raise NotProvenError(
-        f"from {name}: the image reaches {_told(Fraction(beyond, unit))} along and "
+        f"the image reaches {_told(Fraction(beyond, unit))} along and "
         f"{_told(Fraction(within, unit))} across, which should be above and below 1"
     )
 
@@ -2117,7 +2132,7 @@ def _check_growth(n: int, transitions: set[tuple[int, int]], growth: Fraction) -
 
 def _logarithm(value: Fraction) -> Fraction:
     """Return a number, of six decimals, not above the natural logarithm."""
-    low, high = 0, 10**6 * ceil(value)
+    low, high = 0, 10**6 * ceil(value).bit_length()
     while high - low > 1:
         middle = (low + high) // 2
         fits = exponential(of(Fraction(middle, 10**6))).high <= of(value).low

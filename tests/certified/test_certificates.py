@@ -833,10 +833,34 @@ def test_chaos_of_no_sets_or_of_one_loop_is_refused(chaos: dict[str, Any]) -> No
         {"sets": chaos["sets"][:1], "transitions": itself},
         {"sets": chaos["sets"][:1]},
         {"growth": "1"},
+        {"growth": "1000000001/1000000000"},
     ]
     for change in changes:
         with pytest.raises(check.NotProvenError):
             check.theorem(json.dumps(chaos | change))
+
+
+def test_chaos_says_what_and_where(chaos: dict[str, Any]) -> None:
+    n = len(chaos["sets"])
+    words = check.theorem(json.dumps(chaos))
+    assert f"the {n} sets of the certificate" in words
+    assert "the period of the force, 5/7 pi, is" in words
+
+    flat = copy.deepcopy(chaos)
+    flat["sets"][3]["stable"] = flat["sets"][3]["unstable"]
+    with pytest.raises(check.NotProvenError, match="of set 3: the sides of a set are parallel"):
+        check.theorem(json.dumps(flat))
+    # So flat that its sides are parallel to all bits.
+    unstable = [Fraction(x) for x in flat["sets"][3]["unstable"]]
+    flat["sets"][3]["stable"] = [str(unstable[0] * (1 + Fraction(1, 10**60))), str(unstable[1])]
+    with pytest.raises(check.NotProvenError, match=r"sets? [0-9]+ (and|to) "):
+        check.theorem(json.dumps(flat))
+    # A set through which a graze goes: some of its states do not leave the wall.
+    (t, _), (at_t, _) = chaos["sets"][0]["center"], chaos["sets"][0]["unstable"]
+    slow = copy.deepcopy(chaos)
+    slow["sets"][0] |= {"center": [t, "0"], "unstable": [at_t, "0"], "stable": ["0", "1/100"]}
+    with pytest.raises(check.NotProvenError, match="from set 0 to set 0: "):
+        check.theorem(json.dumps(slow))
 
 
 def two_walls(upper: str) -> dict[str, Any]:

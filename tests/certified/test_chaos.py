@@ -116,6 +116,9 @@ def test_sets_are_disjoint_and_a_set_is_not_disjoint_from_itself(
         # A whole period later it is the same set.
         (t, v), unstable, stable = first
         assert not are_disjoint(surface, first, HSet((t + PERIOD, v), unstable, stable))
+        # Nothing is said of sets longer than a period, or so far apart that other shifts count.
+        assert not are_disjoint(surface, first, HSet((t + 2 * PERIOD, v), unstable, stable))
+        assert not are_disjoint(surface, first, HSet((t, v + 9.0), (PERIOD, 0.0), stable))
         assert all(
             are_disjoint(surface, a, b) for i, a in enumerate(chaos.sets) for b in chaos.sets[:i]
         )
