@@ -54,8 +54,8 @@ SET_BITS, SMALLEST_PART, MOST_EVENTS = 64, Fraction(1, 2**10), 60
 PARTS_OF_STRIP = (1, 3, 9, 27)
 # A certificate has no numbers of more digits, whole numbers above that, lists of more impacts or periods.
 DIGITS, COUNT, MOST_RETURNS = 2000, 10**9, 100
-# Steps of flights that a proof may take: some hours.
-MOST_STEPS = 2 * 10**7
+# States of flights that a proof may compute, those of many bits counted several times: some hours.
+MOST_STATES = 10**8
 # Arguments y of cos y, cosh y and e^y are no larger than the root of this.
 LARGEST_ARGUMENT = 1 << 24
 # How long before a touch x'' is to point off the wall: the first of these that suffices.
@@ -67,13 +67,19 @@ class NotProvenError(Exception):
 
 
 class TooLongError(Exception):
-    """A proof takes more steps than are tried, which smaller parts would not change."""
+    """A proof takes more than is tried, which smaller parts would not change."""
 
 
 class Work:
-    """Steps of flights so far."""
+    """States of flights that have been computed."""
 
-    steps = 0
+    states = 0
+
+    @classmethod
+    def goes_on(cls) -> None:
+        cls.states += max(1, BITS // COARSE)
+        if cls.states > MOST_STATES:
+            raise TooLongError
 
 
 class ContradictedError(NotProvenError):
@@ -448,6 +454,7 @@ class Flight:
 
     def at(self, tau: Interval) -> tuple[Any, Any]:
         """Return x and v."""
+        Work.goes_on()
         x_x, v_x, x_v, v_v = self.response(tau)
         x, v = self._particular(tau, self.start.t + tau)
         p, q = self.free
@@ -469,9 +476,7 @@ class Flight:
         By Taylor's theorem, with x and v on all of the step in intervals that Picard's operator maps
         into themselves, and therefore hold the motion.
         """
-        Work.steps += 1
-        if Work.steps > MOST_STEPS:
-            raise TooLongError
+        Work.goes_on()
         since, force = of(0, h), self.force(of(begin, begin + h))
         first_x, first_v = x, v = self.at(of(begin)) if begin else (self.start.x, self.start.v)
         for _ in range(12):
@@ -793,14 +798,18 @@ def law_of(text: Any, p: Fraction | None = None) -> Law:
         raise NotProvenError("the force does not repeat after its period")
     if tones and gcd(*(n.numerator for n in multiples)) != 1:
         raise NotProvenError("the force repeats before its period ends")
-    if any(not any(signs) for signs in _signs_of_waves(law).values()):
-        raise NotProvenError("a tone has no amplitude, or those of one frequency may cancel")
     edges = [bound.at for bound in bounds if bound.restitution is None]
     for at, (lower, upper) in zip(edges, pairwise(regions), strict=True):
         # A soft stop is a spring from its edge on: with it the force at rest there is the same.
         if lower.constant - lower.stiffness * at != upper.constant - upper.stiffness * at:
             raise NotProvenError("the force jumps at the edge of a stop")
     return law
+
+
+def check_period(law: Law) -> None:
+    """Prove that the period of a law is that of its force, which no shorter one is."""
+    if not all(any(signs) for signs in _signs_of_waves(law).values()):
+        raise NotProvenError("a tone has no amplitude, or those of one frequency may cancel")
 
 
 def _signs_of_waves(law: Law) -> dict[Fraction, tuple[int, int]]:
@@ -2219,11 +2228,14 @@ def theorem(text: str) -> str:
         raise NotProvenError(f"no certificate, or one cut off or changed: {error!r}") from None
     # The law of a branch is another one at each parameter.
     law = None if kind == "branch" else law_of(claims["law"])
-    Work.steps = 0
+    # A run has nothing to do with a period.
+    if law is not None and kind != "run":
+        check_period(law)
+    Work.states = 0
     try:
         proven = KINDS[kind](law, claims)
     except TooLongError:
-        raise NotProvenError(f"not within {MOST_STEPS} steps of flights") from None
+        raise NotProvenError(f"not within {MOST_STATES} states of flights") from None
     return f"{proven}\nWhat moves:\n{equation(claims['law'])}"
 
 
