@@ -52,12 +52,34 @@ SMALLEST_BOX, FINEST_STEP = Fraction(1, 2**24), Fraction(1, 64)
 SET_BITS, SMALLEST_PART, MOST_EVENTS = 64, Fraction(1, 2**10), 60
 # Each half of a strip of a branch is divided into so many parts along its coordinate.
 PARTS_OF_STRIP = (1, 3, 9, 27)
+# A certificate has no numbers of more digits, whole numbers above that, lists of more impacts or periods.
+DIGITS, COUNT, MOST_RETURNS = 2000, 10**9, 100
+# States of flights that a proof may compute, those of many bits counted several times: some hours.
+MOST_STATES = 10**8
+# Arguments y of cos y, cosh y and e^y are no larger than the root of this.
+LARGEST_ARGUMENT = 1 << 24
 # How long before a touch x'' is to point off the wall: the first of these that suffices.
 LIFTS = tuple(Fraction(1, n) for n in (4, 16, 64, 256, 1024))
 
 
 class NotProvenError(Exception):
     """What is claimed is not proven."""
+
+
+class TooLongError(Exception):
+    """A proof takes more than is tried, which smaller parts would not change."""
+
+
+class Work:
+    """States of flights that have been computed."""
+
+    states = 0
+
+    @classmethod
+    def goes_on(cls) -> None:
+        cls.states += max(1, BITS // COARSE)
+        if cls.states > MOST_STATES:
+            raise TooLongError
 
 
 class ContradictedError(NotProvenError):
@@ -226,6 +248,8 @@ def _cosine_series(z: Interval) -> tuple[Interval, Interval]:
     before. C' = S/2 and |S'| <= max(1, S)/6 carry them to all of z.
     """
     m, radius = (z.low + z.high) // 2, (z.width + 2) // 2
+    if z.size > LARGEST_ARGUMENT << BITS:
+        raise NotProvenError("an argument is too large for a series")
     sums = [1 << BITS, 1 << BITS]
     term, k = 1 << BITS, 0
     while True:
@@ -430,6 +454,7 @@ class Flight:
 
     def at(self, tau: Interval) -> tuple[Any, Any]:
         """Return x and v."""
+        Work.goes_on()
         x_x, v_x, x_v, v_v = self.response(tau)
         x, v = self._particular(tau, self.start.t + tau)
         p, q = self.free
@@ -451,6 +476,7 @@ class Flight:
         By Taylor's theorem, with x and v on all of the step in intervals that Picard's operator maps
         into themselves, and therefore hold the motion.
         """
+        Work.goes_on()
         since, force = of(0, h), self.force(of(begin, begin + h))
         first_x, first_v = x, v = self.at(of(begin)) if begin else (self.start.x, self.start.v)
         for _ in range(12):
@@ -616,14 +642,15 @@ def after(law: Law, event: Event) -> State:
 
 
 LEAVES = {
-    "q": "rational number p/q",
-    "n": "whole number from 0",
-    "z": "whole number",
+    "q": f"rational number p/q of at most {DIGITS} digits each",
+    "n": f"whole number from 0 to {COUNT}",
+    "z": f"whole number of at most {COUNT} in size",
     "l": "rational number, or a pair of them, a and b, for a + b p",
     "l?": "rational number, or a pair of them, or null",
     "n?": "whole number from 0, or null",
     "w": "word",
 }
+NUMBER = re.compile(f"-?[0-9]{{1,{DIGITS}}}(/[0-9]{{1,{DIGITS}}})?")
 PAIR = ("q", "q")
 # Numbers of the law of a branch may depend on its parameter p.
 LAW = {
@@ -707,10 +734,11 @@ def read(value: Any, form: Any) -> Any:
         return None
     if form[0] == "l" and isinstance(value, list):
         return read(value, PAIR)
-    if form[0] in "ql" and isinstance(value, str) and re.fullmatch("-?[0-9]+(/[0-9]+)?", value):
+    if form[0] in "ql" and isinstance(value, str) and NUMBER.fullmatch(value):
         return Fraction(value)
     # True is an int, too.
-    if form[0] in "nz" and type(value) is int and (value >= 0 or form == "z"):
+    least = -COUNT if form == "z" else 0
+    if form[0] in "nz" and type(value) is int and least <= value <= COUNT:
         return value
     if form == "w" and isinstance(value, str):
         return value
@@ -776,6 +804,33 @@ def law_of(text: Any, p: Fraction | None = None) -> Law:
         if lower.constant - lower.stiffness * at != upper.constant - upper.stiffness * at:
             raise NotProvenError("the force jumps at the edge of a stop")
     return law
+
+
+def check_period(law: Law) -> None:
+    """Prove that the period of a law is that of its force, which no shorter one is."""
+    if not all(any(signs) for signs in _signs_of_waves(law).values()):
+        raise NotProvenError("a tone has no amplitude, or those of one frequency may cancel")
+
+
+def _signs_of_waves(law: Law) -> dict[Fraction, tuple[int, int]]:
+    """Return, for each frequency, the signs of its tones' parts in phase with cos and with sin.
+
+    A frequency with a part that is not zero is one of the force.
+    """
+    waves: dict[Fraction, list[Tone]] = {}
+    for tone in law.tones:
+        waves.setdefault(tone.omega / law.base, []).append(tone)
+    signs = {}
+    for multiple, tones in waves.items():
+        # So that a small amplitude is no rounding error.
+        unit = max(abs(tone.amplitude) for tone in tones) or 1
+        parts = [
+            tuple(tone.amplitude / unit * part for part in law.cycles(tone, of(0)))
+            for tone in tones
+        ]
+        cos, sin = (_sign(sum(part, of(0))) for part in zip(*parts, strict=True))
+        signs[multiple] = cos, sin
+    return signs
 
 
 def law_over(text: Any, p: Any) -> Law:
@@ -1200,10 +1255,14 @@ class Strip:
             box[i] = box[i] + width
         return box
 
-    def has_only(self, box: Sequence[Interval]) -> bool:
-        """Return whether an orbit in a box is one of its own: none is near it but these."""
+    def has_only(self, box: Sequence[Interval], coordinate: Fraction | None = None) -> bool:
+        """Return whether an orbit in a box is one of its own: none is near it but these.
+
+        ``coordinate`` is that of the strip where it is known exactly: a box is rounded outward.
+        """
         eta = box[self.along]
-        if not of(min(self.ends), max(self.ends)).holds(eta):
+        low, high = (coordinate, coordinate) if coordinate is not None else eta.fractions()
+        if low < min(self.ends) or high > max(self.ends):
             return False
         tangent = self.around(eta, [of(0)] * self.n)
         apart = [
@@ -1219,9 +1278,14 @@ class Strip:
 
         Those from a graze reach beyond the first orbit of the next strip; else it is that at their end.
         """
-        if self.slow is not None and self.has_only(following.orbit_at(0, steps)):
-            return True
-        return following.has_only(self.orbit_at(1, steps))
+        return (self.slow is not None and following.begins_in(self, 0, steps)) or self.begins_in(
+            following, 1, steps
+        )
+
+    def begins_in(self, other: Strip, end: int, steps: int) -> bool:
+        """Return whether the orbit at one end is one of another strip."""
+        is_known = self.along == other.along
+        return other.has_only(self.orbit_at(end, steps), self.ends[end] if is_known else None)
 
     def orbit_at(self, end: int, steps: int = 0) -> list[Interval]:
         """Return a box with the orbit at its begin, 0, or end, 1; smaller after some steps."""
@@ -1291,6 +1355,11 @@ def _check_range(text: Any, curve: Any) -> None:
     laws = [law_of(text, p) for p in (low, (low + high) / 2, high)]
     if len({tuple(tone.omega / law.base for tone in law.tones) for law in laws}) > 1:
         raise NotProvenError("the frequencies are not the same multiples of their base throughout")
+    # What is linear in p has one sign between two values at which it has that.
+    signs = [_signs_of_waves(law) for law in laws]
+    for wave in signs[0]:
+        if not any({s[wave][i] for s in signs} in ({1}, {-1}) for i in range(2)):
+            raise NotProvenError("a tone may have no amplitude at some parameter")
     if curve["periods"].denominator == 2 and not all(_is_symmetric(law) for law in laws):
         raise NotProvenError("an orbit of half periods is of a law without the symmetry")
 
@@ -1511,6 +1580,10 @@ def proven_list(law: Law, claims: Any) -> str:
     n, p, (slow, fast), cycle = (claims[key] for key in ("impacts", "periods", "speeds", "cycle"))
     if len(law.bounds) != 1 or law.bounds[0].restitution is None:
         raise NotProvenError("a list is checked for one wall and no other stop")
+    if max(n, p) > MOST_RETURNS:
+        raise NotProvenError(
+            f"a list of more than {MOST_RETURNS} impacts or periods is not checked"
+        )
     if n < 1 or p < 1 or not 0 < slow < fast or not 0 <= cycle[0] < cycle[1] <= 1:
         raise NotProvenError("the region of a list is empty, or reaches to speed 0")
     if any(it[key][0] >= it[key][1] for it in claims["boxes"] for key in ("cycle", "v")):
@@ -1523,6 +1596,7 @@ def proven_list(law: Law, claims: Any) -> str:
         if rounds.denominator != 1 or rounds * orbit["periods"] != p:
             raise NotProvenError("an orbit has not the impacts and periods of the list")
         events += [(of(*event["t"]), of(*event["v"])) for event in orbit["events"]]
+    _check_different(law, claims["orbits"])
     known = [returns.box(it["cycle"], it["v"]) for it in claims["boxes"]]
     for box in known:
         if not any(_holds_state(box, event, returns.period) for event in events) and not (
@@ -1896,31 +1970,51 @@ def proven_chaos(law: Law, text: Any) -> str:
     for i, first in enumerate(sets):
         if 2 * first.reach(0) * (1 << BITS) >= period.low:
             raise NotProvenError(f"set {i} is longer than a period")
+        with _told_of(f"of set {i}"):
+            first.coordinates()
         for j in range(i):
-            if not _are_apart(period, sets[j], first):
-                raise NotProvenError(f"sets {j} and {i} are not proven to be apart")
+            with _told_of(f"sets {j} and {i} are not proven to be apart"):
+                if not _are_apart(period, sets[j], first):
+                    raise NotProvenError("they may have points in common")
     if not sets or any(max(it["from"], it["to"]) >= len(sets) for it in transitions):
         raise NotProvenError(f"there are no sets, or a transition leads beyond the {len(sets)}")
     if growth <= 1:
         raise NotProvenError(f"a growth of {growth} is no chaos")
     _check_growth(len(sets), {(it["from"], it["to"]) for it in transitions}, growth)
-    for it in transitions:
-        _check_covering(law, bound, number, sets, it)
     entropy = _logarithm(growth)
+    if entropy == 0:
+        raise NotProvenError(f"a growth of {_told(growth)} a step is too little to be told")
+    for it in transitions:
+        with _told_of(f"from set {it['from']} to set {it['to']}"):
+            _check_covering(law, bound, number, sets, it)
     return (
-        f"The map from one departure from bound {bound} into region {number} to the next, modulo the "
-        f"period of the force, is chaotic: for every endless walk along the "
-        f"{len(transitions)} transitions between {len(sets)} disjoint sets there is a motion that visits "
-        f"the sets in its order, and for every closed walk one that is periodic. The topological entropy "
-        f"of the map on these motions is at least {_told(entropy)} an impact."
+        f"The map from one departure from bound {bound} into region {number} to the next, with t modulo "
+        f"the period of the force, {2 / law.base} pi, is chaotic: for every endless walk along the "
+        f"{len(transitions)} transitions between the {len(sets)} sets of the certificate, which are "
+        f"disjoint, there is a motion that visits the sets in its order, and for every closed walk one "
+        f"that is periodic. The topological entropy of the map on these motions is at least "
+        f"{_told(entropy)} an impact."
     )
 
 
+@contextmanager
+def _told_of(what: str) -> Iterator[None]:
+    """Say of what it is that something is not proven."""
+    try:
+        yield
+    except NotProvenError as error:
+        raise NotProvenError(f"{what}: {error}") from None
+
+
 def _are_apart(period: Interval, one: Set, other: Set) -> bool:
-    reach = one.reach(0) + other.reach(0)
-    distance = other.center[0] - one.center[0]
-    most = ceil((abs(distance) + reach) * (1 << BITS) / period.low) + 1
-    return all(_are_apart_by(one, other, n * period) for n in range(-most, most + 1))
+    reach, distance = one.reach(0) + other.reach(0), one.center[0] - other.center[0]
+    # Whole periods by which the instants of the other one may be moved to some of the first.
+    (low, _), (_, high) = ((of(distance + by) / period).fractions() for by in (-reach, reach))
+    first, last = ceil(low), floor(high)
+    # Each is shorter than a period, so more are of a distance that is not known well.
+    return last - first < 3 and all(
+        _are_apart_by(one, other, n * period) for n in range(first, last + 1)
+    )
 
 
 def _are_apart_by(one: Set, other: Set, shift: Interval) -> bool:
@@ -1939,10 +2033,9 @@ def _are_apart_by(one: Set, other: Set, shift: Interval) -> bool:
 
 def _check_covering(law: Law, bound: int, number: int, sets: Sequence[Set], claim: Any) -> None:
     """Prove that the image of a strip of one set lies across another."""
-    first, second = sets[claim["from"]], sets[claim["to"]]
-    name, at, half = f"set {claim['from']} to set {claim['to']}", claim["at"], claim["half"]
+    first, second, at, half = sets[claim["from"]], sets[claim["to"]], claim["at"], claim["half"]
     if not (half > 0 and abs(at) + half <= 1):
-        raise NotProvenError(f"from {name}: the strip is not in its set")
+        raise NotProvenError("the strip is not in its set")
     shift = claim["turns"] * law.period()
     to_second = second.coordinates()
     image, _ = _image(law, bound, number, first.box((at, at), (Fraction(0), Fraction(0))))
@@ -1967,7 +2060,7 @@ def _check_covering(law: Law, bound: int, number: int, sets: Sequence[Set], clai
             # No parts are small enough.
             break
     raise NotProvenError(
-        f"from {name}: the image reaches {_told(Fraction(beyond, unit))} along and "
+        f"the image reaches {_told(Fraction(beyond, unit))} along and "
         f"{_told(Fraction(within, unit))} across, which should be above and below 1"
     )
 
@@ -2048,7 +2141,7 @@ def _check_growth(n: int, transitions: set[tuple[int, int]], growth: Fraction) -
 
 def _logarithm(value: Fraction) -> Fraction:
     """Return a number, of six decimals, not above the natural logarithm."""
-    low, high = 0, 10**6 * ceil(value)
+    low, high = 0, 10**6 * ceil(value).bit_length()
     while high - low > 1:
         middle = (low + high) // 2
         fits = exponential(of(Fraction(middle, 10**6))).high <= of(value).low
@@ -2059,6 +2152,8 @@ def _logarithm(value: Fraction) -> Fraction:
 def _told(value: Fraction, digits: int = 9) -> str:
     """Return a number with some digits, rounded down."""
     sign, whole = ("-", -value) if value < 0 else ("", value)
+    if whole >= 10**DIGITS:
+        return f"{sign}10^{DIGITS} and more"
     number, unit = floor(whole * 10**digits), 10**digits
     return f"{sign}{number // unit}.{number % unit:0{digits}d}".rstrip("0").rstrip(".")
 
@@ -2133,7 +2228,15 @@ def theorem(text: str) -> str:
         raise NotProvenError(f"no certificate, or one cut off or changed: {error!r}") from None
     # The law of a branch is another one at each parameter.
     law = None if kind == "branch" else law_of(claims["law"])
-    return f"{KINDS[kind](law, claims)}\nWhat moves:\n{equation(claims['law'])}"
+    # A run has nothing to do with a period.
+    if law is not None and kind != "run":
+        check_period(law)
+    Work.states = 0
+    try:
+        proven = KINDS[kind](law, claims)
+    except TooLongError:
+        raise NotProvenError(f"not within {MOST_STATES} states of flights") from None
+    return f"{proven}\nWhat moves:\n{equation(claims['law'])}"
 
 
 def main(arguments: Sequence[str]) -> int:

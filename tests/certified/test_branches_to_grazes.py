@@ -221,6 +221,18 @@ def test_a_graze_of_other_equations_or_beyond_another_stop_is_refused(
             check.theorem(
                 json.dumps(claims | {"curves": [claims["curves"][0] | {"strips": change}]})
             )
+    # A second event that the equation does not have: at another stop, or into another region.
+    (curve,) = claims["curves"]
+    for event in ({"bound": 7, "region": 0}, {"bound": 0, "region": 7}):
+        longer = {"events": [*curve["events"], event], "strips": [
+            first | {
+                "middle": [*first["middle"][:2], "4", "1", first["middle"][-1]],
+                "tangent": [*first["tangent"][:2], "0", "0", first["tangent"][-1]],
+                "sizes": [*first["sizes"][:2], "1/1000", "1/1000", first["sizes"][-1]],
+            }
+        ]}  # fmt: skip
+        with pytest.raises(check.NotProvenError):
+            check.theorem(json.dumps(claims | {"curves": [curve | longer]}))
     # A second wall, which the orbits meet on the way; and one that they do not come to.
     for at, is_met in (("-7/10", True), ("-7", False)):
         other = copy.deepcopy(claims)

@@ -519,6 +519,138 @@ def test_a_list_without_one_of_its_orbits_is_refused(complete: dict[str, Any]) -
         check.theorem(json.dumps(other))
 
 
+def later(orbit: dict[str, Any], periods: int) -> dict[str, Any]:
+    """Return an orbit of cos 14 t/5 some periods of the force later, in boxes that are wide enough."""
+    shift = periods * Fraction(str(5 * np.pi / 7))
+    events = [
+        event
+        | {
+            "t": [
+                str(Fraction(end) + shift + off)
+                for end, off in zip(event["t"], off_by, strict=True)
+            ]
+        }
+        for event in orbit["events"]
+        for off_by in [(-Fraction(1, 10**9), Fraction(1, 10**9))]
+    ]
+    return orbit | {"events": events}
+
+
+def test_an_orbit_counts_once_in_a_list(complete: dict[str, Any]) -> None:
+    (orbit,) = complete["orbits"]
+
+    assert "is among 1 orbit (" in check.theorem(
+        json.dumps(complete | {"orbits": [later(orbit, 0)]})
+    )
+    for again in (orbit, later(orbit, 0), later(orbit, 1), later(orbit, -7)):
+        with pytest.raises(check.NotProvenError, match="orbits 0 and 1 may be one"):
+            check.theorem(json.dumps(complete | {"orbits": [orbit, again]}))
+
+
+def wave(omega: str, amplitude: Any, phase: str = "0") -> dict[str, Any]:
+    return {"omega": omega, "amplitude": amplitude, "phase": [phase, "0"]}
+
+
+@pytest.mark.parametrize(
+    "tones",
+    [
+        [wave("7/5", "0")],
+        [wave("7/5", "1/3"), wave("7/5", "1/3", "1")],
+        [wave("7/5", "1/3"), wave("7/5", "1/3", "2/3"), wave("7/5", "1/3", "-2/3")],
+    ],
+    ids=["no amplitude", "two that cancel", "three that cancel"],
+)
+def test_a_tone_that_is_none_does_not_make_the_period_longer(
+    orbit: dict[str, Any], tones: list[dict[str, Any]]
+) -> None:
+    other = copy.deepcopy(orbit)
+    other["law"]["tones"] += tones
+    other["law"]["base"] = "7/5"
+    # Two periods of the force, which would be called one.
+    other["events"] += later(orbit, 1)["events"]
+
+    with pytest.raises(check.NotProvenError, match="no amplitude"):
+        check.theorem(json.dumps(other))
+
+
+def test_tones_of_one_frequency_that_do_not_cancel_are_one_force(orbit: dict[str, Any]) -> None:
+    tiny = f"1/{10**60}"
+    for tones in (
+        [wave("14/5", "1/2"), wave("14/5", "1/2")],
+        [wave("14/5", "1"), wave("14/5", tiny), wave("14/5", f"-{tiny}")],
+        [wave("14/5", "1", "1/3"), wave("14/5", "1", "-1/3")],
+    ):
+        other = copy.deepcopy(orbit)
+        other["law"]["tones"] = tones
+        assert "5/7 pi long" in check.theorem(json.dumps(other))
+
+
+def test_a_run_may_have_tones_that_are_none() -> None:
+    for force in (
+        pc.cosine("14/5") + pc.cosine(1, amplitude=0),
+        pc.cosine("14/5") + pc.cosine(1, amplitude="1/3") + pc.cosine(1, amplitude="-1/3"),
+    ):
+        claims = certificate(run_of(WALL, force, v0="1/2", max_impacts=4))
+        assert "at 4 instants" in check.theorem(json.dumps(claims))
+
+
+def test_a_tone_without_amplitude_is_left_out_of_a_certificate(orbit: dict[str, Any]) -> None:
+    force = pc.Forcing((pc.Harmonic(1, "14/5"), pc.Harmonic(0, "7/5")), period=pc.pi_times("10/7"))
+    claims = certificate(pc.certify(pc.find_orbit(WALL, force, 2, 1)))
+
+    assert claims["law"] == orbit["law"]
+    assert claims["periods"] == 2
+    assert "in 2 periods of the force, 10/7 pi long" in check.theorem(json.dumps(claims))
+
+
+def test_a_tone_that_vanishes_on_a_branch_is_refused(branch: dict[str, Any]) -> None:
+    p = Fraction(branch["curves"][0]["strips"][0]["middle"][-1])
+    for tones in (
+        [wave("11/10", "1"), wave("33/10", [str(-p), "1"])],
+        [wave("11/10", "1"), wave("33/10", ["0", "1"]), wave("33/10", str(p), "1")],
+    ):
+        other = copy.deepcopy(branch)
+        other["law"]["tones"] = tones
+        with pytest.raises(check.NotProvenError, match="no amplitude at some parameter"):
+            check.theorem(json.dumps(other))
+
+
+@pytest.mark.parametrize("gap", [Fraction(1, 10**40), Fraction(1, 2**6000)], ids=["40", "1800"])
+def test_strips_with_a_gap_between_them_are_no_curve(branch: dict[str, Any], gap: Fraction) -> None:
+    (curve,) = branch["curves"]
+    first, second, *_ = curve["strips"]
+    assert first["along"] == second["along"]
+    assert first["end"] == second["begin"]
+    sign = 1 if Fraction(second["end"]) > Fraction(second["begin"]) else -1
+    begin = Fraction(second["begin"]) + sign * gap
+    middle = list(second["middle"])
+    middle[second["along"]] = str((begin + Fraction(second["end"])) / 2)
+    apart = second | {"begin": str(begin), "middle": middle}
+
+    with pytest.raises(check.NotProvenError, match="the curve is not proven to go on"):
+        check.theorem(json.dumps(branch | {"curves": [curve | {"strips": [first, apart]}]}))
+
+
+def test_strips_that_meet_at_a_third_are_a_curve(branch: dict[str, Any]) -> None:
+    (curve,) = branch["curves"]
+    first, *_ = curve["strips"]
+    low, high = Fraction(first["begin"]), Fraction(first["end"])
+    # No number of units of an interval, however many bits it has.
+    third = low + (high - low) / 3
+    strips = []
+    for begin, end in ((low, third), (third, high)):
+        shift = (begin + end) / 2 - (low + high) / 2
+        middle = [
+            str(Fraction(p) + shift * Fraction(slope))
+            for p, slope in zip(first["middle"], first["tangent"], strict=True)
+        ]
+        strips.append(first | {"begin": str(begin), "end": str(end), "middle": middle})
+
+    assert "The 2 strips" in check.theorem(
+        json.dumps(branch | {"curves": [curve | {"strips": strips}]})
+    )
+
+
 def test_a_solution_that_passes_through_the_wall_is_no_orbit_of_a_list() -> None:
     osc = pc.impact_oscillator("4/5", wall="1/5")
     found = list_orbits(osc, pc.cosine("7/2"), speeds=("1/20", 2))
@@ -582,6 +714,108 @@ def test_what_could_be_read_in_two_ways_or_not_at_all_is_refused(
         check.theorem(json.dumps(other))
 
 
+NINES = "9" * 2000
+
+
+@pytest.mark.parametrize(
+    ("place", "value"),
+    [
+        (("law", "regions", 0, "damping"), f"7{'0' * 4299}1/9{'0' * 4299}7"),
+        (("law", "regions", 0, "damping"), f"1/{'9' * 2001}"),
+        (("law", "bounds", 0, "restitution"), f"1{'0' * 4298}/{'9' * 4300}"),
+        (("law", "base"), f"11{'0' * 2000}/1{'0' * 2001}"),
+        (("start", "t"), ["0", "9" * 4300]),
+        (("events", 0, "bound"), 10**9 + 1),
+    ],
+    ids=["damping", "denominator", "restitution", "base", "start", "bound"],
+)
+def test_numbers_of_many_digits_are_refused(
+    run: dict[str, Any], place: tuple[Any, ...], value: Any
+) -> None:
+    other = copy.deepcopy(run)
+    parent: Any = other
+    for key in place[:-1]:
+        parent = parent[key]
+    parent[place[-1]] = value
+
+    with pytest.raises(check.NotProvenError, match=r"is no (rational|whole) number|is no list"):
+        check.theorem(json.dumps(other))
+
+
+@pytest.mark.parametrize("number", [NINES, f"-{NINES}", f"1/{NINES}", f"{NINES}/{NINES[:-1]}8"])
+def test_what_is_read_can_be_printed(
+    run: dict[str, Any], orbit: dict[str, Any], number: str
+) -> None:
+    """Whatever number stands anywhere, the program ends with a theorem or with a sentence."""
+    for claims in (run, orbit):
+        places = [path for path in leaves(claims) if path[0] not in ("certificate", "kind")]
+        for path in places[:: max(1, len(places) // 12)]:
+            other = copy.deepcopy(claims)
+            parent: Any = other
+            for key in path[:-1]:
+                parent = parent[key]
+            parent[path[-1]] = number
+            try:
+                check.theorem(json.dumps(other))
+            except check.NotProvenError as error:
+                assert str(error)  # noqa: PT017
+
+
+def test_wide_claims_and_long_numbers_are_told(run: dict[str, Any]) -> None:
+    other = copy.deepcopy(run)
+    other["events"] = other["events"][:1]
+    for name in ("t", "v_before", "v_after"):
+        other["events"][0][name] = [f"-{NINES}", f"{NINES}"]
+    # 1/20 and a little.
+    other["law"]["regions"][0]["damping"] = f"5{'0' * 1996}1/1{'0' * 1999}"
+
+    assert f"-{NINES}" in check.theorem(json.dumps(other))
+
+
+def test_instants_far_away_end_in_time(
+    run: dict[str, Any], orbit: dict[str, Any], chaos: dict[str, Any]
+) -> None:
+    far = f"1{'0' * 60}"
+    phase, start, center = (copy.deepcopy(it) for it in (orbit, run, chaos))
+    phase["law"]["tones"][0]["phase"] = ["0", far]
+    start["start"]["t"] = ["0", far]
+    center["sets"][-1]["center"][0] = "-1000000000001"
+    for claims in (phase, start, center, chaos | {"sets": [*chaos["sets"][:-1], {
+        **chaos["sets"][-1], "center": [far, chaos["sets"][-1]["center"][1]]
+    }]}):  # fmt: skip
+        with pytest.raises(check.NotProvenError):
+            check.theorem(json.dumps(claims))
+
+
+@pytest.mark.parametrize("turns", [0, 1, -1, 10**12])
+def test_a_set_is_none_of_its_own_whole_periods_later(chaos: dict[str, Any], turns: int) -> None:
+    period = check.law_of(check.read(chaos["law"], check.LAW)).period()
+    t, v = chaos["sets"][0]["center"]
+    shift = turns * sum(period.fractions()) / 2
+    for off, is_apart in ((Fraction(0), False), (sum(period.fractions()) / 4, True)):
+        sets = [
+            check.Set((Fraction(at), Fraction(v)), (Fraction(1, 50), 0), (0, Fraction(1, 50)))
+            for at in (Fraction(t), Fraction(t) + shift + off)
+        ]
+        assert check._are_apart(period, *sets) is is_apart
+        assert check._are_apart(period, *sets[::-1]) is is_apart
+
+
+def test_a_proof_that_takes_too_long_is_given_up(
+    run: dict[str, Any], complete: dict[str, Any], monkeypatch: Any
+) -> None:
+    check.theorem(json.dumps(run))
+    monkeypatch.setattr(check, "MOST_STATES", 50)
+
+    # Much of a large region is excluded without a search.
+    for claims in (run, complete | {"speeds": ["1/5", "1000000"]}):
+        with pytest.raises(check.NotProvenError, match="not within 50 states"):
+            check.theorem(json.dumps(claims))
+    for change in ({"impacts": 10**6, "periods": 10**6}, {"impacts": 101}):
+        with pytest.raises(check.NotProvenError, match="more than 100 impacts or periods"):
+            check.theorem(json.dumps(complete | change))
+
+
 def test_a_name_that_stands_twice_and_endless_brackets_are_refused(run: dict[str, Any]) -> None:
     text = json.dumps(run)
 
@@ -619,10 +853,34 @@ def test_chaos_of_no_sets_or_of_one_loop_is_refused(chaos: dict[str, Any]) -> No
         {"sets": chaos["sets"][:1], "transitions": itself},
         {"sets": chaos["sets"][:1]},
         {"growth": "1"},
+        {"growth": "1000000001/1000000000"},
     ]
     for change in changes:
         with pytest.raises(check.NotProvenError):
             check.theorem(json.dumps(chaos | change))
+
+
+def test_chaos_says_what_and_where(chaos: dict[str, Any]) -> None:
+    n = len(chaos["sets"])
+    words = check.theorem(json.dumps(chaos))
+    assert f"the {n} sets of the certificate" in words
+    assert "the period of the force, 5/7 pi, is" in words
+
+    flat = copy.deepcopy(chaos)
+    flat["sets"][3]["stable"] = flat["sets"][3]["unstable"]
+    with pytest.raises(check.NotProvenError, match="of set 3: the sides of a set are parallel"):
+        check.theorem(json.dumps(flat))
+    # So flat that its sides are parallel to all bits.
+    unstable = [Fraction(x) for x in flat["sets"][3]["unstable"]]
+    flat["sets"][3]["stable"] = [str(unstable[0] * (1 + Fraction(1, 10**60))), str(unstable[1])]
+    with pytest.raises(check.NotProvenError, match=r"sets? [0-9]+ (and|to) "):
+        check.theorem(json.dumps(flat))
+    # A set through which a graze goes: some of its states do not leave the wall.
+    (t, _), (at_t, _) = chaos["sets"][0]["center"], chaos["sets"][0]["unstable"]
+    slow = copy.deepcopy(chaos)
+    slow["sets"][0] |= {"center": [t, "0"], "unstable": [at_t, "0"], "stable": ["0", "1/100"]}
+    with pytest.raises(check.NotProvenError, match="from set 0 to set 0: "):
+        check.theorem(json.dumps(slow))
 
 
 def two_walls(upper: str) -> dict[str, Any]:

@@ -116,6 +116,9 @@ def test_sets_are_disjoint_and_a_set_is_not_disjoint_from_itself(
         # A whole period later it is the same set.
         (t, v), unstable, stable = first
         assert not are_disjoint(surface, first, HSet((t + PERIOD, v), unstable, stable))
+        # Nothing is said of sets longer than a period, or so far apart that other shifts count.
+        assert not are_disjoint(surface, first, HSet((t + 2 * PERIOD, v), unstable, stable))
+        assert not are_disjoint(surface, first, HSet((t, v + 9.0), (PERIOD, 0.0), stable))
         assert all(
             are_disjoint(surface, a, b) for i, a in enumerate(chaos.sets) for b in chaos.sets[:i]
         )
@@ -172,6 +175,24 @@ def test_a_stable_orbit_and_one_of_another_system_are_refused() -> None:
         prove_chaos(damped, pc.cosine(1), saddle=stable)
     with pytest.raises(pc.ParameterError, match="of another oscillator or forcing"):
         prove_chaos(OSC, FORCE, saddle=stable)
+
+
+def test_what_is_no_orbit_is_no_saddle() -> None:
+    orbit = pc.find_orbit(OSC, FORCE)
+    for other in (5, pc.simulate(OSC, FORCE, v0=1, max_impacts=3), pc.certify(orbit), [orbit]):
+        with pytest.raises(pc.ParameterError, match="not a periodic orbit of find_orbit"):
+            prove_chaos(OSC, FORCE, saddle=other)  # type: ignore[arg-type]
+
+
+def test_a_stop_is_given_by_a_whole_number(chaos: CertifiedChaos) -> None:
+    for stop in (0.5, math.nan, True, "wall", -1):
+        with pytest.raises(pc.ParameterError, match="not a whole number of at least 0"):
+            prove_chaos(OSC, FORCE, saddle=chaos.orbit, stop=stop)  # type: ignore[arg-type]
+    with pytest.raises(pc.ParameterError, match="the orbit does not meet it"):
+        prove_chaos(OSC, FORCE, saddle=chaos.orbit, stop=5)
+    # As all whole numbers are taken.
+    found = prove_chaos(OSC, FORCE, saddle=chaos.orbit, stop=0.0, most_orbits=1)  # type: ignore[arg-type]
+    assert type(found.stop) is int
 
 
 def test_where_there_is_no_saddle_it_says_so() -> None:

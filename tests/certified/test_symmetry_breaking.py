@@ -117,7 +117,7 @@ def test_halves_of_orbits_of_a_law_without_the_symmetry_are_refused(claims: dict
         {"regions": [region | {"constant": "1/1000"}]},
         {"bounds": [law["bounds"][0] | {"at": "-31/100"}, law["bounds"][1]]},
         {"bounds": [law["bounds"][0], law["bounds"][1] | {"restitution": "71/100"}]},
-        {"tones": [tone, {"omega": "3", "amplitude": "0", "phase": ["0", "0"]}]},
+        {"tones": [tone, {"omega": "3", "amplitude": "1/1000", "phase": ["0", "0"]}]},
     ):
         with pytest.raises(check.NotProvenError, match="a law without the symmetry"):
             check.theorem(json.dumps(claims | {"law": law | change}))

@@ -32,7 +32,7 @@ from percuss.certified.shooting import events_of
 from percuss.certified.special import CertifiedPoint
 from percuss.certified.special_strips import strips_about
 from percuss.certified.strips import Strip, StripChain, Tube
-from percuss.certified.system import BallSystem, Region, system_of
+from percuss.certified.system import BallSystem, Region, Tone, system_of
 from percuss.certified.trapping import Trap
 from percuss.errors import ParameterError
 from percuss.model.exact import Phase, angle, as_fraction
@@ -119,7 +119,8 @@ def _law(system: BallSystem) -> Json:
         raise _NoCertificateError("it holds for an interval of a number, or a number is irrational")
     if system.record is not None or system.tables:
         raise _NoCertificateError("its force has a record, or a wall a table of restitutions")
-    omegas = [system.frequency(tone) for tone in system.tones]
+    tones = _tones(system)
+    omegas = [system.frequency(tone) for tone in tones]
     return {
         "regions": [_region(system, region) for region in system.regions],
         "bounds": [
@@ -137,7 +138,7 @@ def _law(system: BallSystem) -> Json:
                 "amplitude": str(system.strength(tone)),
                 "phase": [str(part) for part in tone.phase],
             }
-            for tone, omega in zip(system.tones, omegas, strict=True)
+            for tone, omega in zip(tones, omegas, strict=True)
         ],
         "base": str(_base(omegas)) if omegas else None,
     }
@@ -153,6 +154,11 @@ def _region(system: BallSystem, region: Region) -> Json:
     }
 
 
+def _tones(system: BallSystem) -> list[Tone]:
+    """Return the tones that are there: one without amplitude has no period."""
+    return [tone for tone in system.tones if system.strength(tone) != 0]
+
+
 def _base(omegas: Sequence[Fraction]) -> Fraction:
     """Return the greatest frequency of which all others are multiples."""
     return Fraction(
@@ -163,10 +169,10 @@ def _base(omegas: Sequence[Fraction]) -> Fraction:
 
 def _repeats(system: BallSystem) -> int:
     """Return how often the tones repeat in a period of the forcing, which may be given longer."""
-    forcing = system.forcing
-    if forcing is None or forcing.frequency is None or not system.tones:
+    forcing, tones = system.forcing, _tones(system)
+    if forcing is None or forcing.frequency is None or not tones:
         raise _NoCertificateError("the period of its force is not known exactly")
-    return int(_base([system.frequency(tone) for tone in system.tones]) / forcing.frequency)
+    return int(_base([system.frequency(tone) for tone in tones]) / forcing.frequency)
 
 
 def _claim(value: Ball | arb, least: Fraction = Fraction(0)) -> list[str]:
@@ -356,6 +362,8 @@ def _law_along(curve: OrbitCurve, low: Fraction, high: Fraction) -> Json:
     """Return the law with a pair a, b for each number a + b p that depends on the parameter p."""
     at = [low, high, (2 * low + high) / 3]
     laws = [_law(system_at(curve.system, curve.path, p)) for p in at]
+    if len({len(law["tones"]) for law in laws}) > 1:
+        raise _NoCertificateError("a part of the force has no amplitude at a parameter")
 
     def along(parts: list[Any], name: str = "") -> Any:
         one, other, between = parts
@@ -368,6 +376,8 @@ def _law_along(curve: OrbitCurve, low: Fraction, high: Fraction) -> Json:
         if name == "phase":
             raise _NoCertificateError("a phase depends on the parameter")
         values = [Fraction(part) for part in parts]
+        if name == "amplitude" and values[0] * values[1] < 0:
+            raise _NoCertificateError("a part of the force has no amplitude at a parameter")
         slope = (values[1] - values[0]) / (at[1] - at[0])
         start = values[0] - slope * at[0]
         if values[2] != start + slope * at[2]:

@@ -202,7 +202,7 @@ def prove_chaos(
     Raises
     ------
     ParameterError
-        If the given orbit is no saddle, does not meet the stop once a period, or is of another system;
+        If the given orbit is none, or no saddle, does not meet the stop once a period, or is of another system;
         if the forcing has no period or a record.
 
     Examples
@@ -214,6 +214,11 @@ def prove_chaos(
     (True, [1, 10], True)
     """
     most_orbits = whole("most_orbits", most_orbits, 1)
+    if stop is not None:
+        stop = whole("stop", stop, 0)
+    if saddle is not None and not isinstance(saddle, PeriodicOrbit):
+        reason = "not a periodic orbit of find_orbit or find_orbits"
+        raise ParameterError("saddle", type(saddle).__name__, reason)
     if saddle is not None and (saddle.oscillator, saddle.forcing) != (osc, force):
         raise ParameterError("saddle", saddle, "an orbit of another oscillator or forcing")
     reason = "no saddle with one impact a period was found"

@@ -78,12 +78,26 @@ function crosses(context, { unit, px, py }, { x, y, size, width }, colour) {
   context.stroke();
 }
 
+/** What densities are drawn with, kept from one to the next: to make it anew takes longer than to draw. */
+let ground = null;
+
+function groundOf(width, height) {
+  if (ground?.canvas.width !== width || ground.canvas.height !== height) {
+    const image = new ImageData(width, height);
+    ground = { image, pixels: new Uint32Array(image.data.buffer), counts: new Uint16Array(width * height), canvas: asCanvas(image) };
+  }
+  return ground;
+}
+
 /** Many points as shades, darker where a pixel has more of them; few points are drawn larger. */
 function density(context, scales, { x, y, rows, isSparse }, colour) {
   const { left, top } = scales;
   const width = Math.max(1, Math.round(scales.width));
   const height = Math.max(1, Math.round(scales.height));
-  const counts = new Uint16Array(width * height);
+  const { image, pixels, counts, canvas } = groundOf(width, height);
+  // The pixels with points: the others need not be looked at.
+  const places = new Uint32Array(y.length);
+  let found = 0;
   for (let i = 0, k = 0; i < x.length; i += 1) {
     const column = Math.floor(scales.px(x[i]) - left);
     if (column < 0 || column >= width) {
@@ -92,27 +106,30 @@ function density(context, scales, { x, y, rows, isSparse }, colour) {
     }
     for (let j = 0; j < rows; j += 1, k += 1) {
       const line = Math.floor(scales.py(y[k]) - top);
-      if (line >= 0 && line < height) counts[line * width + column] += 1;
+      if (!(line >= 0 && line < height)) continue;
+      const place = line * width + column;
+      if (counts[place] === 0) places[found++] = place;
+      counts[place] += 1;
     }
   }
-  const image = new ImageData(width, height);
-  const pixels = new Uint32Array(image.data.buffer);
   const [r, g, b] = rgb(colour);
   const side = Math.max(1, Math.round(scales.unit)) + (isSparse ? 1 : 0);
-  for (let line = 0, i = 0; line < height; line += 1) {
-    for (let column = 0; column < width; column += 1, i += 1) {
-      if (counts[i] === 0) continue;
-      const alpha = Math.min(255, 140 + 36 * Math.log2(counts[i]));
-      const value = (alpha << 24) | (b << 16) | (g << 8) | r;
-      for (let down = 0; down < side && line + down < height; down += 1) {
-        for (let right = 0; right < side && column + right < width; right += 1) {
-          const at = i + down * width + right;
-          if (pixels[at] >>> 24 < alpha) pixels[at] = value;
-        }
+  const drawn = places.subarray(0, found);
+  pixels.fill(0);
+  for (const place of drawn) {
+    const [line, column] = [Math.floor(place / width), place % width];
+    const alpha = Math.min(255, 140 + 36 * Math.log2(counts[place]));
+    const value = (alpha << 24) | (b << 16) | (g << 8) | r;
+    for (let down = 0; down < side && line + down < height; down += 1) {
+      for (let right = 0; right < side && column + right < width; right += 1) {
+        const at = place + down * width + right;
+        if (pixels[at] >>> 24 < alpha) pixels[at] = value;
       }
     }
   }
-  context.drawImage(asCanvas(image), left, top);
+  for (const place of drawn) counts[place] = 0;
+  canvas.getContext("2d").putImageData(image, 0, 0);
+  context.drawImage(canvas, left, top);
 }
 
 function image(context, { px, py }, { image: picture, box }) {
