@@ -140,7 +140,6 @@ def test_another_colour_of_a_chart_is_computed_and_a_part_of_it_too(page: Page) 
     for of, name in (
         ("largest_lyapunov_exponent", "largest Lyapunov exponent = "),
         ("peak_impact_velocity", "peak impact velocity = "),
-        ("impacts_per_period", "impacts per period = "),
     ):
         field(view, "of").select_option(of)
         compute(view)

@@ -203,9 +203,8 @@ def measured_by_sweep(of: str) -> tuple[Any, Any]:
 
 
 @needs_node
-@pytest.mark.parametrize("of", ["peak_impact_velocity", "impacts_per_period"])
-def test_measures_of_a_chart_are_those_of_a_sweep(of: str) -> None:
-    found, wanted = measured_by_sweep(of)
+def test_peak_velocities_of_a_chart_are_those_of_a_sweep() -> None:
+    found, wanted = measured_by_sweep("peak_impact_velocity")
     assert len(np.unique(wanted)) > 4
     np.testing.assert_allclose(found, wanted, rtol=1e-12)
 

@@ -59,7 +59,6 @@ MEASURED = {
     "period": 64,
     "largest_lyapunov_exponent": PERIODS,
     "peak_impact_velocity": 64,
-    "impacts_per_period": 64,
 }
 NAMES = {
     "diagram": "a diagram needs",

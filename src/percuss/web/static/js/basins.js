@@ -11,7 +11,7 @@ import { endsOf } from "./scales.js";
 
 const DEFAULTS = { x_low: -2, x_high: 2, v_low: -2, v_high: 2, starts: 256, manifolds: true, isComputed: false };
 const LABELS = { x_low: "x from", x_high: "x to", v_low: "v from", v_high: "v to", starts: "starts along a side" };
-const HINT = "Each start (x, v) has the colour of the attractor that it goes to; squares are the attractors, seen once a forcing period. Crosses are saddles, and lines their stable manifolds: motions that start on them go to the saddle, those on either side separate. Click a start to follow it in Explore.";
+const HINT = "Each start (x, v) has the colour of the attractor that it goes to; squares are the attractors, seen once a forcing period. Crosses are saddles, and lines their stable manifolds, which part the basins. Click a start to follow it in Explore.";
 
 export class Basins extends JobView {
   constructor(app) {

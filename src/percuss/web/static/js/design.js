@@ -232,7 +232,7 @@ export class Design {
   #take({ values, start: [x, v, t0] }) {
     let { study } = this.current;
     for (const [path, value] of Object.entries(values)) study = put(study, path, String(Number(value.toPrecision(10))));
-    if (this.current.on === "orbit") study = { ...study, start: { ...study.start, ...startAt(study, x, v, { t0: String(Number(t0.toPrecision(8))) }) } };
+    if (this.current.on === "orbit") study = { ...study, start: { ...study.start, ...startAt(study, x, v, t0) } };
     this.app.store.set({ study }, "study");
     say(this.app.root, "the design is in Explore");
   }

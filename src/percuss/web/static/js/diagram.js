@@ -19,7 +19,7 @@ const KINDS = [
 const OF = {
   diagram: [["x", "displacement"], ["v", "velocity"]],
   response: [["amplitude", "amplitude"], ["speed", "impact speed"]],
-  sweep: ["period", "largest_lyapunov_exponent", "peak_impact_velocity", "impacts_per_period"].map((name) => [name, wordsOf(name)]),
+  sweep: ["period", "largest_lyapunov_exponent", "peak_impact_velocity"].map((name) => [name, wordsOf(name)]),
 };
 const LABELS = { x: "x", v: "v", cycle: "cycle", v_after: "velocity after the impact", amplitude: "amplitude", speed: "largest impact speed" };
 // Where points are taken, and what each has.
@@ -40,7 +40,7 @@ const ABOUT = {
   place: `How fast the motion passes that place, and when, ${FEW}`,
   impacts: `How the impacts are ${FEW}`,
   response: "All periodic orbits that are found, stable solid and unstable dashed, (impacts, forcing periods); squares are bifurcations and grazes.",
-  sweep: "Each cell is a motion from the start of Explore with its two values: its colour tells where it settles. Periods are in forcing periods.",
+  sweep: "Each cell is a motion from the start of Explore; its colour tells where it settles, periods in forcing periods.",
 };
 const FOLLOWS = [["start", "the start of Explore"], ["forward", "the value before, upwards"], ["backward", "the value above, downwards"], ["both", "both, upwards and downwards"]];
 // Values and points while a slider moves; all are computed once it has rested so long [ms].
@@ -408,7 +408,7 @@ export class Diagram extends JobView {
     this.beside.show(study, this.#nameOfValue(value, value2), start?.x0 === undefined ? SETTLING : 0);
   }
 
-  /** Return the name of a value of the parameter, and of the second one of a chart. */
+  /** Return the name of a value, and of the second one of a chart. */
   #nameOfValue(value, value2) {
     const { path, path2 } = this.current;
     const text = (at, it, ends) => `${at.split(".").at(-1)} = ${shown(it, digitsOf(ends))}`;
@@ -436,7 +436,7 @@ export class Diagram extends JobView {
     const near = mark?.at ?? nearestOrbit(this.families.rows, { x, y }, this.plot.limits);
     if (near === null) return null;
     const { it, k } = near;
-    return { value: mark?.x ?? it.value[k], isMark: mark !== null, start: startAt(this.current.study, it.x0[k], it.v0[k], { t0: String(Number(it.t0[k].toPrecision(8))) }) };
+    return { value: mark?.x ?? it.value[k], isMark: mark !== null, start: startAt(this.current.study, it.x0[k], it.v0[k], it.t0[k]) };
   }
 
   /** Return value, x and v of the point of the diagram that is nearest. */

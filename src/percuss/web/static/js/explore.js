@@ -9,7 +9,7 @@ import { OscillatorPicture } from "./oscillator_picture.js";
 import { Plot } from "./plots.js";
 import { after, between, endsOf } from "./scales.js";
 import { put } from "./state.js";
-import { FORCES, showForces } from "./stop_forces.js";
+import { FORCES, IMPACTS, showForces } from "./stop_forces.js";
 
 const POINTS = 4000;
 // The facts are requested once a slider has rested so long [ms].
@@ -76,7 +76,7 @@ export class Explore {
       onHover: (index) => this.#peek("portrait_t", index),
     });
     this.section = new Plot({
-      title: "Impacts", x: "cycle (t / period) mod 1", y: "speed before the impact", kind: "points", names: ["cycle", "speed before"],
+      ...IMPACTS, names: [...IMPACTS.names],
       about: "each impact, pale in the first half of the run: when in the forcing period, or without one at which time, and how fast; few points: periodic, a cloud: chaotic",
       onZoom: (zoom) => this.app.keepZoom("section", zoom),
       onHover: (index) => this.#peek("event_t", index),
@@ -221,7 +221,7 @@ export class Explore {
     this.velocity.label(axes.t, axes.v);
     // Without a period the impacts are shown over time.
     this.when = header.period === null ? "event_t" : "cycle";
-    this.section.label(header.period === null ? axes.t : "cycle (t / period) mod 1", axes.speed);
+    this.section.label(header.period === null ? axes.t : IMPACTS.x, axes.speed);
     this.section.options.names[0] = header.period === null ? "t" : "cycle";
     this.spectrum.label(axes.omega, axes.amplitude);
     this.#drawMotion(isHeld);

@@ -306,7 +306,7 @@ export class Fit {
     }
     const [x, v, t0] = this.header.start;
     const own = Object.keys(this.current.free).some((path) => path.startsWith("start."));
-    if (!this.current.start) study = { ...study, start: { ...study.start, ...startAt(study, x, v, { t0: String(Number(t0.toPrecision(8))) }) } };
+    if (!this.current.start) study = { ...study, start: { ...study.start, ...startAt(study, x, v, t0) } };
     if (!this.current.start || own || this.current.study !== study) this.app.store.set({ study }, "study");
     say(this.app.root, "the fitted values are in Explore");
   }

@@ -21,7 +21,7 @@ export class Gallery {
       );
       return { preset, canvas, card };
     });
-    const head = element("p", { class: "hint" }, "Motions to begin with, each seen as its phase portrait, velocity v over displacement x, between its stops: walls are hatched, soft stops shaded, and the first half of a motion is pale. A click opens one in Explore, in place of what is set there.");
+    const head = element("p", { class: "hint" }, "Motions to begin with, each seen as its phase portrait, velocity v over displacement x, between its stops: walls are hatched, soft stops shaded, and the first half of a motion is pale. A click opens one in Explore.");
     const rows = mechanisms.map((it) => mechanismCard(it, () => app.beginMechanism(it.name)));
     const several = element("p", { class: "hint" }, "Structures of two and three masses, each with its mechanical picture.");
     const file = element("input", { type: "file", accept: ".toml", hidden: true, "aria-label": "study file", onchange: () => file.files[0] && app.openStudy(file.files[0]) });

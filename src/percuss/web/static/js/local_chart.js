@@ -17,14 +17,13 @@ const VALUES = {
     // After a contact it is minus infinity.
     return exponent ? (exponent.value ?? -Infinity) : undefined;
   },
-  peak_impact_velocity: (kernels, study) => measured(kernels, study)?.[kernels.columns.PEAK_SPEED],
-  impacts_per_period: (kernels, study) => {
-    const found = measured(kernels, study);
-    return found && found[kernels.columns.IMPACTS] / MEASURED;
+  peak_impact_velocity: (kernels, study) => {
+    const found = attractorOf(kernels, study, { points: MEASURED + 1 }, "STROBES");
+    return found && !faultOf(kernels, found.status) ? found.values[kernels.columns.PEAK_SPEED] : undefined;
   },
 };
 
-/** Return {columns, failed}: `value` of the cells that have these numbers; null where all need Python. */
+/** Return {columns}: `value` of the cells that have these numbers; null where all need Python. */
 export function chartPart(kernels, { study, path, low, high, path2, low2, high2, size, of }, numbers) {
   if (spaceOf(kernels, study) === null) return null;
   const value = Float64Array.from(numbers, (cell) => {
@@ -32,10 +31,4 @@ export function chartPart(kernels, { study, path, low, high, path2, low2, high2,
     return VALUES[of](kernels, put(across, path2, centreOf(low2, high2, cell % size, size)));
   });
   return { columns: { value } };
-}
-
-/** Return the observables of a motion after its transient. */
-function measured(kernels, study) {
-  const found = attractorOf(kernels, study, { points: MEASURED + 1 }, "STROBES");
-  return found && !faultOf(kernels, found.status) ? found.values : undefined;
 }

@@ -8,7 +8,7 @@ import { Player } from "./player.js";
 import { Plot } from "./plots.js";
 import { Row, showFaults } from "./row.js";
 import { between, bisect, endsOf } from "./scales.js";
-import { FORCES, isOne, legend, ofStop, showForces, stopName } from "./stop_forces.js";
+import { FORCES, IMPACTS, isOne, legend, ofStop, showForces, stopName } from "./stop_forces.js";
 
 const POINTS = 4000, RESTED = 250, COMPILING = 1500, NARROW = 480;
 // More impacts than these are not marked on the curves, which they would hide.
@@ -107,7 +107,7 @@ export class Mechanism {
       onHover: (index) => this.#hover(index === null ? null : this.curve?.portrait_t[index]),
     });
     this.section = new Plot({
-      title: "Impacts", x: "cycle (t / period) mod 1", y: "speed before the impact", kind: "points", names: ["cycle", "speed before"],
+      ...IMPACTS,
       about: "each impact or entry: when in the forcing period, and how fast the masses meet",
     });
     this.forces = new Plot({ ...FORCES });

@@ -309,10 +309,10 @@ export function limitsOf({ oscillator }) {
 }
 
 /** Return a start of few digits off the walls: frames hold single precision. */
-export function startAt(study, x, v, rest = {}) {
+export function startAt(study, x, v, t0 = null) {
   const [low, high] = limitsOf(study);
   const at = (side) => study.oscillator.stops.findLast((stop) => stop.type === "wall" && stop.side === side).at;
   const near = 1e-6 * Math.max(1, Math.abs(x));
   const x0 = x < low + near ? at("below") : x > high - near ? at("above") : String(Number(x.toPrecision(8)));
-  return { x0, v0: String(Number(v.toPrecision(8))), ...rest };
+  return { x0, v0: String(Number(v.toPrecision(8))), ...(t0 !== null && { t0: String(Number(t0.toPrecision(8))) }) };
 }

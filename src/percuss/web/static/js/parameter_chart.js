@@ -7,7 +7,7 @@ import { endsOf } from "./scales.js";
 const NAMES = { 0: "no period found", "-1": "chaotic", "-2": "at rest", "-3": "unbounded", "-Infinity": "minus infinity" };
 const COLOURS = { 1: "#56b4e9", 2: "#0072b2", 3: "#f0e442", 4: "#e69f00", 5: "#009e73", 6: "#cc79a7", 7: "#d55e00", 8: "#8c510a", 9: "#b8b8b8", 0: "#5c5c5c", "-1": "#1a1a1a", "-2": "#8fcfb2", "-3": "#ffffff", "-Infinity": "#8fcfb2" };
 const LONGER = 9;
-// Shades of numbers, and of those of both signs.
+// Of numbers, and of those of both signs.
 const SHADES = ["#00224e", "#434e6c", "#7d7c78", "#bcaf6f", "#fee838"];
 const SIGNED = ["#542788", "#998ec3", "#f7f7f7", "#f1a340", "#b35806"];
 
@@ -17,7 +17,7 @@ export function valueText(of, value) {
   return of === "period" ? (NAMES[value] ?? `period ${value}`) : `${wordsOf(of)} = ${value === -Infinity ? NAMES[value] : shown(value)}`;
 }
 
-/** Return {image, rows}: a pixel for each value, clear where there is no motion, and the rows of the legend. */
+/** Return {image, rows}: a pixel for each value, clear without a motion, and the legend. */
 export function chartOf({ size, of }, values) {
   const isPeriod = of === "period";
   let [low, high] = endsOf(values);
@@ -36,7 +36,7 @@ export function chartOf({ size, of }, values) {
   if (isPeriod) marked.sort((one, other) => rank(one) - rank(other));
   const named = (value, k) => (isPeriod ? (value < LONGER ? valueText(of, value) : "longer period") : k === 0 ? valueText(of, value) : shown(value));
   const rows = marked.map((value, k) => swatchOf(colourOf(value), named(value, k)));
-  if (!isPeriod && values.includes(-Infinity)) rows.push(swatchOf(colourOf(-Infinity), NAMES[-Infinity]));
+  if (values.includes(-Infinity)) rows.push(swatchOf(colourOf(-Infinity), NAMES[-Infinity]));
   const image = Object.assign(document.createElement("canvas"), { width: size, height: size });
   const context = image.getContext("2d");
   values.forEach((value, cell) => {

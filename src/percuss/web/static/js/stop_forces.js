@@ -4,7 +4,8 @@ import { element } from "./dom.js";
 import { STOP_COLOURS } from "./mechanism_picture.js";
 import { extentOf } from "./scales.js";
 
-/** The options of their plot. */
+/** The options of the plots of impacts and of forces. */
+export const IMPACTS = { title: "Impacts", x: "cycle (t / period) mod 1", y: "speed before the impact", kind: "points", names: ["cycle", "speed before"] };
 export const FORCES = {
   title: "Forces at stops", x: "time t", y: "force", kind: "line", names: ["t", "force"],
   about: "lines: forces of soft stops, and of walls in contact; squares: impulses of impacts on walls",
