@@ -134,6 +134,10 @@ def _as_in_javascript(value: object) -> object:
 Shown = tuple[str, TomlTable, TomlTable]
 
 
+# What the page's diagrams begin with of a second parameter.
+_OF_CHARTS: TomlTable = {"path2": "", "low2": 0, "high2": 1, "size": 96}
+
+
 def _motion(motion: Motion, _: Study) -> Shown:
     return "explore", motion.tables(), {}
 
@@ -146,6 +150,7 @@ def _diagram(diagram: Diagram, study: Study) -> Shown:
         "path": _path_of_page(path, study, start),
         "low": low,
         "high": high,
+        **_OF_CHARTS,
     }
     first = {"impacts": "v_after", "passages": "v"}.get(section_of(diagram.section).kind, "x")
     sizes = {"values": count, "points": diagram.points, "of": first, "max_impacts": 3}
@@ -172,7 +177,7 @@ def _section(diagram: Diagram) -> TomlTable:
 def _response(response: Response, study: Study) -> Shown:
     ((path, (first, last)),) = response.over.items()
     low, high = sorted((as_float(first), as_float(last)))
-    over = {"path": _path_of_page(path, study), "low": low, "high": high}
+    over = {"path": _path_of_page(path, study), "low": low, "high": high, **_OF_CHARTS}
     sizes = {"values": 1600, "points": 128, "of": "amplitude", "max_impacts": response.max_impacts}
     rest = {**sizes, "max_periods": response.max_periods, "follow": "start"}
     strobes = {"section": "strobes", "at": 0, "direction": "up", "cycle": 0, "isLive": False}
