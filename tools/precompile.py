@@ -72,11 +72,11 @@ def main() -> int:
     if intermediate_code.code().parts:
         print(f"{file.name} is that of the kernels as they are")
         return 0
-    for old in file.parent.glob("intermediate-code-*.xz"):
-        old.unlink()
     if ask() != 0:
         return 1
     found = list(parts())
+    for old in file.parent.glob("intermediate-code-*.xz"):
+        old.unlink()
     file.write_bytes(intermediate_code.packed(found))
     print(f"{file.name}: {len(found)} parts, {file.stat().st_size // 1000} kB")
     return 0

@@ -64,7 +64,7 @@ class Plan:
         Whether the work of the dashpots is recorded: it takes several times as long.
     with_loads
         Whether means over time are recorded: it takes several times as long.
-    with_peaks
+    with_load_peaks
         Whether beside them peaks of forces and accelerations are.
     with_means
         Whether means and accelerations of a structure are recorded, from runs of their own.
@@ -93,7 +93,7 @@ class Plan:
     with_extremes: bool = False
     with_work: bool = False
     with_loads: bool = False
-    with_peaks: bool = False
+    with_load_peaks: bool = False
     with_means: bool = False
     max_impacts: int = MOST_IMPACTS
     edges: Floats | None = None
@@ -203,7 +203,7 @@ def follow_batch(
         plan.with_extremes,
         plan.with_work,
         plan.with_loads,
-        plan.with_peaks,
+        plan.with_load_peaks,
         PATIENCE,
     )
 

@@ -468,7 +468,7 @@ def _plan(
         with_extremes=any(measure.needs_extremes for measure in measures),
         with_work=any(measure.needs_work for measure in measures),
         with_loads=any(measure.needs_loads for measure in measures),
-        with_peaks=any(measure.needs_load_peaks for measure in measures),
+        with_load_peaks=any(measure.needs_load_peaks for measure in measures),
         with_means=any(measure.is_mean for measure in measures),
         max_impacts=max_impacts,
         edges=edges,

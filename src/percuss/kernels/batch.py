@@ -191,7 +191,7 @@ class Options(NamedTuple):
 
     ``section`` names the points that are kept (`observables`), ``with_extremes`` asks for the
     extremes, ``with_work`` for the work of the dashpots, ``with_loads`` for means over time,
-    ``with_peaks`` for those of forces and accelerations beside them, and ``patience`` bounds the
+    ``with_load_peaks`` for those of forces and accelerations beside them, and ``patience`` bounds the
     searches of each member before control returns.
     """
 
@@ -200,7 +200,7 @@ class Options(NamedTuple):
     with_extremes: bool
     with_work: bool
     with_loads: bool
-    with_peaks: bool
+    with_load_peaks: bool
     patience: int
 
 
@@ -321,7 +321,7 @@ def next_stretch(member: Member, options: Options) -> int:
         if options.section == STROBES and is_strobe_due(member, knot[0]):
             strobe(member, past, x, in_contact, knot[0])
         if options.with_loads and knot != (past.start[0], past.start[1]):
-            observe_loads(member, past, x, in_contact, 0, (knot, True), options.with_peaks)
+            observe_loads(member, past, x, in_contact, 0, (knot, True), options.with_load_peaks)
     if status == REACHED_END and not (abs(values[END_X]) < HUGE and abs(values[END_V]) < HUGE):
         return OVERFLOW
     if counters[N_IMPACTS] >= options.max_impacts and status == MOVING:
@@ -349,7 +349,7 @@ def observe_stretches(
             observe_stretch(member, options, past, x, in_contact, (until, low, count == 0))
             if options.with_loads:
                 end = ((until, low), count == 0)
-                observe_loads(member, past, x, in_contact, row, end, options.with_peaks)
+                observe_loads(member, past, x, in_contact, row, end, options.with_load_peaks)
         if count == 0:
             set_phases(law, start[0], start[1], phases)
             end_at(past, x, in_contact, until, member.values)

@@ -177,9 +177,7 @@ def shape_of_piece(
     rise1 = inner1 - inner
     slope = SLOPE * bow
     bend = BEND * bow
-    low = min(rise, rise1, rise2)
-    high = max(rise, rise1, rise2)
-    turns = not (low > slope or high < -slope)
+    turns = not (min(rise, rise1, rise2) > slope or max(rise, rise1, rise2) < -slope)
     more = max(rise1 - rise, rise2 - rise1)
     less = min(rise1 - rise, rise2 - rise1)
     bends = more < -bend or less > bend

@@ -78,11 +78,12 @@ def observe_loads(
     in_contact: bool,
     row: int,
     end: tuple[Pair, bool],
-    with_peaks: bool,
+    with_load_peaks: bool,
 ) -> None:
     """Record the loads of a stretch; ``end`` is its end, and whether no event of a row is there.
 
-    ``with_peaks`` asks for those of forces and accelerations beside the means. The instant has both its parts: a contact may begin at the very instant of an impact.
+    ``with_load_peaks`` asks for those of forces and accelerations beside the means. The instant
+    has both its parts: a contact may begin at the very instant of an impact.
     """
     law, region, start, phases, _ = flight
     values = member.values
@@ -99,7 +100,7 @@ def observe_loads(
     held = in_contact and not is_tail
     if held or is_in_touch(member.stops, int(law[region, NUMBER])):
         values[IN_TOUCH] += until - begin
-    if with_peaks:
+    if with_load_peaks:
         observe_peaks(member, flight, x, row, (begin, until, in_contact, is_tail, end[1]))
 
 
