@@ -7,7 +7,7 @@ import math
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, cast
+from typing import TYPE_CHECKING, Any, ClassVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -29,6 +29,8 @@ from percuss.model.structure import Structure, StructureStart
 from percuss.model.system import System
 from percuss.motion.energetics import force_at
 from percuss.motion.extremes import Extrema, QuantityName
+from percuss.motion.instants import check_limit, span_within, strobes, times_within
+from percuss.motion.run_dataset import run_dataset
 from percuss.motion.sections import SectionDirection, section_of
 from percuss.motion.structure_observables import (
     extremes_of_run,
@@ -36,16 +38,8 @@ from percuss.motion.structure_observables import (
     passages_of_run,
 )
 from percuss.motion.structure_sensitivity import StructureSensitivity, structure_sensitivity_of
-from percuss.motion.tables import Contacts, Crossings, EventColumn, Grazes, Impacts
-from percuss.motion.trajectory import (
-    Outcome,
-    beyond_record_of,
-    happened,
-    labelled,
-    span_within,
-    strobes,
-    times_within,
-)
+from percuss.motion.tables import Contacts, Crossings, EventColumn, Grazes, Impacts, Limit
+from percuss.motion.trajectory import Outcome, beyond_record_of, happened
 from percuss.numerics import matmul
 from percuss.pictures import HasPicture
 from percuss.progress import RunProgress
@@ -271,9 +265,7 @@ class StructureTrajectory(HasPicture):
         ]
         return "; ".join(f"loads.{i}: {text}" for i, text in texts if text)
 
-    def __call__(
-        self, t: ArrayLike, limit: Literal["after", "before"] = "after"
-    ) -> tuple[Floats, Floats]:
+    def __call__(self, t: ArrayLike, limit: Limit = "after") -> tuple[Floats, Floats]:
         """Return (x, v) at times t, from the closed form.
 
         Parameters
@@ -302,8 +294,7 @@ class StructureTrajectory(HasPicture):
         >>> round(float(v.sum()), 12)
         1.0
         """
-        if limit not in ("after", "before"):
-            raise ParameterError("limit", limit, 'neither "after" nor "before"')
+        check_limit(limit)
         instants = reals("t", t)
         inside = times_within(instants, self.t0, self.t_end)
         flat = row_of(inside)
@@ -617,10 +608,7 @@ class StructureTrajectory(HasPicture):
         return self._labelled(data, coordinates)
 
     def _labelled(self, data: dict[str, object], coordinates: dict[str, object]) -> Dataset:
-        import xarray
-
-        dataset = xarray.Dataset(data, coordinates, attrs={"outcome": str(self.outcome.value)})
-        return labelled(dataset, self.structure.units)
+        return run_dataset(data, coordinates, self.outcome.value, self.structure.units)
 
 
 def _rows(run: StructureRun, kind: np.int64) -> Integers:
