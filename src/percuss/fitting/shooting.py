@@ -39,7 +39,8 @@ from percuss.model.moved_law import MovedLaw, moved_law
 from percuss.model.oscillator import Oscillator
 from percuss.model.paths import replace_parameters
 from percuss.model.start import Start
-from percuss.model.structure import Structure, StructureStart
+from percuss.model.structure import Structure
+from percuss.model.structure_start import StructureStart
 from percuss.model.system import System, stop_rows
 from percuss.motion.instants import times_within
 from percuss.motion.simulate import simulate

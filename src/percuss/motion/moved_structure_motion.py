@@ -17,7 +17,8 @@ from percuss.model.exact import reals
 from percuss.model.loads import Loads
 from percuss.model.moved_structure import MovedStructure
 from percuss.model.oscillator import On
-from percuss.model.structure import Structure, StructureStart
+from percuss.model.structure import Structure
+from percuss.model.structure_start import StructureStart
 from percuss.motion.extremes import Extrema, QuantityName
 from percuss.motion.instants import check_limit, times_within
 from percuss.motion.moved_motion import AnyMotion, MovedEvents

@@ -12,11 +12,11 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from xarray import Dataset
 
-from percuss.ensembles.grid import units_of as dimensions_of
 from percuss.errors import ParameterError
 from percuss.fitting.measured import quantity_dimensions
 from percuss.fitting.result import Fit
 from percuss.fitting.summaries import impacts_of, motion_of
+from percuss.model.dimensions import dimensions_of
 from percuss.model.oscillator import Oscillator
 from percuss.model.paths import long_form
 from percuss.model.units import Units
