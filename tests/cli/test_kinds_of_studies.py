@@ -110,7 +110,7 @@ def test_ctrl_c_leaves_a_store_that_the_same_command_goes_on_with(tmp_path: Path
         out, err = process.communicate(timeout=120)
 
     assert process.returncode == 130, err
-    assert "files           none" in out
+    assert "files" not in out
     assert err.endswith("interrupted; the same command goes on with run.zarr\n")
     assert not Path("basins").exists()
     status = pc.status_of_store("run.zarr")

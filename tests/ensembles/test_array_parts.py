@@ -14,6 +14,7 @@ from tests.ensembles.studies import points_a_chunk
 
 import percuss as pc
 from percuss.ensembles.array_parts import PartOfJob, parts_of_array
+from percuss.ensembles.stored import stores_in
 from percuss.execution import ArrayPart
 
 OSC, FORCE = pc.impact_oscillator(restitution="0.8"), pc.cosine("2.5")
@@ -64,6 +65,8 @@ def test_parts_merge_to_the_bits_of_one_run(
 
     assert all(part.attrs["complete"] == 1 and not part.data_vars for part in parts)
     assert n_points == sum(part.attrs["points"] for part in parts)
+    stores = stores_in(store)
+    assert n_points == sum(pc.status_of_store(inner)["points"] for inner in stores)
     assert merged.identical(call())
 
 

@@ -6,6 +6,7 @@ import asyncio
 import json
 import threading
 import time
+from collections.abc import Iterator
 from typing import Any
 
 import pytest
@@ -16,7 +17,7 @@ from tests.web.frames import read_frame
 
 from percuss.web import session as sessions
 from percuss.web.frame import frame
-from percuss.web.request import PageRequest, RunningRequest
+from percuss.web.request import BadRequest, PageRequest, RunningRequest
 from percuss.web.session import Schedulers, Session
 
 SCHEDULERS = Schedulers.create()
@@ -99,6 +100,19 @@ def test_a_new_job_ends_the_one_before(study: dict[str, Any]) -> None:
 
     done = [header["id"] for header in headers if header.get("done")]
     assert done == [2]
+
+
+def test_a_job_that_fails_before_its_first_frame_is_answered_with_its_fault(
+    monkeypatch: pytest.MonkeyPatch, study: dict[str, Any]
+) -> None:
+    def failing(_request: PageRequest, _running: RunningRequest) -> Iterator[bytes]:
+        raise BadRequest("no values")
+
+    monkeypatch.setattr(sessions, "answer_job", failing)
+    headers = ids_answered([message(1, "diagram", study), message(2, "diagram", study)])
+
+    assert [(each["id"], each["kind"]) for each in headers] == [(2, "fault")]
+    assert "no values" in headers[0]["faults"][0]["reason"]
 
 
 def test_cancel_ends_a_job_without_a_last_frame(study: dict[str, Any]) -> None:

@@ -193,12 +193,13 @@ class ProgressBar:
 
 def print_report(study: Study, result: StudyResult) -> None:
     """Print the results of a study, the time it took and the files."""
+    # Those of a part of a job array come when all are merged, those of a store at its end.
+    come_later = not result.files and ("part" in result.report or not result.is_whole)
     files = {"files": "\n".join(map(str, result.files)) or "none"}
     rows = {
         **result.report,
         "computed": f"in {result.seconds:.3g} s",
-        # Those of a part of a job array come when all are merged.
-        **({} if "part" in result.report else files),
+        **({} if come_later else files),
     }
     # Text, not markup: a path may hold square brackets. No wrapping: it may be copied.
     console = Console(highlight=False, soft_wrap=True)

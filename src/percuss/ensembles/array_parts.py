@@ -24,6 +24,7 @@ from percuss.ensembles.store import (
     Chunks,
     Store,
     make_folder,
+    motions_of_a_point,
     own_attributes,
     store_faults,
     stored_chunks,
@@ -154,7 +155,7 @@ def merge_parts(store: str | Path, *, progress: Report = None) -> int:
     Returns
     -------
     int
-        The number of points in the store.
+        The number of points in the store, as `status_of_store` counts them.
 
     Raises
     ------
@@ -206,7 +207,7 @@ class _Whole:
         self.dimensions = tuple(
             Dimension(name, tuple(values), units) for name, values, units in self._own["dimensions"]
         )
-        self._marks = self._all_marks()
+        self._marks, self._times = self._all_marks()
 
     def identity(self) -> dict[str, object]:
         """Return what tells this study from others."""
@@ -242,13 +243,13 @@ class _Whole:
     def _part_of(self, number: int) -> int:
         return number % int(self._own["part_of"]["count"])
 
-    def _all_marks(self) -> Integers:
-        """Return the mark of each chunk in its part, 0 where it is not done."""
+    def _all_marks(self) -> tuple[Integers, Integers]:
+        """Return the mark of each chunk in its part, 0 where it is not done, and its time."""
         count = self._own["part_of"]["count"]
-        marks = np.zeros(self._chunks[0].count, dtype=np.int64)
+        marks = np.zeros((self._chunks[0].count, 2), dtype=np.int64)
         for chunks, number in zip(self._chunks, self._numbers(), strict=True):
-            marks[number - 1 :: count] = chunks.marks()[number - 1 :: count, 0]
-        return marks
+            marks[number - 1 :: count] = chunks.marks()[number - 1 :: count]
+        return marks[:, 0], marks[:, 1]
 
     def _numbers(self) -> list[int]:
         """Return the numbers of the parts that are there."""
@@ -270,13 +271,16 @@ class _Whole:
             raise OutputError(self._folder, reason)
 
     def merge(self, path: Path, progress: Progress) -> int:
-        """Write the chunks of all parts into one store; return the number of points."""
+        """Write the chunks of all parts into one store; return the number of motions in it."""
+        each = self._chunks[0].chunk
         with contextlib.closing(Store(path, self)) as store:
             for number in store.todo():
                 first, last = Chunks(path, self.columns, self.size, self.chunk).span(number)
-                store.write(number, self.compute(first, last))
+                # As old as the last of its parts, for what `percuss status` says of rates.
+                finished = int(self._times[first // each : -(-last // each)].max())
+                store.write(number, self.compute(first, last), finished=finished)
                 progress.advance(last - first)
-        return self.size
+        return self.size * motions_of_a_point(self)
 
 
 def _checked_chunks(path: Path, first: Mapping[str, Any]) -> Chunks:

@@ -31,7 +31,7 @@ from percuss.ensembles.job import (
     in_gigabytes,
     numbers_of,
 )
-from percuss.ensembles.store import RESULT, Store, has_store, keep_result
+from percuss.ensembles.store import RESULT, Store, has_store, keep_result, motions_of_a_point
 from percuss.errors import OutputError, ParameterError
 from percuss.execution import ArrayPart, Execution, folder_of_parts
 from percuss.progress import PATIENCE, Progress, Report, duration_text, rate_text
@@ -163,7 +163,8 @@ def _answer(job: Job, keeper: Store | _Memory, execution: Execution) -> Answer:
         answer = keeper.read()
     else:
         n_done, n_impacts = keeper.done()
-        answer = Answer({}, {}, n_impacts, complete=n_done == size, n_done=n_done)
+        n_motions = n_done * motions_of_a_point(job)
+        answer = Answer({}, {}, n_impacts, complete=n_done == size, n_done=n_motions)
     LOG.info("%s, %d impacts", "complete" if answer.complete else "stopped", answer.n_impacts)
     if not (answer.complete or is_interrupted or progress.is_stopped or execution.store is None):
         reason = (

@@ -53,6 +53,7 @@ __all__ = [
     "has_store",
     "keep_result",
     "make_folder",
+    "motions_of_a_point",
     "own_attributes",
     "reasons_as_bytes",
     "store_faults",
@@ -140,8 +141,8 @@ class Chunks:
     def _bytes(self, column: Column) -> int:
         return self.chunk * math.prod(column.tail) * np.dtype(column.dtype).itemsize
 
-    def write(self, number: int, block: Block) -> None:
-        """Write a chunk, and its mark after it."""
+    def write(self, number: int, block: Block, *, finished: int | None = None) -> None:
+        """Write a chunk, and its mark after it: finished now, or at that time [us since 1970]."""
         first, last = self.span(number)
         for name, column in self.columns.items():
             values = np.asarray(block.arrays[name], dtype=column.dtype)
@@ -149,7 +150,8 @@ class Chunks:
             write_chunk(self.file(name, number), np.concatenate([values, rest]))
         if block.reasons:
             _opened(self.path / "reasons", "r+")[number] = reasons_as_bytes(block.reasons)
-        mark = np.array([1 + block.n_impacts, time.time_ns() // 1000], dtype=np.int64)
+        when = time.time_ns() // 1000 if finished is None else finished
+        mark = np.array([1 + block.n_impacts, when], dtype=np.int64)
         write_chunk(self.file("done", number), mark)
 
     def marks(self) -> Integers:
@@ -322,10 +324,10 @@ class Store:
         with store_faults(self.path):
             return np.flatnonzero(self._chunks.marks()[:, 0] == 0).tolist()
 
-    def write(self, number: int, block: Block) -> None:
-        """Write a chunk, and its mark after it."""
+    def write(self, number: int, block: Block, *, finished: int | None = None) -> None:
+        """Write a chunk, and its mark after it: finished now, or at that time [us since 1970]."""
         with store_faults(self.path):
-            self._chunks.write(number, block)
+            self._chunks.write(number, block, finished=finished)
         self._lock.renew()
 
     def read(self) -> Answer:
@@ -496,6 +498,11 @@ def keep_result(path: Path, dataset: Dataset) -> None:
             part.unlink(missing_ok=True)
 
 
+def motions_of_a_point(job: Job) -> int:
+    """Return the number of motions that a point of a job stands for: several of a whole branch."""
+    return min(math.prod(column.tail) for column in job.columns.values())
+
+
 def _description(job: Job) -> dict[str, Any]:
     # Of a part of a job array which one it is, and the chunks of the whole.
     part_of = getattr(job, "part_of", None)
@@ -505,8 +512,7 @@ def _description(job: Job) -> dict[str, Any]:
         "code": code_hash(),
         "size": job.size,
         "chunk": job.chunk,
-        # A point may stand for a whole branch.
-        "motions_of_a_point": min(math.prod(column.tail) for column in job.columns.values()),
+        "motions_of_a_point": motions_of_a_point(job),
         "dimensions": [[axis.name, list(axis.values), axis.units] for axis in job.dimensions],
         "columns": {
             name: {"dims": list(column.dims), "units": column.units, "meaning": column.meaning}

@@ -228,6 +228,10 @@ class RequestQueue:
                 header = {"id": self.request.id, "kind": "progress", "share": sent}
                 await self.send(frame(header))
 
+    def _frames(self, request: PageRequest, running: RunningRequest) -> Iterator[bytes]:
+        """Yield the frames of an answer; what the answer's own call raises, the first one does."""
+        yield from self.answer(request, running)
+
     def _next(self, running: RunningRequest, task: Task) -> bytes | None:
         """Return the next frame of an answer, None after the last."""
         with self.lock:
@@ -236,7 +240,7 @@ class RequestQueue:
             if self.request is None:
                 self.request, self.waiting = self.waiting, None
                 assert self.request is not None
-                self.frames = self.answer(self.request, running)
+                self.frames = self._frames(self.request, running)
             request = self.request
         with running.in_task(task):
             try:
