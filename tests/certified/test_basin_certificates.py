@@ -193,7 +193,7 @@ def test_a_trap_that_is_none_is_refused(claims: Claims) -> None:
         ({"axes": [["1", "2"], ["2", "4"]]}, "parallel"),
         ({"event": 1}, "no event of its orbit"),
         ({"rounds": 0}, "no rounds"),
-        ({"rounds": 100}, "mapped into itself"),
+        ({"rounds": 100}, "more than 60 events"),
         ({"stages": ["1/2"]}, "below 1"),
         ({"stages": ["-2"]}, "below 1"),
         ({"stages": ["50"]}, "not proven to come in"),

@@ -68,9 +68,11 @@ def test_a_branch_of_symmetric_orbits_is_one_curve_through_it(
     assert float(point.value.radius()) < 1e-4
 
 
-@pytest.fixture(scope="module")
-def claims() -> Claims:
+@pytest.fixture(scope="module", params=["alone", pytest.param("branch", marks=pytest.mark.nightly)])
+def claims(breaking: pc.SpecialPoint, request: pytest.FixtureRequest) -> Claims:
     """The strips next to the breaking, from one that is stable to one that is not."""
+    if request.param == "alone":
+        return certificate(pc.certify(breaking))
     orbit = pc.find_orbit(OSC, pc.cosine("1.5", amplitude="0.593"), 2, 1)
     branch = pc.continue_orbit(orbit, over={"forcing.amplitude": (0.5925, 0.594)})
     return at_point(certificate(pc.certify(branch)))
