@@ -13,7 +13,9 @@ import pytest
 from tests.certified.checker import (
     Claims,
     assert_refused,
+    by_name,
     changed,
+    chosen,
     leaves,
     theorem_of,
 )
@@ -141,15 +143,15 @@ def test_basins_of_a_motion_without_impacts_and_of_an_orbit_are_proven_again(two
         assert_refused(two | {"cells": cells}, "not proven to go where it says")
 
 
-@pytest.mark.parametrize("every", [3, pytest.param(1, marks=pytest.mark.nightly)])
-def test_basins_that_are_changed_anywhere_are_refused(claims: Claims, every: int) -> None:
+@by_name
+def test_basins_that_are_changed_anywhere_are_refused(claims: Claims, by_name: bool) -> None:
 
     def told_of(text: str) -> str:
         # How many parts it takes is no part of what is claimed.
         return re.sub(r"\(proven on [0-9]+ parts", "", theorem(text))
 
     said = told_of(json.dumps(claims))
-    for path in list(leaves(claims))[::every]:
+    for path in chosen(leaves(claims), by_name):
         if (path[0] in ("cells", "t") and path[-1] != "to") or "traps" in path:
             # Starts nearby and other sets may be as good: but what is told is of these starts.
             try:
