@@ -13,7 +13,7 @@ import pytest
 from tests.paper.test_report import CORRECTED, FAILS, HOLDS, OPEN, outline, result, statement
 
 from percuss.cli.terminal import print_verdicts
-from percuss.model.forcing import sine
+from percuss.model.harmonic_forces import sine
 from percuss.model.oscillator import impact_oscillator
 from percuss.model.start import Start
 from percuss.paper.article import article_source, passages, passages_of

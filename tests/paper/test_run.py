@@ -14,7 +14,7 @@ from tests.paper.squares import square
 
 from percuss.errors import OutputError, ParameterError
 from percuss.io import load_record
-from percuss.model.forcing import sine
+from percuss.model.harmonic_forces import sine
 from percuss.paper import run as run_module
 from percuss.paper.collection import Item, choose, items
 from percuss.paper.figure_files import draw_figure

@@ -11,7 +11,7 @@ from tests.oracle.random_problems import random_motion
 
 import percuss as pc
 from percuss.model.exact import as_fraction
-from percuss.motion import structures
+from percuss.motion import follow_structure
 
 FLOOR = pc.Wall(at=0, side="below", restitution="0.5", on=0)
 
@@ -378,7 +378,7 @@ def test_impacts_of_one_instant_are_all_listed_however_long_the_record_is(
 ) -> None:
     structure, loads, start = stack()
     run = pc.simulate(structure, loads, t_end=4, **start)
-    monkeypatch.setattr(structures, "FIRST_CAPACITY", capacity)
+    monkeypatch.setattr(follow_structure, "FIRST_CAPACITY", capacity)
     short = pc.simulate(structure, loads, t_end=4, **start)
 
     assert (np.diff(run.impacts.t) == 0.0).sum() > 100

@@ -12,7 +12,7 @@ import pytest
 import percuss as pc
 from percuss.arrays import Floats
 from percuss.kernels.structure import march as engine
-from percuss.motion import structures
+from percuss.motion import follow_structure
 
 # Unsymmetric coupling by dashpots, a wall on a mass, one between two, a soft stop with a dashpot.
 STOPS = (
@@ -284,7 +284,7 @@ def interrupted_at(monkeypatch: pytest.MonkeyPatch, call: int) -> None:
             raise KeyboardInterrupt
         return int(march(*arguments))
 
-    monkeypatch.setattr(structures, "PATIENCE", 1)
+    monkeypatch.setattr(follow_structure, "PATIENCE", 1)
     monkeypatch.setattr(engine, "march", stopped)
 
 

@@ -16,7 +16,7 @@ from tests.web.serving import served
 
 from percuss.errors import ParameterError
 from percuss.model.exact import pi_times
-from percuss.model.forcing import cosine, sine
+from percuss.model.harmonic_forces import cosine, sine
 from percuss.model.oscillator import (
     Oscillator,
     SoftStop,

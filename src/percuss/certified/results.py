@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 from flint import arb
@@ -42,8 +42,9 @@ from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.model.paths import get_parameter, parameter_paths
 from percuss.model.start import Start
-from percuss.motion.tables import counts_in_words
-from percuss.motion.trajectory import labelled
+from percuss.motion.instants import check_limit
+from percuss.motion.run_dataset import run_dataset
+from percuss.motion.tables import Limit, counts_in_words
 
 if TYPE_CHECKING:
     # A second of import, and only `sample` needs it.
@@ -201,9 +202,7 @@ class CertifiedRun:
         """A number of the force, and the ball for all values in which the proof holds, or None."""
         return range_of(self.system)
 
-    def __call__(
-        self, t: ArrayLike | Phase, limit: Literal["after", "before"] = "after"
-    ) -> tuple[Balls, Balls]:
+    def __call__(self, t: ArrayLike | Phase, limit: Limit = "after") -> tuple[Balls, Balls]:
         """Return (x, v) at times t.
 
         Parameters
@@ -233,8 +232,7 @@ class CertifiedRun:
         >>> bool(abs(x.mid()[0] - 0.479425538604203) < 1e-15), bool(x.radius()[0] < 1e-15)
         (True, True)
         """
-        if limit not in ("after", "before"):
-            raise ParameterError("limit", limit, 'neither "after" nor "before"')
+        check_limit(limit)
         return states_as_balls(self._state, t, self.precision)
 
     def sample(self, n: int) -> Dataset:
@@ -320,8 +318,6 @@ class CertifiedRun:
         >>> float(pc.certify(run).forces([0.5]).stops_radius.max())
         0.0
         """
-        import xarray
-
         times, _ = exact_times(np.ravel(np.asarray(t, dtype=object)))
         with precision(self.precision):
             rows = [forces_of(self.system, self._record, time, self._state(time)) for time in times]
@@ -334,8 +330,7 @@ class CertifiedRun:
             stops = np.reshape(values[3:], (len(self.oscillator.stops), len(times)))
             data["stops" + suffix] = (("stop", "t"), stops)
         coords = {"t": [as_float(time) for time in times]}
-        dataset = xarray.Dataset(data, coords=coords, attrs={"outcome": self.outcome.value})
-        return labelled(dataset, self.oscillator.units)
+        return run_dataset(data, coords, self.outcome.value, self.oscillator.units)
 
     def energy(self, t: ArrayLike | Phase) -> Balls:
         """Return the mechanical energy at times t; per unit mass where there is no mass.
@@ -376,8 +371,6 @@ class CertifiedRun:
         return self.t_end if self.t_end.arb.is_finite() else Ball(self._record.pieces[-1].start)
 
     def _dataset(self, name: str, index: NDArray[np.generic], times: Sequence[Phase]) -> Dataset:
-        import xarray
-
         x, v = states_as_balls(self._state, times, self.precision)
         data = {
             "x": (name, x.mid()),
@@ -385,9 +378,7 @@ class CertifiedRun:
             "v": (name, v.mid()),
             "v_radius": (name, v.radius()),
         }
-        coords = {name: index}
-        dataset = xarray.Dataset(data, coords=coords, attrs={"outcome": self.outcome.value})
-        return labelled(dataset, self.oscillator.units)
+        return run_dataset(data, {name: index}, self.outcome.value, self.oscillator.units)
 
 
 def _inside(instant: Ball, towards: float) -> float:

@@ -28,7 +28,7 @@ from percuss.ensembles.decisions import (
     near_orbit,
     shares_in_cells,
 )
-from percuss.ensembles.grid import Group, StructureGroup
+from percuss.ensembles.groups import Group, StructureGroup
 from percuss.ensembles.repetition import period_of
 from percuss.errors import ConvergenceError, ParameterError, PercussError
 from percuss.kernels import observables

@@ -33,16 +33,8 @@ from percuss.ensembles.basins import (
 from percuss.ensembles.classification import STAGE, Arrays, Classification, Rules
 from percuss.ensembles.datasets import attributes_of, coordinates_of, with_units
 from percuss.ensembles.engines import Engine
-from percuss.ensembles.grid import (
-    AnyGroup,
-    Grid,
-    Group,
-    StructureGroup,
-    make_grid,
-    off_the_walls,
-    walls_of,
-    whole,
-)
+from percuss.ensembles.grid import Grid, make_grid, off_the_walls, whole
+from percuss.ensembles.groups import AnyGroup, Group, StructureGroup, walls_of
 from percuss.ensembles.job import Answer, Dimension
 from percuss.ensembles.run_job import execution_of, keep, run_job
 from percuss.ensembles.sweep import check_structure, named_measures
@@ -53,7 +45,8 @@ from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads, loads_of
 from percuss.model.oscillator import On, Oscillator
 from percuss.model.start import Start
-from percuss.model.structure import Structure, StructureStart
+from percuss.model.structure import Structure
+from percuss.model.structure_start import StructureStart
 from percuss.model.system import law
 from percuss.progress import Report
 

@@ -30,7 +30,8 @@ from percuss.ensembles.datasets import (
 )
 from percuss.ensembles.decisions import NO_START, fraction_of
 from percuss.ensembles.engines import Engine
-from percuss.ensembles.grid import AnyGroup, Grid, make_grid, whole
+from percuss.ensembles.grid import Grid, make_grid, whole
+from percuss.ensembles.groups import AnyGroup
 from percuss.ensembles.job import Answer, Dimension, spans_of
 from percuss.ensembles.measures import MEASURES, Window, measure_group
 from percuss.ensembles.run_job import execution_of, keep, run_job
@@ -42,7 +43,8 @@ from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads, loads_of
 from percuss.model.oscillator import On, Oscillator, Wall
 from percuss.model.start import Start
-from percuss.model.structure import Structure, StructureStart
+from percuss.model.structure import Structure
+from percuss.model.structure_start import StructureStart
 from percuss.progress import Progress, Report
 
 if TYPE_CHECKING:

@@ -26,7 +26,7 @@ from percuss.ensembles.decisions import (
     is_chaotic,
     kinds_of_motions,
 )
-from percuss.ensembles.grid import AnyGroup
+from percuss.ensembles.groups import AnyGroup
 from percuss.ensembles.job import Block, Column, Dimension
 from percuss.kernels import observables
 from percuss.kernels import record as columns

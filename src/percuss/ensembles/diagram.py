@@ -22,7 +22,8 @@ from percuss.ensembles.datasets import (
     with_units,
 )
 from percuss.ensembles.engines import Engine, make_ready
-from percuss.ensembles.grid import AnyGroup, Grid, make_grid, whole
+from percuss.ensembles.grid import Grid, make_grid, whole
+from percuss.ensembles.groups import AnyGroup
 from percuss.ensembles.job import Answer, Block, Column, Dimension, check_room, too_large
 from percuss.ensembles.measures import MEASURES, SECTIONS, Window, measure_group, periods_at
 from percuss.ensembles.repetition import is_free
@@ -53,7 +54,8 @@ from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads
 from percuss.model.oscillator import On, Oscillator, Wall
 from percuss.model.start import Start
-from percuss.model.structure import Structure, StructureStart
+from percuss.model.structure import Structure
+from percuss.model.structure_start import StructureStart
 from percuss.motion.sections import PoincareSection, SectionGiven, section_of
 from percuss.progress import Report
 

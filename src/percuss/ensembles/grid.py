@@ -5,20 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from fractions import Fraction
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 
 from percuss.arrays import Flags, Floats, Integers
-from percuss.ensembles.batch import BatchResult, Plan, follow_batch
+from percuss.ensembles.groups import AnyGroup, Group, StructureGroup, walls_of
 from percuss.ensembles.job import Dimension
-from percuss.ensembles.repetition import counting_period, counting_periods
-from percuss.ensembles.structure_batch import follow_structures
 from percuss.ensembles.threads import check_wanted
 from percuss.errors import ParameterError
-from percuss.kernels import law_columns as at
-from percuss.model.acting_sets import StructureSystem, within_walls
+from percuss.model.acting_sets import StructureSystem
+from percuss.model.dimensions import dimensions_of, dimensions_of_named
 from percuss.model.exact import Phase, as_float, phase_problem, plain, real, whole
 from percuss.model.expression import Expression
 from percuss.model.forcing import Forcing
@@ -26,42 +23,17 @@ from percuss.model.loads import Loads, loads_of
 from percuss.model.oscillator import On, Oscillator, Wall
 from percuss.model.paths import long_form, moved_fields, replace_parameters
 from percuss.model.start import Start, start_of
-from percuss.model.structure import Structure, StructureStart, check_start
-from percuss.model.system import law, region_rows, stop_rows
-from percuss.model.units import CYCLES, FORCE, in_units
+from percuss.model.structure import Structure
+from percuss.model.structure_start import StructureStart, check_start
+from percuss.model.system import law, stop_rows
+from percuss.model.units import in_units
 
-__all__ = [
-    "POINTS", "AnyGroup", "Axis", "Grid", "Group", "StructureGroup", "make_grid", "off_the_walls",
-    "units_of",    "values_of", "walls_of", "whole",
-]  # fmt: skip
+__all__ = ["POINTS", "Axis", "Grid", "make_grid", "off_the_walls", "values_of", "whole"]
 
 
 _OF_START = ("x0", "v0", "t0")
 _OWNERS = ("oscillator", "forcing", "start")
 _OF_STRUCTURE = ("structure", "loads", "start")
-# Dimensions of parameters by the last word of their paths.
-UNITS = {
-    "mass": "mass",
-    "stiffness": "1/time^2",
-    "damping": "1/time",
-    "at": "length",
-    "restitution": "1",
-    "speeds": "length/time",
-    "values": "1",
-    "amplitude": "length/time^2",
-    "omega": "1/time",
-    "phase": "rad",
-    "constant": "length/time^2",
-    "period": "time",
-    "cos": "length/time^2",
-    "sin": "length/time^2",
-    "x0": "length",
-    "v0": "length/time",
-    "t0": "time",
-}
-# With a mass these are forces per length and per velocity, and forces.
-_OF_MASS = {"stiffness": "mass/time^2", "damping": "mass/time"}
-_OF_FORCE = ("amplitude", "constant", "cos", "sin")
 # Values that a range (low, high) stands for by default.
 POINTS = 101
 # What the parts of a grid that were made before may take in memory [bytes].
@@ -115,96 +87,6 @@ class Axis:
     def changes(self, owner: str) -> bool:
         """Return whether the parameter changes a part of a motion."""
         return owner in self.owners or self.path.startswith(f"{owner}.")
-
-
-@dataclass(frozen=True, slots=True)
-class Group:
-    """The laws and starts of some points whose laws have one shape.
-
-    Attributes
-    ----------
-    laws, which, starts
-        As `follow_batch` takes them.
-    rows
-        (n,) array, their points, counted from the first one asked for.
-    stops
-        (n_laws, n_stops, columns) array, as `follow_batch` takes it; None where it is not needed.
-    """
-
-    laws: Floats
-    which: Integers
-    starts: Floats
-    rows: Integers
-    stops: Floats | None = None
-
-    @property
-    def is_forced(self) -> bool:
-        """Whether the motions have a forcing with a period."""
-        return bool(self.laws[0, 0, at.PERIOD] > 0.0)
-
-    @property
-    def periods(self) -> Floats:
-        """(n,) array, the time in which each motion is counted [time]: the forcing's period."""
-        return counting_periods(self.laws, self.which)
-
-    def follow(self, plan: Plan) -> BatchResult:
-        """Follow all motions to the end of a plan."""
-        return follow_batch(self.laws, self.which, self.starts, plan, self.stops)
-
-    def within_walls(self, state: Floats) -> Floats:
-        """Return x and v of a state, at the wall of the first law where that has moved past it."""
-        low, high = walls_of(self.laws)
-        return np.array([min(max(state[0], low[0]), high[0]), state[1]])
-
-    def beginning(self, rows: Integers, starts: Floats) -> Group:
-        """Return some of the motions, from other starts."""
-        return replace(self, which=self.which[rows], starts=starts, rows=self.rows[rows])
-
-
-@dataclass(frozen=True, slots=True)
-class StructureGroup:
-    """The systems and starts of some points of a structure.
-
-    Attributes
-    ----------
-    systems
-        The structures under their loads.
-    which, starts, on
-        As `follow_structures` takes them.
-    rows
-        (n,) array, their points, counted from the first one asked for.
-    """
-
-    systems: tuple[StructureSystem, ...]
-    which: Integers
-    starts: Floats
-    rows: Integers
-    on: Floats
-
-    @property
-    def is_forced(self) -> bool:
-        """Whether the motions have loads with a period."""
-        return self.systems[0].period is not None
-
-    @property
-    def periods(self) -> Floats:
-        """(n,) array, the time in which each motion is counted [time]: the loads' period."""
-        return np.array([counting_period(system) for system in self.systems])[self.which]
-
-    def follow(self, plan: Plan) -> BatchResult:
-        """Follow all motions to the end of a plan."""
-        return follow_structures(self.systems, self.which, self.starts, plan, self.on)
-
-    def within_walls(self, state: Floats) -> Floats:
-        """Return x and v of a state, at the walls of the first system that have moved past it."""
-        return within_walls(self.systems[0].structure, state)
-
-    def beginning(self, rows: Integers, starts: Floats) -> StructureGroup:
-        """Return some of the motions, from other starts."""
-        return replace(self, which=self.which[rows], starts=starts, rows=self.rows[rows])
-
-
-AnyGroup: TypeAlias = Group | StructureGroup
 
 
 class MadeParts:
@@ -306,7 +188,7 @@ class Grid:
         )
 
     def _dimensions_of(self, axis: Axis) -> str:
-        return units_of(axis.path, self.osc, self.force) if axis.units is None else axis.units
+        return dimensions_of(axis.path, self.osc, self.force) if axis.units is None else axis.units
 
     def point(self, i: int) -> tuple[Any, Any, Any]:
         """Return the oscillator, the forcing and the start of a point.
@@ -492,21 +374,6 @@ def off_the_walls(
     return inside
 
 
-def walls_of(laws: Floats) -> tuple[Floats, Floats]:
-    """Return the places of the walls of laws, (n,) arrays, infinite where there is none.
-
-    Parameters
-    ----------
-    laws
-        (n, rows, columns) array of laws of one shape.
-    """
-    rows = region_rows(laws[0])
-    lowest, highest = laws[:, rows[0]], laws[:, rows[-1]]
-    low = np.where(lowest[:, at.LOWER_KIND] == at.WALL, lowest[:, at.LOWER], -np.inf)
-    high = np.where(highest[:, at.UPPER_KIND] == at.WALL, highest[:, at.UPPER], np.inf)
-    return low, high
-
-
 def make_grid(
     osc: Oscillator | Structure,
     force: Forcing | Loads | None,
@@ -632,22 +499,7 @@ def _axis(osc: Any, force: Any, start: Any, name: str, values: tuple[Phase, ...]
         return Axis(name, values)
     moved = moved_fields(osc, force, start, name).fields
     owners = tuple({field.split(".")[0] for field in moved})
-    return Axis(name, values, owners, _units_of_named(moved, osc, force))
-
-
-def _units_of_named(moved: Mapping[str, Expression], osc: Any, force: Any) -> str:
-    """Return the dimensions of the field that is a multiple of a named parameter; "" for none.
-
-    In a frequency 2 pi f the parameter counts cycles, and in 2 pi / T it is a time.
-    """
-    for path, value in moved.items():
-        factor, is_frequency = value.factor, path.endswith(".omega")
-        if is_frequency and value.is_reciprocal:
-            return "time"
-        if factor is not None:
-            counts_cycles = is_frequency and factor.angle() == (Fraction(2), Fraction(0))
-            return CYCLES if counts_cycles else units_of(path, osc, force)
-    return ""
+    return Axis(name, values, owners, dimensions_of_named(moved, osc, force))
 
 
 def values_of(path: str, values: object, points: int = POINTS) -> tuple[Phase, ...]:
@@ -694,45 +546,3 @@ def _spread(path: str, ends: tuple[Phase, ...], points: int) -> tuple[Phase, ...
         raise ParameterError(path, ends, "a range without width; give one value as [value]")
     between = (float(value) for value in np.linspace(low, high, points)[1:-1])
     return (ends[0], *between, ends[1])
-
-
-def units_of(path: str, osc: object = None, force: Forcing | Loads | None = None) -> str:
-    """Return the dimensions of a parameter in length, time, mass and radians, from its path.
-
-    Examples
-    --------
-    >>> units_of("oscillator.stops.0.at"), units_of("forcing.cos.0")
-    ('length', 'length/time^2')
-    >>> units_of("oscillator.stiffness", Oscillator.from_mass(2, 50))
-    'mass/time^2'
-
-    A named parameter has those of the number that it is, but for a factor:
-
-    >>> import percuss as pc
-    >>> w = pc.parameter("w", 2)
-    >>> units_of("w", Oscillator(), pc.cosine(w, amplitude=w**2))
-    '1/time'
-    >>> units_of("f", Oscillator(), pc.cosine(pc.pi_times(2) * pc.parameter("f", 2)))
-    'cycle/time'
-    """
-    if "." not in path and isinstance(osc, Oscillator | Structure):
-        return _units_of_named(moved_fields(osc, force, None, path).fields, osc, force)
-    words = [word for word in path.split(".") if not word.isdigit()]
-    name = words[-1]
-    own: Forcing | None
-    if isinstance(force, Loads):
-        number = path.split(".")[1]
-        of_loads = words[0] == "loads" and number.isdigit()
-        own = force.forcings[int(number)] if of_loads else None
-    else:
-        own = force
-    record = None if own is None else own.record
-    if words[-2:] == ["record", "amplitude"] and record is not None and record.omega is None:
-        # The factor of samples, which have their own units.
-        return "1"
-    if isinstance(osc, Structure) or (isinstance(osc, Oscillator) and osc.mass is not None):
-        if name in _OF_MASS:
-            return _OF_MASS[name]
-        if name in _OF_FORCE and own is not None and not own.is_per_mass:
-            return FORCE
-    return UNITS[name]

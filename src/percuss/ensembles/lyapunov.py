@@ -27,7 +27,8 @@ from percuss.ensembles.decisions import (
     orbit_exponents,
     steps_to_go,
 )
-from percuss.ensembles.grid import StructureGroup, make_grid, whole
+from percuss.ensembles.grid import make_grid, whole
+from percuss.ensembles.groups import StructureGroup
 from percuss.ensembles.repetition import period_of
 from percuss.errors import ConvergenceError, ParameterError
 from percuss.kernels import observables
@@ -38,7 +39,8 @@ from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start
-from percuss.model.structure import Structure, StructureStart
+from percuss.model.structure import Structure
+from percuss.model.structure_start import StructureStart
 from percuss.numerics import hypot, log
 from percuss.orbits.orbit.structure_orbit import multipliers_of_matrix, period_map
 

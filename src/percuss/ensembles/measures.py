@@ -15,7 +15,8 @@ from percuss.ensembles.batch import (
     reason_of,
     tangent_plan,
 )
-from percuss.ensembles.grid import AnyGroup, whole
+from percuss.ensembles.grid import whole
+from percuss.ensembles.groups import AnyGroup
 from percuss.ensembles.repetition import impact_periods, period_of, repeat_times
 from percuss.kernels import observables
 from percuss.kernels import record as columns

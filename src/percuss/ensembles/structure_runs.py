@@ -9,9 +9,9 @@ from percuss.ensembles.batch import BatchResult, Plan, reason_of
 from percuss.kernels import observables
 from percuss.kernels.structure.run import StructureRun
 from percuss.model.acting_sets import StructureSystem
+from percuss.motion.follow_structure import followed
 from percuss.motion.structure_means import mean_power_of_run, mean_square_of_run
 from percuss.motion.structure_observables import extremes_of_run, passages_of_run
-from percuss.motion.structures import followed
 
 __all__ = ["needs_runs", "observe_runs"]
 

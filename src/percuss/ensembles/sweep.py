@@ -36,7 +36,8 @@ from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads
 from percuss.model.oscillator import On, Oscillator
 from percuss.model.start import Start
-from percuss.model.structure import Structure, StructureStart
+from percuss.model.structure import Structure
+from percuss.model.structure_start import StructureStart
 from percuss.motion.sections import PoincareSection, SectionGiven, section_of
 from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import beyond_record_of

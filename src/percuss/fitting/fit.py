@@ -32,7 +32,8 @@ from percuss.model.loads import Loads, loads_of
 from percuss.model.oscillator import Oscillator, Wall
 from percuss.model.paths import long_form, replace_parameters
 from percuss.model.start import Start, start_of, wall_faults
-from percuss.model.structure import Structure, StructureStart, structure_start
+from percuss.model.structure import Structure
+from percuss.model.structure_start import StructureStart, structure_start
 from percuss.model.system import System
 from percuss.progress import Progress, Report
 

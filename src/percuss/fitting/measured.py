@@ -20,7 +20,8 @@ from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start
-from percuss.model.structure import Structure, StructureStart
+from percuss.model.structure import Structure
+from percuss.model.structure_start import StructureStart
 from percuss.model.units import Units
 
 __all__ = [

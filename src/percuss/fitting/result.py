@@ -24,7 +24,8 @@ from percuss.model.loads import Loads
 from percuss.model.oscillator import Oscillator
 from percuss.model.paths import long_form, replace_parameters
 from percuss.model.start import Start
-from percuss.model.structure import Structure, StructureStart
+from percuss.model.structure import Structure
+from percuss.model.structure_start import StructureStart
 from percuss.motion.html_table import html_table
 from percuss.motion.structures import StructureTrajectory
 from percuss.motion.trajectory import Trajectory

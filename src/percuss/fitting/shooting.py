@@ -39,11 +39,13 @@ from percuss.model.moved_law import MovedLaw, moved_law
 from percuss.model.oscillator import Oscillator
 from percuss.model.paths import replace_parameters
 from percuss.model.start import Start
-from percuss.model.structure import Structure, StructureStart
+from percuss.model.structure import Structure
+from percuss.model.structure_start import StructureStart
 from percuss.model.system import System, stop_rows
+from percuss.motion.instants import times_within
 from percuss.motion.simulate import simulate
 from percuss.motion.structures import StructureTrajectory
-from percuss.motion.trajectory import Trajectory, times_within
+from percuss.motion.trajectory import Trajectory
 
 __all__ = ["Layout", "Shots", "motion_between", "run_from", "shoot", "start_at"]
 

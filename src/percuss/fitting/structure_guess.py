@@ -24,8 +24,9 @@ from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import as_float
 from percuss.model.oscillator import Wall
 from percuss.model.paths import replace_parameters
-from percuss.model.structure import Structure, StructureStart
-from percuss.motion.structures import followed
+from percuss.model.structure import Structure
+from percuss.model.structure_start import StructureStart
+from percuss.motion.follow_structure import followed
 from percuss.numerics import hypot, log
 from percuss.numerics.linear import directions, least_squares, matmul
 

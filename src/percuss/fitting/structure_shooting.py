@@ -28,7 +28,7 @@ from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import as_float
 from percuss.model.moved_structure import MovedStructure, more_columns, moved_sets, moved_structure
 from percuss.model.oscillator import SoftStop, Wall
-from percuss.model.structure import StructureStart
+from percuss.model.structure_start import StructureStart
 
 __all__ = ["follow_records"]
 

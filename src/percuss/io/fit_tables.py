@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from percuss.ensembles.grid import units_of
+from percuss.model.dimensions import dimensions_of
 from percuss.model.oscillator import Oscillator
 from percuss.model.units import in_units, is_unit
 
@@ -32,7 +32,7 @@ def fitted_columns(fit: Fit) -> FitColumns:
     """Return the parameters as a table: value, error, unit and ends of the range of each."""
     paths, units = list(fit.values), fit.oscillator.units
     dimensions = [
-        units_of(path, fit.oscillator, fit.forcing) if "." in path else "" for path in paths
+        dimensions_of(path, fit.oscillator, fit.forcing) if "." in path else "" for path in paths
     ]
     names = [in_units(units, dimension) for dimension in dimensions]
     return {

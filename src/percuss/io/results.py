@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from percuss.arrays import Complexes
-from percuss.ensembles.grid import units_of
 from percuss.ensembles.measures import outcome_dimensions
 from percuss.errors import ParameterError
 from percuss.io.fit_tables import (
@@ -21,6 +20,7 @@ from percuss.io.fit_tables import (
     residual_columns,
 )
 from percuss.io.study_text import branch_text, motion_text, orbit_text, response_text
+from percuss.model.dimensions import dimensions_of
 from percuss.model.units import Units, in_units, is_unit
 from percuss.orbits.bifurcations.structure_branch import StructureBranch
 
@@ -111,7 +111,7 @@ def _dimensions_of_designs(result: Any) -> dict[str, str]:
 
 def _dimensions_of_path(path: str, osc: Any, force: Any) -> str:
     """Return the dimensions of a parameter; nothing of one with a name of its own."""
-    return units_of(path, osc, force) if "." in path else ""
+    return dimensions_of(path, osc, force) if "." in path else ""
 
 
 def _oscillator_of(result: Any) -> Any:

@@ -20,7 +20,8 @@ from percuss.model.loads import Loads
 from percuss.model.oscillator import On, Oscillator, Stop, Wall
 from percuss.model.restitution import Restitution, RestitutionTable
 from percuss.model.start import Start
-from percuss.model.structure import MatrixRows, Structure, StructureStart
+from percuss.model.structure import MatrixRows, Structure
+from percuss.model.structure_start import StructureStart
 from percuss.model.units import Units
 
 if TYPE_CHECKING:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from percuss.model.base_excitation import base_excitation as base_excitation
 from percuss.model.bouncing_ball import ball_on_table as ball_on_table
 from percuss.model.exact import Exact as Exact
 from percuss.model.exact import Phase as Phase
@@ -21,9 +20,10 @@ from percuss.model.forcing import Component as Component
 from percuss.model.forcing import Forcing as Forcing
 from percuss.model.forcing import FourierTerm as FourierTerm
 from percuss.model.forcing import Harmonic as Harmonic
-from percuss.model.forcing import cosine as cosine
-from percuss.model.forcing import fourier as fourier
-from percuss.model.forcing import sine as sine
+from percuss.model.harmonic_forces import base_excitation as base_excitation
+from percuss.model.harmonic_forces import cosine as cosine
+from percuss.model.harmonic_forces import fourier as fourier
+from percuss.model.harmonic_forces import sine as sine
 from percuss.model.loads import Loads as Loads
 from percuss.model.loads import loads_of as loads_of
 from percuss.model.mechanisms import cantilever as cantilever
@@ -54,8 +54,8 @@ from percuss.model.start import end_after_periods as end_after_periods
 from percuss.model.start import periods_faults as periods_faults
 from percuss.model.start import start_faults as start_faults
 from percuss.model.structure import Structure as Structure
-from percuss.model.structure import StructureStart as StructureStart
-from percuss.model.structure import check_start as check_start
+from percuss.model.structure_start import StructureStart as StructureStart
+from percuss.model.structure_start import check_start as check_start
 from percuss.model.units import Units as Units
 from percuss.model.waves import pulses as pulses
 from percuss.model.waves import record as record

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from percuss.model.exact import Exact, Phase, kept, operand, scaled
 from percuss.model.faults import not_negative_faults, number_faults, plain_number, raise_first
-from percuss.model.forcing import Forcing, frequency_faults, sine
+from percuss.model.forcing import Forcing, frequency_faults
+from percuss.model.harmonic_forces import sine
 from percuss.model.oscillator import Oscillator, impact_oscillator
 from percuss.model.restitution import Restitution
 

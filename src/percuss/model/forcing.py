@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import lru_cache
-from itertools import zip_longest
 from typing import Any, TypeAlias, cast
 
 from percuss.errors import ParameterError
@@ -31,9 +30,7 @@ from percuss.model.faults import (
     Fault,
     as_tuple,
     dotted,
-    draft,
     faults,
-    is_row,
     make_numbers,
     make_plain,
     number_faults,
@@ -51,9 +48,6 @@ __all__ = [
     "ForcingTerm",
     "FourierTerm",
     "Harmonic",
-    "cosine",
-    "fourier",
-    "sine",
 ]
 
 # How far omega period / (2 pi) may be from a whole number: far more than what rounding does.
@@ -316,6 +310,7 @@ class Forcing:
 
         Examples
         --------
+        >>> from percuss.model import sine
         >>> sine(3).components()
         (Component(omega=Fraction(3, 1), cos=0.0, sin=1.0),)
         """
@@ -344,6 +339,7 @@ class Forcing:
 
         Examples
         --------
+        >>> from percuss.model import cosine
         >>> force = cosine(3.0, amplitude=5.0).per_mass(2.0)
         >>> force.harmonics, force.is_per_mass
         ((Harmonic(amplitude=2.5, omega=3.0, phase=0.0),), True)
@@ -364,6 +360,7 @@ class Forcing:
 
         Examples
         --------
+        >>> from percuss.model import cosine
         >>> (3 * cosine(2.0, amplitude="0.5", constant=1)).harmonics[0].amplitude
         1.5
         """
@@ -385,6 +382,7 @@ class Forcing:
 
         Examples
         --------
+        >>> from percuss.model import cosine
         >>> (cosine(2.0, amplitude=1) / 3).harmonics[0].amplitude
         Fraction(1, 3)
         """
@@ -410,6 +408,7 @@ class Forcing:
 
         Examples
         --------
+        >>> from percuss.model import cosine
         >>> (cosine(2.0) - cosine(3.0)).harmonics[1].amplitude
         -1.0
         """
@@ -440,6 +439,7 @@ class Forcing:
 
         Examples
         --------
+        >>> from percuss.model import cosine
         >>> force = cosine(3.0, amplitude=5.0)
         >>> force.acceleration_of(2.0) == force.per_mass(2.0).acceleration_of(2.0)
         True
@@ -447,128 +447,9 @@ class Forcing:
         return self if mass is None or self.is_per_mass else self.per_mass(mass)
 
 
-def cosine(
-    omega: Exact, amplitude: Exact = 1.0, phase: Phase = 0.0, constant: Exact = 0.0
-) -> Forcing:
-    """Return the forcing constant + amplitude cos(omega t + phase).
-
-    Parameters
-    ----------
-    omega
-        Angular frequency [1/time], > 0.
-    amplitude
-        Amplitude per unit mass [length/time^2].
-    phase
-        Phase [rad].
-    constant
-        Constant part [length/time^2].
-
-    Returns
-    -------
-    Forcing
-        With one harmonic.
-
-    Raises
-    ------
-    ParameterError
-        If a value is outside its domain.
-
-    Examples
-    --------
-    >>> cosine("2.8").harmonics
-    (Harmonic(amplitude=1.0, omega='2.8', phase=0.0),)
-    """
-    return Forcing((Harmonic(amplitude, omega, phase),), constant)
-
-
-def sine(
-    omega: Exact, amplitude: Exact = 1.0, phase: Phase = 0.0, constant: Exact = 0.0
-) -> Forcing:
-    """Return the forcing constant + amplitude sin(omega t + phase), which is exactly 0 at rest.
-
-    It is kept as the cosine whose phase is less by pi/2, exactly.
-
-    Parameters
-    ----------
-    omega
-        Angular frequency [1/time], > 0.
-    amplitude
-        Amplitude per unit mass [length/time^2].
-    phase
-        Phase [rad].
-    constant
-        Constant part [length/time^2].
-
-    Returns
-    -------
-    Forcing
-        With one harmonic.
-
-    Raises
-    ------
-    ParameterError
-        If a value is outside its domain.
-
-    Examples
-    --------
-    >>> sine(3.0).harmonics
-    (Harmonic(amplitude=1.0, omega=3.0, phase=pi_times(-1, 2)),)
-    """
-    raise_first(phase_faults("phase", plain(phase)))
-    return cosine(omega, amplitude, sine_phase(phase), constant)
-
-
 def sine_phase(phase: Phase) -> PiTimes:
     """Return the phase of the cosine that is the sine of the given phase."""
     return pi_times(-1, 2) + cast("Phase", plain(phase))
-
-
-def fourier(
-    omega: Exact,
-    cos: Sequence[Exact] = (),
-    sin: Sequence[Exact] = (),
-    constant: Exact = 0.0,
-) -> Forcing:
-    """Return the forcing constant + sum of cos[n-1] cos(n omega t) + sin[n-1] sin(n omega t).
-
-    Its frequencies are exact multiples of omega, which is its one parameter of frequency,
-    ``forcing.omega``.
-
-    Parameters
-    ----------
-    omega
-        Base frequency [1/time], > 0; the period is 2 pi/omega.
-    cos
-        Coefficients of the cosines [length/time^2], for n = 1, 2, ...
-    sin
-        Coefficients of the sines; the shorter of the two is filled with zeros.
-    constant
-        Constant part [length/time^2].
-
-    Returns
-    -------
-    Forcing
-        With one `FourierTerm` for each n.
-
-    Raises
-    ------
-    ParameterError
-        If a value is outside its domain, or there are no coefficients.
-
-    Examples
-    --------
-    >>> fourier(2.0, cos=(1.0, 0.2), sin=(0.0, 0.1), constant=-0.5)
-    fourier(2.0, cos=(1.0, 0.2), sin=(0.0, 0.1), constant=-0.5)
-    """
-    for name, values in (("cos", cos), ("sin", sin)):
-        if not is_row(values):
-            raise ParameterError(name, values, "not a tuple of coefficients for n = 1, 2, ...")
-    # Forcing checks the terms, and names each fault by its number.
-    terms = [
-        draft(FourierTerm, n=n, cos=c, sin=s)
-        for n, (c, s) in enumerate(zip_longest(cos, sin, fillvalue=0.0), 1)
-    ]
-    return Forcing(terms, constant, base=omega)
 
 
 @faults.register

@@ -21,7 +21,8 @@ from percuss.model.parameter_fields import fields_by_path
 from percuss.model.paths import long_forms, moved_fields, moved_in_law
 from percuss.model.restitution import RestitutionTable
 from percuss.model.start import Start
-from percuss.model.structure import Structure, StructureStart
+from percuss.model.structure import Structure
+from percuss.model.structure_start import StructureStart
 from percuss.model.system import System, region_rows, touching_stops
 from percuss.numerics import cos, sin
 

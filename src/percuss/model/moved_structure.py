@@ -17,7 +17,7 @@ from percuss.model.exact import as_float
 from percuss.model.moved_law import moved_force_rows, moved_rows, parameter_names, unit_law
 from percuss.model.oscillator import Oscillator, SoftStop, Wall
 from percuss.model.paths import moved_fields
-from percuss.model.structure import StructureStart
+from percuss.model.structure_start import StructureStart
 from percuss.model.system import System
 from percuss.numerics import inverse, matmul, solve_linear
 

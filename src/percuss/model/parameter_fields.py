@@ -16,7 +16,8 @@ from percuss.model.loads import Loads
 from percuss.model.oscillator import Oscillator, Stop
 from percuss.model.restitution import RestitutionTable
 from percuss.model.start import Start
-from percuss.model.structure import MatrixRows, Structure, StructureStart
+from percuss.model.structure import MatrixRows, Structure
+from percuss.model.structure_start import StructureStart
 
 __all__ = [
     "PREFIXES",

@@ -46,7 +46,8 @@ from percuss.model.parameter_fields import (
 )
 from percuss.model.restitution import RestitutionTable
 from percuss.model.start import Start
-from percuss.model.structure import Structure, StructureStart
+from percuss.model.structure import Structure
+from percuss.model.structure_start import StructureStart
 
 __all__ = [
     "MovedFields",

@@ -18,7 +18,8 @@ from numpy.typing import ArrayLike
 from percuss.arrays import Floats, Integers
 from percuss.errors import ParameterError
 from percuss.model.exact import Exact, as_float, cos_sin, pi_times, whole
-from percuss.model.forcing import Forcing, cosine, sine
+from percuss.model.forcing import Forcing
+from percuss.model.harmonic_forces import cosine, sine
 from percuss.numerics import cos, sin, tan
 
 __all__ = [

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from percuss.arrays import Floats
 from percuss.errors import ParameterError
-from percuss.model.forcing import sine
+from percuss.model.harmonic_forces import sine
 from percuss.model.oscillator import impact_oscillator
 from percuss.motion.simulate import simulate
 from percuss.numerics import atan2, cos, sin

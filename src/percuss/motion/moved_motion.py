@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from percuss.arrays import Floats, Integers, row_of
-from percuss.errors import ParameterError
 from percuss.kernels import sensitivity as engine
 from percuss.kernels.flight_columns import (
     MOST_TERMS,
@@ -25,16 +24,30 @@ from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start
 from percuss.model.system import System
 from percuss.motion.extremes import Extrema, QuantityName
+from percuss.motion.instants import check_limit
 from percuss.motion.tables import HasEvents, Limit
 
 __all__ = [
-    "AnyMotion", "MovedContacts", "MovedCrossings", "MovedEvents", "MovedGrazes", "MovedImpacts",
+    "AnyMotion", "AnyOscillatorMotion", "MovedContacts", "MovedCrossings", "MovedEvents", "MovedGrazes", "MovedImpacts",
     "MovedMotion", "workspace_of",
 ]  # fmt: skip
 
 
 class AnyMotion(HasEvents, Protocol):
-    """A motion as its derivative reads it, such as a `Trajectory`."""
+    """A motion as its derivative reads it, of an oscillator or a structure."""
+
+    @property
+    def periods(self) -> Exact | None:
+        """The periods of what drives it after which it ends, None where it ends otherwise."""
+        ...
+
+    def __call__(self, t: ArrayLike, limit: Limit = "after") -> tuple[Floats, Floats]:
+        """Return x and v at times t."""
+        ...
+
+
+class AnyOscillatorMotion(AnyMotion, Protocol):
+    """A motion of an oscillator as its derivative reads it, such as a `Trajectory`."""
 
     @property
     def system(self) -> System:
@@ -57,17 +70,8 @@ class AnyMotion(HasEvents, Protocol):
         ...
 
     @property
-    def periods(self) -> Exact | None:
-        """The forcing periods after which it ends, None where it ends otherwise."""
-        ...
-
-    @property
     def record(self) -> tuple[Floats, Integers]:
         """Its events and marks."""
-        ...
-
-    def __call__(self, t: ArrayLike, limit: Limit = "after") -> tuple[Floats, Floats]:
-        """Return x and v at times t."""
         ...
 
     def within(self, instants: Floats) -> Floats:
@@ -228,7 +232,7 @@ class MovedMotion(MovedEvents):
         (n_events, n_parameters, 6) array, as the kernels wrote it.
     """
 
-    run: AnyMotion
+    run: AnyOscillatorMotion
     moved: MovedLaw
     varied: VariedRecord
     begin: Floats
@@ -262,8 +266,7 @@ class MovedMotion(MovedEvents):
         >>> dx[:, 0].round(6)
         array([0.479426, 0.841471])
         """
-        if limit not in ("after", "before"):
-            raise ParameterError("limit", limit, 'neither "after" nor "before"')
+        check_limit(limit)
         instants = self.run.within(reals("t", t))
         flat = row_of(instants)
         n = len(self.paths)

@@ -9,25 +9,25 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from percuss.arrays import Floats, row_of
-from percuss.errors import ParameterError
 from percuss.kernels.structure import sensitivity as engine
 from percuss.kernels.structure.run import StructureRun, new_run
 from percuss.kernels.structure.sensitivity import ColumnRecord, VariedRun
 from percuss.model.acting_sets import StructureSystem
-from percuss.model.exact import Exact, reals
+from percuss.model.exact import reals
 from percuss.model.loads import Loads
 from percuss.model.moved_structure import MovedStructure
 from percuss.model.oscillator import On
-from percuss.model.structure import Structure, StructureStart
+from percuss.model.structure import Structure
+from percuss.model.structure_start import StructureStart
 from percuss.motion.extremes import Extrema, QuantityName
-from percuss.motion.moved_motion import MovedEvents
-from percuss.motion.tables import HasEvents, Limit
-from percuss.motion.trajectory import times_within
+from percuss.motion.instants import check_limit, times_within
+from percuss.motion.moved_motion import AnyMotion, MovedEvents
+from percuss.motion.tables import Limit
 
 __all__ = ["AnyStructureMotion", "MovedStructureMotion", "rates_at", "scratch_of"]
 
 
-class AnyStructureMotion(HasEvents, Protocol):
+class AnyStructureMotion(AnyMotion, Protocol):
     """A motion of a structure as its derivative reads it, such as a `StructureTrajectory`."""
 
     @property
@@ -51,17 +51,8 @@ class AnyStructureMotion(HasEvents, Protocol):
         ...
 
     @property
-    def periods(self) -> Exact | None:
-        """The periods of the loads after which it ends, None where it ends otherwise."""
-        ...
-
-    @property
     def record(self) -> StructureRun:
         """Its events, marks and modes."""
-        ...
-
-    def __call__(self, t: ArrayLike, limit: Limit = "after") -> tuple[Floats, Floats]:
-        """Return x and v at times t."""
         ...
 
     def extremes(self, of: QuantityName, stop: int = 0, on: On | None = None) -> Extrema:
@@ -123,8 +114,7 @@ class MovedStructureMotion(MovedEvents):
         >>> dx[:, 0], dv[:, 0]
         (array([0.25, 0.  ]), array([1., 0.]))
         """
-        if limit not in ("after", "before"):
-            raise ParameterError("limit", limit, 'neither "after" nor "before"')
+        check_limit(limit)
         instants = reals("t", t)
         inside = times_within(instants, self.run.t0, self.run.t_end)
         flat = row_of(inside)

@@ -21,7 +21,7 @@ from percuss.model.moved_law import MovedLaw, moved_law, moved_period
 from percuss.model.oscillator import Wall
 from percuss.motion.moved_measures import MovedMeasure, MovedValue
 from percuss.motion.moved_motion import (
-    AnyMotion,
+    AnyOscillatorMotion,
     MovedContacts,
     MovedCrossings,
     MovedGrazes,
@@ -161,7 +161,7 @@ class Sensitivity(MovedMotion):
 
 
 def sensitivity_of(
-    run: AnyMotion, paths: Sequence[str], begin: Floats | None = None
+    run: AnyOscillatorMotion, paths: Sequence[str], begin: Floats | None = None
 ) -> Sensitivity:
     """Return the derivative of a run by parameters.
 
@@ -209,7 +209,11 @@ def slowing_of(d: MovedMotion) -> Floats:
 
 
 def _carried(
-    run: AnyMotion, moved: MovedLaw, varied: VariedRecord, begin: Floats, grazes: MovedGrazes
+    run: AnyOscillatorMotion,
+    moved: MovedLaw,
+    varied: VariedRecord,
+    begin: Floats,
+    grazes: MovedGrazes,
 ) -> Sensitivity:
     """Return the derivative with its columns, as the kernel carries them over the record."""
     events, marks = run.record
@@ -277,7 +281,7 @@ def _grazes(passing: Sensitivity) -> MovedGrazes:
     return MovedGrazes(instants[order], stop[order], reach[order], speed[order])
 
 
-def _at_graze(run: AnyMotion, t: float, stop: int) -> tuple[float, float, float]:
+def _at_graze(run: AnyOscillatorMotion, t: float, stop: int) -> tuple[float, float, float]:
     """Return the direction of a wall, the acceleration towards it, and its restitution."""
     law, (events, marks) = run.system.law, run.record
     region = int(marks[flight_at(events, t, True), columns.NEXT_REGION])
@@ -290,13 +294,13 @@ def _at_graze(run: AnyMotion, t: float, stop: int) -> tuple[float, float, float]
     return into, into * force, restitution_at(law, region, bound, 0.0)
 
 
-def _rebound(run: AnyMotion, grazes: MovedGrazes, k: int) -> float:
+def _rebound(run: AnyOscillatorMotion, grazes: MovedGrazes, k: int) -> float:
     """Return how much an impact at a graze changes the velocity, per speed."""
     into, _, restitution = _at_graze(run, float(grazes.t[k]), int(grazes.stop[k]))
     return into * (1.0 + restitution)
 
 
-def _crossing_rows(run: AnyMotion) -> list[int]:
+def _crossing_rows(run: AnyOscillatorMotion) -> list[int]:
     """Return the row of each crossing: stops that share an edge are crossed together."""
     marks, edges = run.record[1], run.system.lines.edges
     rows = np.flatnonzero(marks[:, columns.KIND] == columns.CROSSING).tolist()

@@ -38,7 +38,8 @@ from percuss.model.start import (
     start_of,
     wall_faults,
 )
-from percuss.model.structure import Structure, StructureStart, structure_start
+from percuss.model.structure import Structure
+from percuss.model.structure_start import StructureStart, structure_start
 from percuss.model.system import System, region_rows
 from percuss.motion.reach import free_until
 from percuss.motion.trajectory import Outcome, Trajectory
@@ -191,7 +192,7 @@ def simulate(
     (array([0.5]), array([-0.13333333,  0.56666667]))
     """
     if isinstance(osc, Structure):
-        from percuss.motion.structures import follow_structure
+        from percuss.motion.follow_structure import follow_structure
 
         _refuse_both(start, x0, v0, t0)
         begin_there = structure_start(osc, start, x0, v0, t0)

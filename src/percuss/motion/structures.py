@@ -1,34 +1,31 @@
-"""The motion of a structure: a run from event to event, and its result."""
+"""The result of a run of a structure: its events, and the motion between them."""
 
 from __future__ import annotations
 
 import functools
-import math
-import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, cast
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from percuss.arrays import Floats, Integers, row_of
-from percuss.errors import LimitWarning, ParameterError
+from percuss.errors import ParameterError
 from percuss.kernels import record as columns
-from percuss.kernels.structure import march as engine
-from percuss.kernels.structure import run as state
 from percuss.kernels.structure.run import StructureRun, new_run
 from percuss.kernels.structure.sample import evaluate
 from percuss.model.acting_sets import StructureSystem
-from percuss.model.exact import Exact, Phase, as_float, plain, reals, whole
-from percuss.model.faults import raise_first
+from percuss.model.exact import Exact, as_float, reals, whole
 from percuss.model.loads import Loads
 from percuss.model.oscillator import On, Oscillator, SoftStop
-from percuss.model.start import end_after_periods, limit_faults, periods_faults
-from percuss.model.structure import Structure, StructureStart
+from percuss.model.structure import Structure
+from percuss.model.structure_start import StructureStart
 from percuss.model.system import System
 from percuss.motion.energetics import force_at
 from percuss.motion.extremes import Extrema, QuantityName
+from percuss.motion.instants import check_limit, span_within, strobes, times_within
+from percuss.motion.run_dataset import run_dataset
 from percuss.motion.sections import SectionDirection, section_of
 from percuss.motion.structure_observables import (
     extremes_of_run,
@@ -36,115 +33,18 @@ from percuss.motion.structure_observables import (
     passages_of_run,
 )
 from percuss.motion.structure_sensitivity import StructureSensitivity, structure_sensitivity_of
-from percuss.motion.tables import Contacts, Crossings, EventColumn, Grazes, Impacts
-from percuss.motion.trajectory import (
-    Outcome,
-    beyond_record_of,
-    happened,
-    labelled,
-    span_within,
-    strobes,
-    times_within,
-)
+from percuss.motion.tables import Contacts, Crossings, EventColumn, Grazes, Impacts, Limit
+from percuss.motion.trajectory import Outcome, beyond_record_of, happened
 from percuss.numerics import matmul
 from percuss.pictures import HasPicture
-from percuss.progress import RunProgress
-from percuss.wording import counted
 
 if TYPE_CHECKING:
     from xarray import Dataset
 
-__all__ = ["StructureTrajectory", "follow_structure", "followed"]
-
-# Rows for events at first, and searches between two checks for Ctrl-C.
-FIRST_CAPACITY = 4096
-PATIENCE = 10_000
-_OUTCOMES = {
-    columns.REACHED_END: Outcome.reached_t_end,
-    columns.REACHED_LIMIT: Outcome.reached_max_impacts,
-    columns.OVERFLOW: Outcome.overflow,
-}
+__all__ = ["StructureTrajectory", "as_far_as_filled"]
 
 
-def follow_structure(
-    structure: Structure,
-    loads: object,
-    start: StructureStart,
-    t_end: Phase | None,
-    periods: Exact | None,
-    max_impacts: int | None,
-    most_impacts: int,
-    progress: bool | Callable[[float, float], bool] | None,
-) -> StructureTrajectory:
-    """Follow one motion of a structure; the arguments are those of `simulate`."""
-    system = StructureSystem.of(structure, loads)
-    begin = as_float(start.t0)
-    if periods is not None:
-        raise_first(periods_faults(system.loads, periods, t_end))
-        t_end = end_after_periods(system.loads, start.t0, periods)
-    if t_end is None:
-        reason = "needed for a structure, whose motion may meet no stop for ever"
-        raise ParameterError("t_end", None, reason)
-    raise_first(limit_faults(start.t0, t_end, max_impacts))
-    limit = most_impacts if max_impacts is None else min(int(max_impacts), 2**62)
-    end = as_float(t_end)
-    progress_of_run = RunProgress(progress, begin, end, limit)
-    run, outcome = followed(system, (start.x, start.v, begin), end, limit, progress_of_run)
-    if outcome is Outcome.reached_max_impacts and max_impacts is None:
-        message = (
-            f"the run ended at t = {run.state[columns.T]:.10g} after {counted(limit, 'impact')}, the limit "
-            "without max_impacts; give max_impacts to follow it further"
-        )
-        warnings.warn(message, LimitWarning, stacklevel=3)
-    lasts = None if periods is None else cast("Exact", plain(periods))
-    return StructureTrajectory.of_run(system, start, run, end, outcome, lasts)
-
-
-def followed(
-    system: StructureSystem,
-    start: tuple[Floats, Floats, float],
-    end: float,
-    limit: int,
-    progress: RunProgress | None = None,
-) -> tuple[StructureRun, Outcome]:
-    """March from (x, v, t) to the limits, making sets of acting stops as they are met.
-
-    With progress Ctrl-C ends the run there, and what it holds is kept.
-    """
-    x, v, t = start
-    key = system.key_at(x, v)
-    system.add(key)
-    run = new_run(system.sets, min(limit + 8, FIRST_CAPACITY))
-    run.counters[state.SET] = system.sets.keys.tolist().index(key)
-    run.state[columns.T] = t
-    state.decompose(system.sets, int(run.counters[state.SET]), np.stack([x, v], axis=1), run.begin)
-    try:
-        while True:
-            status = engine.march(run, end, limit, PATIENCE)
-            if status in _OUTCOMES:
-                return _as_far_as_filled(run), _OUTCOMES[status]
-            if status == state.NEW_SET:
-                system.add(int(run.counters[state.WANTED]))
-                run = run._replace(sets=system.sets)
-            elif status == columns.FULL:
-                run = _longer(run)
-            if progress is None:
-                continue
-            searched = float(run.free.min(initial=math.inf))
-            here = float(run.state[columns.T]) + (searched if searched < math.inf else 0.0)
-            if not progress.reach_event(here, int(run.counters[columns.N_IMPACTS])):
-                return _as_far_as_filled(run), Outcome.interrupted
-    except KeyboardInterrupt:
-        # In the first compilation nothing is known yet, and of an orbit a part is of no use.
-        if progress is None or run.counters[columns.N_EVENTS] == 0:
-            raise
-        return _as_far_as_filled(run), Outcome.interrupted
-    finally:
-        if progress is not None:
-            progress.close()
-
-
-def _as_far_as_filled(run: StructureRun) -> StructureRun:
+def as_far_as_filled(run: StructureRun) -> StructureRun:
     """Return the run with the rows of its events and grazes that have been written."""
     n, n_grazes = (int(run.counters[i]) for i in (columns.N_EVENTS, columns.N_GRAZES))
     return run._replace(
@@ -152,16 +52,6 @@ def _as_far_as_filled(run: StructureRun) -> StructureRun:
         marks=run.marks[:n],
         states=run.states[:n],
         grazes=run.grazes[:n_grazes],
-    )
-
-
-def _longer(run: StructureRun) -> StructureRun:
-    """Return a run with room for as many events and grazes again."""
-    return run._replace(
-        events=np.concatenate([run.events, np.empty_like(run.events)]),
-        marks=np.concatenate([run.marks, np.empty_like(run.marks)]),
-        states=np.concatenate([run.states, np.empty_like(run.states)]),
-        grazes=np.concatenate([run.grazes, np.empty_like(run.grazes)]),
     )
 
 
@@ -212,7 +102,7 @@ class StructureTrajectory(HasPicture):
         periods: Exact | None = None,
     ) -> StructureTrajectory:
         """Return the trajectory of a run, as the kernels left it."""
-        run = _as_far_as_filled(run)
+        run = as_far_as_filled(run)
         # The scratch of a result is its own: another run may go on with the same sets.
         run = run._replace(
             events=run.events.copy(),
@@ -271,9 +161,7 @@ class StructureTrajectory(HasPicture):
         ]
         return "; ".join(f"loads.{i}: {text}" for i, text in texts if text)
 
-    def __call__(
-        self, t: ArrayLike, limit: Literal["after", "before"] = "after"
-    ) -> tuple[Floats, Floats]:
+    def __call__(self, t: ArrayLike, limit: Limit = "after") -> tuple[Floats, Floats]:
         """Return (x, v) at times t, from the closed form.
 
         Parameters
@@ -302,8 +190,7 @@ class StructureTrajectory(HasPicture):
         >>> round(float(v.sum()), 12)
         1.0
         """
-        if limit not in ("after", "before"):
-            raise ParameterError("limit", limit, 'neither "after" nor "before"')
+        check_limit(limit)
         instants = reals("t", t)
         inside = times_within(instants, self.t0, self.t_end)
         flat = row_of(inside)
@@ -617,10 +504,7 @@ class StructureTrajectory(HasPicture):
         return self._labelled(data, coordinates)
 
     def _labelled(self, data: dict[str, object], coordinates: dict[str, object]) -> Dataset:
-        import xarray
-
-        dataset = xarray.Dataset(data, coordinates, attrs={"outcome": str(self.outcome.value)})
-        return labelled(dataset, self.structure.units)
+        return run_dataset(data, coordinates, self.outcome.value, self.structure.units)
 
 
 def _rows(run: StructureRun, kind: np.int64) -> Integers:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import html
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
@@ -18,16 +17,17 @@ from percuss.kernels import record as columns
 from percuss.kernels.law_columns import N_HARMONICS, PERIOD
 from percuss.kernels.record import MotionRecord
 from percuss.kernels.sample import evaluate, impact_columns
-from percuss.model.exact import Exact, Phase, as_float, real, reals, whole
+from percuss.model.exact import Exact, Phase, as_float, reals, whole
 from percuss.model.faults import raise_first
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator, mass_of
 from percuss.model.start import Start, wall_faults
 from percuss.model.system import System
-from percuss.model.units import FORCE, Units
 from percuss.motion.energetics import energy_at, forces_at
 from percuss.motion.error_bounds import ContactErrors
 from percuss.motion.extremes import Extrema, QuantityName, extremes_of_motion, level_crossings
+from percuss.motion.instants import check_limit, span_within, strobes, times_within
+from percuss.motion.run_dataset import run_dataset
 from percuss.motion.sections import SectionDirection, section_of
 from percuss.motion.sensitivity import Sensitivity, sensitivity_of
 from percuss.motion.tables import (
@@ -49,14 +49,7 @@ if TYPE_CHECKING:
     # A second of import, and only `sample`, `stroboscopic` and `forces` need it.
     from xarray import Dataset
 
-__all__ = [
-    "Outcome", "Trajectory", "beyond_record_of", "happened", "labelled", "span_within", "strobes",
-    "times_within",
-]  # fmt: skip
-
-_SIDES = ("after", "before")
-# A computed time may lie outside the run by this many units in the last place.
-ROUNDED = 4.0
+__all__ = ["Outcome", "Trajectory", "beyond_record_of", "happened"]
 
 
 class Outcome(Enum):
@@ -247,8 +240,7 @@ class Trajectory(HasPicture):
         >>> [round(float(run(run.impacts.t[0], limit)[1]), 12) for limit in ("before", "after")]
         [-1.0, 0.5]
         """
-        if limit not in _SIDES:
-            raise ParameterError("limit", limit, 'neither "after" nor "before"')
+        check_limit(limit)
         instants = self.within(reals("t", t))
         flat = row_of(instants)
         law = self.system.law
@@ -528,10 +520,7 @@ class Trajectory(HasPicture):
         return energy_at(self.system, x, v)
 
     def _dataset(self, data: Mapping[str, object], coords: Mapping[str, object]) -> Dataset:
-        import xarray
-
-        dataset = xarray.Dataset(data, coords=coords, attrs={"outcome": str(self.outcome.value)})
-        return labelled(dataset, self.oscillator.units)
+        return run_dataset(data, coords, self.outcome.value, self.oscillator.units)
 
 
 def beyond_record_of(forcing: Forcing, t0: float, t_end: float) -> str:
@@ -545,61 +534,6 @@ def beyond_record_of(forcing: Forcing, t0: float, t_end: float) -> str:
         return ""
     what = "its end values hold" if record.outside == "end" else "nothing acts"
     return f"the record lasts from t = {first:.6g} to {last:.6g}, {what} beyond"
-
-
-def strobes(period: float, t0: float, t_end: float, cycle: float | None) -> Floats:
-    """Return the instants of a run once a period, from its start or at a cycle in [0, 1)."""
-    count = np.arange(int((t_end - t0) / period) + 2)
-    if cycle is None:
-        times = t0 + count * period
-    else:
-        part = section_of({"cycle": cycle}).cycle or 0.0
-        first = math.ceil(t0 / period - part)
-        times = (first + count + part) * period
-    slack = ROUNDED * np.spacing(max(abs(t0), abs(t_end)))
-    return np.asarray(times[(times >= t0 - slack) & (times <= t_end + slack)])
-
-
-def span_within(between: Sequence[float] | None, t0: float, t_end: float) -> tuple[float, float]:
-    """Return the instants between which a run from t0 to t_end is looked at."""
-    if between is None:
-        return t0, t_end
-    if not hasattr(between, "__len__") or len(between) != 2:
-        raise ParameterError("between", between, "not a pair of instants (first, last)")
-    first, last = (real("between", t) for t in between)
-    if not t0 <= first <= last <= t_end:
-        reason = f"not two instants of the run, {t0!r} to {t_end!r}, in order"
-        raise ParameterError("between", (first, last), reason)
-    return first, last
-
-
-def times_within(instants: Floats, t0: float, t_end: float) -> Floats:
-    """Return the times moved into a run where only their rounding lies outside."""
-    slack = ROUNDED * np.spacing(max(abs(t0), abs(t_end)))
-    outside = ~((instants >= t0 - slack) & (instants <= t_end + slack))
-    if outside.any():
-        wrong = float(instants[outside].flat[0])
-        raise ParameterError("t", wrong, f"outside the run, {t0!r} to {t_end!r}")
-    return np.clip(instants, t0, t_end)
-
-
-# Dimensions of the variables of a run's datasets.
-DIMENSIONS = {
-    "t": "time",
-    "x": "length",
-    "v": "length/time",
-    **dict.fromkeys(("spring", "damping", "forcing", "loads", "stops"), FORCE),
-}
-
-
-def labelled(dataset: Dataset, units: Units | None) -> Dataset:
-    """Return a dataset of a run whose variables name their units, where there are units."""
-    if units is not None:
-        for name in dataset.variables:
-            dimensions = DIMENSIONS.get(str(name).removesuffix("_radius"))
-            if dimensions is not None:
-                dataset[name].attrs["units"] = units.of(dimensions)
-    return dataset
 
 
 def _impacts(system: System, events: Floats, marks: Integers, n: int) -> Impacts:

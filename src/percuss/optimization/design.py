@@ -18,7 +18,8 @@ from percuss.model.loads import Loads, loads_of
 from percuss.model.oscillator import Oscillator
 from percuss.model.paths import get_parameter, long_form, replace_parameters
 from percuss.model.start import Start, start_of
-from percuss.model.structure import Structure, StructureStart, structure_start
+from percuss.model.structure import Structure
+from percuss.model.structure_start import StructureStart, structure_start
 from percuss.model.system import System
 from percuss.motion.structures import StructureTrajectory
 from percuss.motion.trajectory import Trajectory

@@ -18,7 +18,8 @@ from percuss.model.loads import Loads
 from percuss.model.oscillator import Oscillator
 from percuss.model.paths import replace_parameters
 from percuss.model.start import Start
-from percuss.model.structure import Structure, StructureStart
+from percuss.model.structure import Structure
+from percuss.model.structure_start import StructureStart
 from percuss.model.system import System
 from percuss.motion.simulate import simulate
 from percuss.motion.structures import StructureTrajectory

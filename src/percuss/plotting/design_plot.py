@@ -6,8 +6,8 @@ from typing import Any
 
 from matplotlib.axes import Axes
 
-from percuss.ensembles.grid import units_of as dimensions_of
 from percuss.ensembles.measures import outcome_dimensions
+from percuss.model.dimensions import dimensions_of
 from percuss.model.loads import Loads
 from percuss.model.oscillator import Oscillator
 from percuss.model.structure import Structure

@@ -36,6 +36,7 @@ from percuss.plotting.style import (
     label_once,
     label_phase_plane,
     picture,
+    shared_docs,
     units_of,
 )
 from percuss.wording import counted
@@ -85,6 +86,7 @@ CROWDED = 0.04
 MOST_DIGITS = 15
 
 
+@shared_docs
 def plot_enclosure(
     proven: CertifiedRun
     | CertifiedOrbit
@@ -122,8 +124,6 @@ def plot_enclosure(
         of their area to further axes, to the right or below.
     branch
         The branch of special points.
-    units
-        Units on the axes; default: those of the oscillator, or dimensionless.
 
     Returns
     -------

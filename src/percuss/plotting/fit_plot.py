@@ -12,11 +12,11 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from xarray import Dataset
 
-from percuss.ensembles.grid import units_of as dimensions_of
 from percuss.errors import ParameterError
 from percuss.fitting.measured import quantity_dimensions
 from percuss.fitting.result import Fit
 from percuss.fitting.summaries import impacts_of, motion_of
+from percuss.model.dimensions import dimensions_of
 from percuss.model.oscillator import Oscillator
 from percuss.model.paths import long_form
 from percuss.model.units import Units
@@ -31,6 +31,7 @@ from percuss.plotting.style import (
     draw_legend,
     fix_ticks,
     new_figure,
+    shared_docs,
     style,
     units_of,
 )
@@ -46,6 +47,7 @@ PROFILE_LEVELS = ((1.0, "68 %"), (3.84, "95 %"))
 ELLIPSES = ((2.2957, 0.35), (5.9915, 0.15))
 
 
+@shared_docs
 def plot_fit(
     fit: Fit,
     figure: Figure | None = None,
@@ -62,8 +64,6 @@ def plot_fit(
     ----------
     fit
         What `percuss.fit` has returned.
-    figure
-        An empty figure; default: a new one.
     record
         The number of the record, from 0.
     quantity
@@ -72,8 +72,6 @@ def plot_fit(
         The two parameters of the ellipse, by their paths; default: the first two.
     window
         First and last time that are drawn; default: the whole record.
-    units
-        Units on the axes; default: those of the oscillator, or dimensionless.
 
     Returns
     -------
@@ -144,6 +142,7 @@ def plot_fit(
     return figure
 
 
+@shared_docs
 def plot_confidence(
     fit: Fit,
     figure: Figure | None = None,
@@ -157,12 +156,8 @@ def plot_confidence(
     ----------
     fit
         What `percuss.fit` has returned.
-    figure
-        An empty figure; default: a new one.
     parameters
         Their paths; default: all that have an error.
-    units
-        Units on the axes; default: those of the oscillator, or dimensionless.
 
     Returns
     -------
@@ -202,6 +197,7 @@ def plot_confidence(
     return figure
 
 
+@shared_docs
 def plot_profiles(
     fit: Fit,
     figure: Figure | None = None,
@@ -216,15 +212,11 @@ def plot_profiles(
     ----------
     fit
         What `percuss.fit` has returned.
-    figure
-        An empty figure; default: a new one.
     parameters
         Their paths; default: those whose profiles were asked for with `Fit.profile`, or else all
         that have an error.
     n
         Number of values of a profile that was not asked for yet.
-    units
-        Units on the axes; default: those of the oscillator, or dimensionless.
 
     Returns
     -------

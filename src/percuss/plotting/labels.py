@@ -7,7 +7,7 @@ import re
 import xarray as xr
 from matplotlib.axes import Axes
 
-from percuss.ensembles.grid import units_of as dimensions_of
+from percuss.model.dimensions import dimensions_of
 from percuss.model.loads import Loads
 from percuss.model.oscillator import Oscillator
 from percuss.model.structure import Structure

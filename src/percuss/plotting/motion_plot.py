@@ -213,8 +213,6 @@ def plot_phase_portrait(
     against
         Of a structure another displacement, drawn upwards in place of the velocity: a pair of
         coordinates, with the stops of both, where an impact is a corner.
-    window
-        First and last time of the part that is drawn; default: the whole run.
 
     Returns
     -------
@@ -231,11 +229,7 @@ def plot_phase_portrait(
             _draw_pair(ax, view, other, curve, units)
         return ax
     with picture(ax, legend=True, labels=(xlabel, ylabel)) as ax:
-        x, v = reduce_to_pixels(curve)
-        # A long line is drawn finely, so that its loops stay apart; very long ones stay an image
-        # inside an SVG, which would be large otherwise.
-        width = float(np.clip(1.2 * math.sqrt(40.0 / (1.0 + _length(curve))), 0.35, 1.2))
-        ax.plot(x, v, color=BLUE, linewidth=width, rasterized=x.size > DRAWN_POINTS)
+        _draw_orbit(ax, curve)
         if low == view.t0:
             # Before the impact of a start that runs into a wall.
             ax.plot(view.x0, view.v0, **START_STYLE)
@@ -251,15 +245,21 @@ def _draw_pair(
 ) -> None:
     """Draw one displacement over another, with the stops of both."""
     pair = SampledMotion(curve.t, curve.x, other(curve.t)[0], np.zeros_like(curve.jumps))
-    x, y = reduce_to_pixels(pair)
-    width = float(np.clip(1.2 * math.sqrt(40.0 / (1.0 + _length(pair))), 0.35, 1.2))
-    ax.plot(x, y, color=BLUE, linewidth=width, rasterized=x.size > DRAWN_POINTS)
+    _draw_orbit(ax, pair)
     if curve.t[0] == view.t0:
         ax.plot(view.x0, other.x0, **START_STYLE)
     draw_stops(ax, view, pair.x, "x")
     draw_stops(ax, other, pair.v, "y")
     for label, seen in ((ax.set_xlabel, view), (ax.set_ylabel, other)):
         label(f"displacement {names_of(seen)[0]} ({units.displacement})")
+
+
+def _draw_orbit(ax: Axes, curve: SampledMotion) -> None:
+    """Draw a line in the plane: a long one finely, so that its loops stay apart."""
+    x, v = reduce_to_pixels(curve)
+    width = float(np.clip(1.2 * math.sqrt(40.0 / (1.0 + _length(curve))), 0.35, 1.2))
+    # Very long ones stay an image inside an SVG, which would be large otherwise.
+    ax.plot(x, v, color=BLUE, linewidth=width, rasterized=x.size > DRAWN_POINTS)
 
 
 def _length(curve: SampledMotion) -> float:

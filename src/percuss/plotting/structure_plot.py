@@ -24,6 +24,7 @@ from percuss.plotting.style import (
     draw_legend,
     fix_ticks,
     new_figure,
+    shared_docs,
     style,
     units_of,
 )
@@ -37,6 +38,7 @@ HEIGHT = 1.5
 MOST_SHOWN = 1000
 
 
+@shared_docs
 def plot_coordinates(
     run: StructureTrajectory | StructureOrbit,
     figure: Figure | None = None,
@@ -52,13 +54,9 @@ def plot_coordinates(
     ----------
     run
         The run, or an orbit over its period.
-    figure
-        An empty figure; default: a new one.
     on
         Coordinates, directions and names of points; default: all points, or where the structure has
         none all coordinates.
-    window
-        First and last time that are drawn; default: the whole run.
     units
         Units on the axes; default: those of the structure, or dimensionless.
     title
@@ -93,6 +91,7 @@ def plot_coordinates(
     return figure
 
 
+@shared_docs
 def plot_mode_shapes(
     structure: Structure,
     figure: Figure | None = None,
@@ -107,8 +106,6 @@ def plot_mode_shapes(
     ----------
     structure
         The structure; its stiffness is symmetric.
-    figure
-        An empty figure; default: a new one.
     n
         Number of modes, the slowest first; default: up to 6.
     on

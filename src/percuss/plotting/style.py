@@ -69,6 +69,7 @@ class HasUnits(Protocol):
 # What means the same in every plot function.
 SHARED_PARAMETERS = {
     "ax": "ax\n    Axes to draw on; default: those of a new figure.",
+    "figure": "figure\n    An empty figure; default: a new one.",
     "window": "window\n    First and last time that are drawn; default: the whole run.",
     "on": "on\n    Of a structure the coordinate, direction or point that is drawn, with the stops on its "
     "line;\n    default: the line of its first stop.",
@@ -83,7 +84,7 @@ PlotFunction = TypeVar("PlotFunction", bound=Callable[..., Any])
 
 
 def shared_docs(plot: PlotFunction) -> PlotFunction:
-    """Add what plot functions share to a docstring: `ax`, `window`, `on`, `units`, and the result.
+    """Add what plot functions share to a docstring: parameters such as `ax`, and the result.
 
     A parameter or result that the docstring describes itself keeps that description. The order is
     that of the signature; a parameter that is described nowhere is an error.

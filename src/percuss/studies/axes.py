@@ -18,7 +18,7 @@ from percuss.io.study_text import number
 from percuss.model.exact import Phase, PiTimes, angle, as_float, number_problem, phase_problem
 from percuss.model.paths import get_parameter, long_form, replace_parameter
 from percuss.model.start import Start
-from percuss.model.structure import StructureStart
+from percuss.model.structure_start import StructureStart
 from percuss.numerics import exp, log
 from percuss.studies.study import StudyDraft
 from percuss.studies.tables import (

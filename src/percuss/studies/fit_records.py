@@ -20,7 +20,8 @@ from percuss.model.loads import Loads
 from percuss.model.oscillator import Oscillator
 from percuss.model.paths import replace_parameters
 from percuss.model.start import Start, start_faults
-from percuss.model.structure import Structure, StructureStart
+from percuss.model.structure import Structure
+from percuss.model.structure_start import StructureStart
 from percuss.studies.study import StudyDraft
 from percuss.studies.tables import Path, exact_phase, raw_table, shown, unknown_key, words_of_file
 

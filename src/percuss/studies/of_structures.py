@@ -12,13 +12,8 @@ from percuss.model.faults import draft, number_faults, phase_faults, positive_fa
 from percuss.model.loads import loads_of
 from percuss.model.oscillator import On, SoftStop, Wall
 from percuss.model.start import Start, limit_faults
-from percuss.model.structure import (
-    Structure,
-    StructureStart,
-    check_start,
-    on_faults,
-    structure_fields,
-)
+from percuss.model.structure import Structure, on_faults, structure_fields
+from percuss.model.structure_start import StructureStart, check_start
 from percuss.model.units import FORCE, in_units
 from percuss.studies.structure_tables import has_size
 from percuss.studies.study import (

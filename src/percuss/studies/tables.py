@@ -37,7 +37,7 @@ from percuss.model.exact import (
 from percuss.model.faults import Fault, draft
 from percuss.model.oscillator import On, plain_on
 from percuss.model.start import Start
-from percuss.model.structure import StructureStart
+from percuss.model.structure_start import StructureStart
 from percuss.model.units import Units
 
 __all__ = [

@@ -11,11 +11,13 @@ import numpy as np
 
 from percuss.arrays import Floats
 from percuss.model.exact import Exact, as_float
-from percuss.model.forcing import Forcing, cosine
+from percuss.model.forcing import Forcing
+from percuss.model.harmonic_forces import cosine
 from percuss.model.loads import Loads
 from percuss.model.mechanisms import chain, impact_pair, vibro_impact_absorber
 from percuss.model.oscillator import Oscillator, SoftStop, Stop, Wall
-from percuss.model.structure import Structure, StructureStart
+from percuss.model.structure import Structure
+from percuss.model.structure_start import StructureStart
 
 __all__ = [
     "MECHANISMS",

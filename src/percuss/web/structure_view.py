@@ -14,7 +14,8 @@ from percuss.arrays import Floats
 from percuss.errors import ParameterError, PercussError
 from percuss.model.exact import Exact, as_float
 from percuss.model.loads import Loads
-from percuss.model.structure import Structure, StructureStart
+from percuss.model.structure import Structure
+from percuss.model.structure_start import StructureStart
 from percuss.motion.simulate import simulate
 from percuss.motion.structures import StructureTrajectory
 from percuss.motion.trajectory import Outcome

@@ -43,7 +43,8 @@ from percuss.model.exact import as_float
 from percuss.model.faults import draft
 from percuss.model.oscillator import SoftStop, Wall
 from percuss.model.structure import Structure
-from percuss.motion.structures import StructureTrajectory, followed
+from percuss.motion.follow_structure import followed
+from percuss.motion.structures import StructureTrajectory
 from percuss.motion.trajectory import Outcome
 from percuss.numerics import determinant, matmul, solve_linear
 from percuss.orbits.bifurcations.borders import Bordered

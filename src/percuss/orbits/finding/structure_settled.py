@@ -13,7 +13,7 @@ from percuss.errors import PercussError
 from percuss.kernels.structure.sample import evaluate
 from percuss.model.acting_sets import StructureSystem, within_walls
 from percuss.model.oscillator import On
-from percuss.model.structure import StructureStart
+from percuss.model.structure_start import StructureStart
 from percuss.motion.structures import StructureTrajectory
 from percuss.motion.trajectory import Outcome
 from percuss.numerics import power

@@ -19,8 +19,10 @@ from percuss.kernels.structure.tangent import carry_run
 from percuss.model.acting_sets import StructureSystem, is_before_walls
 from percuss.model.exact import whole
 from percuss.model.loads import Loads, loads_of
-from percuss.model.structure import Structure, StructureStart, check_start
-from percuss.motion.structures import StructureTrajectory, followed
+from percuss.model.structure import Structure
+from percuss.model.structure_start import StructureStart, check_start
+from percuss.motion.follow_structure import followed
+from percuss.motion.structures import StructureTrajectory
 from percuss.motion.trajectory import Outcome
 from percuss.numerics import norm, solve_linear
 from percuss.orbits.orbit.moved_structure_orbit import (

@@ -39,8 +39,8 @@ __all__ = [
     "stroboscopic_map",
 ]
 
-# A quantity of the impact at an instant with a velocity.
-OfImpact: TypeAlias = Callable[[Propagator, float, float], ArrayLike]
+# A quantity of what follows an instant with a velocity.
+OfInstant: TypeAlias = Callable[[Propagator, float, float], ArrayLike]
 
 # Impacts on other stops before the next one on the stop of the map.
 MOST_IMPACTS = 4096
@@ -115,13 +115,10 @@ class ImpactMap:
         ParameterError
             As for the map itself.
         """
-        matrices = self._each(cycle, v_after, self._derivative)
-        return matrices.reshape(*matrices.shape[:-1], 2, 2)
+        return _as_matrices(self._each(cycle, v_after, self._derivative))
 
-    def _each(self, cycle: ArrayLike, v_after: ArrayLike, quantity: OfImpact) -> Floats:
-        cycles, speeds = np.broadcast_arrays(reals("cycle", cycle), reals("v_after", v_after))
-        _check_finite("cycle", cycles)
-        _check_finite("v_after", speeds)
+    def _each(self, cycle: ArrayLike, v_after: ArrayLike, quantity: OfInstant) -> Floats:
+        cycles, speeds = _finite_pairs(cycle=cycle, v_after=v_after)
         stop = self.oscillator.stops[self.stop]
         off = -1.0 if stop.side == "above" else 1.0
         sign = off if isinstance(stop, Wall) else -off
@@ -130,11 +127,7 @@ class ImpactMap:
             where = "into the wall" if isinstance(stop, Wall) else "out of the stop"
             reason = f"{where}; a velocity after an impact there is {'+' if sign > 0 else '-'}"
             raise ParameterError("v_after", float(wrong.flat[0]), reason)
-        runs = Propagator(System(self.oscillator, self.forcing))
-        period = float(runs.law[0, PERIOD])
-        impacts = zip(cycles.flat, speeds.flat, strict=True)
-        values = [quantity(runs, c * period, v) for c, v in impacts]
-        return np.array(values, dtype=np.float64).reshape(*cycles.shape, -1)
+        return _at_each(System(self.oscillator, self.forcing), cycles, speeds, quantity)
 
     def _follow(self, runs: Propagator, t: float, v: float) -> tuple[Floats, Integers] | None:
         """Return the record up to the next impact, None if there is none."""
@@ -247,23 +240,16 @@ class SectionMap:
         ParameterError
             As for the map itself.
         """
-        matrices = self._each(cycle, v, self._derivative)
-        return matrices.reshape(*matrices.shape[:-1], 2, 2)
+        return _as_matrices(self._each(cycle, v, self._derivative))
 
-    def _each(self, cycle: ArrayLike, v: ArrayLike, quantity: OfImpact) -> Floats:
-        cycles, speeds = np.broadcast_arrays(reals("cycle", cycle), reals("v", v))
-        _check_finite("cycle", cycles)
-        _check_finite("v", speeds)
+    def _each(self, cycle: ArrayLike, v: ArrayLike, quantity: OfInstant) -> Floats:
+        cycles, speeds = _finite_pairs(cycle=cycle, v=v)
         sign = self.section.sign
         wrong = speeds[(speeds == 0.0) | (sign * speeds < 0.0)]
         if wrong.size:
             reason = f"no velocity of a passage {self.section.label}"
             raise ParameterError("v", float(wrong.flat[0]), reason)
-        runs = Propagator(System(self.oscillator, self.forcing))
-        period = float(runs.law[0, PERIOD])
-        passages = zip(cycles.flat, speeds.flat, strict=True)
-        values = [quantity(runs, c * period, speed) for c, speed in passages]
-        return np.array(values, dtype=np.float64).reshape(*cycles.shape, -1)
+        return _at_each(System(self.oscillator, self.forcing), cycles, speeds, quantity)
 
     def _follow(self, runs: Propagator, t: float, v: float) -> tuple[float, float] | None:
         """Return (t, v) of the next passage, None if there is none."""
@@ -356,8 +342,7 @@ class StroboscopicMap:
         ParameterError
             As for the map itself.
         """
-        matrices = self._each(x, v, derivative=True)
-        return matrices.reshape(*matrices.shape[:-1], 2, 2)
+        return _as_matrices(self._each(x, v, derivative=True))
 
     def _each(self, x: ArrayLike, v: ArrayLike, *, derivative: bool) -> Floats:
         places, speeds = np.broadcast_arrays(reals("x", x), reals("v", v))
@@ -511,6 +496,27 @@ def periodic_system(osc: Oscillator, force: Forcing | None, what: str) -> System
         reason = f"{what} needs a periodic forcing; give period= where it has one"
         raise ParameterError("forcing.period", None, reason)
     return system
+
+
+def _finite_pairs(**both: ArrayLike) -> list[Floats]:
+    """Return two arguments, by their names, as arrays of one shape; all numbers are finite."""
+    arrays = np.broadcast_arrays(*(reals(name, values) for name, values in both.items()))
+    for name, array in zip(both, arrays, strict=True):
+        _check_finite(name, array)
+    return list(arrays)
+
+
+def _at_each(system: System, cycles: Floats, speeds: Floats, quantity: OfInstant) -> Floats:
+    """Return a quantity's numbers for each pair, along a last axis."""
+    runs = Propagator(system)
+    period = float(runs.law[0, PERIOD])
+    instants = zip(cycles.flat, speeds.flat, strict=True)
+    values = [quantity(runs, c * period, v) for c, v in instants]
+    return np.array(values, dtype=np.float64).reshape(*cycles.shape, -1)
+
+
+def _as_matrices(rows: Floats) -> Floats:
+    return rows.reshape(*rows.shape[:-1], 2, 2)
 
 
 def _check_finite(name: str, values: Floats) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 
 from percuss import numerics
 from percuss.arrays import Floats
-from percuss.model.forcing import cosine, sine
+from percuss.model.harmonic_forces import cosine, sine
 from percuss.model.oscillator import bilinear_oscillator, impact_oscillator
 from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory

@@ -9,7 +9,7 @@ from flint import arb
 
 from percuss.certified.numbers import ball, precision
 from percuss.model.exact import Exact
-from percuss.model.forcing import sine
+from percuss.model.harmonic_forces import sine
 from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
 from percuss.paper.claims.certain import certain_run

@@ -15,7 +15,7 @@ from percuss.certified.families import ReflectedMotion
 from percuss.certified.numbers import ball, precision
 from percuss.certified.system import system_of
 from percuss.model.exact import as_fraction
-from percuss.model.forcing import sine
+from percuss.model.harmonic_forces import sine
 from percuss.paper.claims.comparisons import WALL
 
 __all__ = ["BITS", "jump_bound", "power_law", "proven_lines"]

@@ -14,7 +14,8 @@ from sympy import Integer, Rational, cos, pi, sin
 from percuss import numerics
 from percuss.io.study_text import motion_text
 from percuss.model.exact import pi_times
-from percuss.model.forcing import Forcing, Harmonic, sine
+from percuss.model.forcing import Forcing, Harmonic
+from percuss.model.harmonic_forces import sine
 from percuss.motion.eigenset_forms import SubsetMotion, subset_forcing
 from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory

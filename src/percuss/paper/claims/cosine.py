@@ -14,7 +14,7 @@ from percuss import numerics
 from percuss.arrays import Floats
 from percuss.io.study_text import motion_text
 from percuss.model.exact import Exact
-from percuss.model.forcing import cosine
+from percuss.model.harmonic_forces import cosine
 from percuss.model.oscillator import impact_oscillator
 from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory

@@ -12,7 +12,8 @@ from percuss import numerics
 from percuss.arrays import Floats
 from percuss.certified import Ball
 from percuss.io.study_text import motion_text
-from percuss.model.forcing import Forcing, cosine
+from percuss.model.forcing import Forcing
+from percuss.model.harmonic_forces import cosine
 from percuss.model.oscillator import impact_oscillator
 from percuss.motion.growth import fit_power_law
 from percuss.motion.simulate import simulate

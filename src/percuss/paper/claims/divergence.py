@@ -11,7 +11,8 @@ from percuss import numerics
 from percuss.arrays import Floats
 from percuss.certified import certify, prove_chaos
 from percuss.io.study_text import motion_text
-from percuss.model.forcing import Forcing, sine
+from percuss.model.forcing import Forcing
+from percuss.model.harmonic_forces import sine
 from percuss.model.oscillator import Oscillator
 from percuss.motion.simulate import simulate
 from percuss.paper.claims.comparisons import DOUBLES, WALL

@@ -14,7 +14,8 @@ import sympy
 from percuss import numerics
 from percuss.io.study_text import motion_text
 from percuss.model.exact import pi_times
-from percuss.model.forcing import Forcing, cosine, sine
+from percuss.model.forcing import Forcing
+from percuss.model.harmonic_forces import cosine, sine
 from percuss.motion.eigenset_forms import subset_critical_velocity, subset_forcing
 from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory

@@ -11,7 +11,7 @@ import sympy
 
 from percuss import numerics
 from percuss.io.study_text import motion_text
-from percuss.model.forcing import sine
+from percuss.model.harmonic_forces import sine
 from percuss.model.oscillator import impact_oscillator
 from percuss.motion.half_harmonic import half_harmonic_impact
 from percuss.motion.simulate import simulate

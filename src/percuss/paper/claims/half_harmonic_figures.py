@@ -14,7 +14,8 @@ from percuss import numerics
 from percuss.arrays import Floats
 from percuss.io.study_text import motion_text
 from percuss.model.exact import Exact, as_fraction
-from percuss.model.forcing import Forcing, cosine, sine
+from percuss.model.forcing import Forcing
+from percuss.model.harmonic_forces import cosine, sine
 from percuss.model.oscillator import impact_oscillator
 from percuss.motion.growth import fit_power_law, peaks
 from percuss.motion.half_harmonic import half_harmonic_growth

@@ -16,7 +16,7 @@ from percuss import numerics
 from percuss.arrays import Floats
 from percuss.certified.numbers import ball
 from percuss.io.study_text import motion_text
-from percuss.model.forcing import sine
+from percuss.model.harmonic_forces import sine
 from percuss.model.oscillator import impact_oscillator
 from percuss.motion.half_harmonic import half_harmonic_growth, half_harmonic_invariant
 from percuss.motion.simulate import simulate

@@ -10,7 +10,7 @@ import sympy
 from sympy import Rational, sin
 
 from percuss.io.study_text import motion_text
-from percuss.model.forcing import sine
+from percuss.model.harmonic_forces import sine
 from percuss.motion.simulate import simulate
 from percuss.paper.claims.certain import certain_run, enclosed
 from percuss.paper.claims.comparisons import ROUNDING, WALL, apart

@@ -14,7 +14,7 @@ from sympy import Eq, Integer, Rational, Symbol, cos, pi, sin, tan
 from percuss import numerics
 from percuss.certified import Ball
 from percuss.io.study_text import motion_text
-from percuss.model.forcing import sine
+from percuss.model.harmonic_forces import sine
 from percuss.motion.eigenset_forms import harmonic_critical_velocity
 from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory

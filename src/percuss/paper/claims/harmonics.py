@@ -13,7 +13,7 @@ from sympy import Rational, pi, sin
 
 from percuss.arrays import Floats
 from percuss.io.study_text import motion_text
-from percuss.model.forcing import sine
+from percuss.model.harmonic_forces import sine
 from percuss.motion.eigenset_forms import harmonic_critical_velocity
 from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory

@@ -13,7 +13,8 @@ from percuss import numerics
 from percuss.certified import Ball, CertifiedRun
 from percuss.io.study_text import motion_text
 from percuss.model.exact import Exact
-from percuss.model.forcing import Forcing, cosine, sine
+from percuss.model.forcing import Forcing
+from percuss.model.harmonic_forces import cosine, sine
 from percuss.motion.eigenset import eigenset
 from percuss.motion.eigenset_forms import SubsetMotion, subset_forcing
 from percuss.motion.growth import growth

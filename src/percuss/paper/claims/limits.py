@@ -10,7 +10,7 @@ import numpy as np
 import sympy
 
 from percuss.io.study_text import motion_text
-from percuss.model.forcing import cosine
+from percuss.model.harmonic_forces import cosine
 from percuss.model.oscillator import bilinear_oscillator
 from percuss.motion.simulate import simulate
 from percuss.paper.claims.bilinear_limit import (

@@ -10,7 +10,8 @@ import sympy
 from flint import arb
 
 from percuss.io.study_text import motion_text
-from percuss.model.forcing import Forcing, Harmonic, cosine, sine
+from percuss.model.forcing import Forcing, Harmonic
+from percuss.model.harmonic_forces import cosine, sine
 from percuss.motion.eigenset import eigenset
 from percuss.motion.eigenset_forms import SubsetMotion
 from percuss.motion.simulate import simulate

@@ -12,7 +12,7 @@ from sympy.simplify.fu import TR8
 
 from percuss.io.study_text import motion_text
 from percuss.model.exact import as_float
-from percuss.model.forcing import cosine
+from percuss.model.harmonic_forces import cosine
 from percuss.model.oscillator import bilinear_oscillator
 from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory

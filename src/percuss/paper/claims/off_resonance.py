@@ -12,7 +12,7 @@ from flint import arb
 from percuss import numerics
 from percuss.arrays import Floats
 from percuss.model.exact import pi_times
-from percuss.model.forcing import cosine, sine
+from percuss.model.harmonic_forces import cosine, sine
 from percuss.model.oscillator import bilinear_oscillator, impact_oscillator
 from percuss.motion.eigenset import resonant_frequency
 from percuss.motion.impact_times import classify_impact_times

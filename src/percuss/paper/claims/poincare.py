@@ -9,7 +9,7 @@ import numpy as np
 
 from percuss import numerics
 from percuss.io.study_text import motion_text
-from percuss.model.forcing import sine
+from percuss.model.harmonic_forces import sine
 from percuss.model.oscillator import Oscillator
 from percuss.motion.simulate import simulate
 from percuss.orbits import stroboscopic_map

@@ -13,7 +13,7 @@ from percuss.arrays import Floats
 from percuss.certified import certify
 from percuss.errors import ConvergenceError, ParameterError
 from percuss.io.study_text import motion_text
-from percuss.model.forcing import cosine
+from percuss.model.harmonic_forces import cosine
 from percuss.model.oscillator import Oscillator
 from percuss.motion.simulate import simulate
 from percuss.orbits.finding.find import find_orbit

@@ -13,7 +13,7 @@ from percuss.certified.ball_law import law_of
 from percuss.certified.flight import EnclosedFlight
 from percuss.certified.numbers import constant_of, precision
 from percuss.io.study_text import motion_text
-from percuss.model.forcing import cosine, sine
+from percuss.model.harmonic_forces import cosine, sine
 from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
 from percuss.paper.claims.certain import certain_run, enclosed

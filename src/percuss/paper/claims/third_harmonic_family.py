@@ -18,7 +18,7 @@ from percuss import numerics
 from percuss.arrays import Floats
 from percuss.certified import CertifiedRun, repeats_after
 from percuss.io.study_text import motion_text
-from percuss.model.forcing import sine
+from percuss.model.harmonic_forces import sine
 from percuss.model.oscillator import Oscillator, bilinear_oscillator
 from percuss.model.start import Start
 from percuss.motion.impact_times import ImpactTimes, classify_impact_times

@@ -14,7 +14,7 @@ from percuss.arrays import Floats
 from percuss.certified.numbers import precision
 from percuss.errors import ParameterError
 from percuss.io.study_text import motion_text
-from percuss.model.forcing import sine
+from percuss.model.harmonic_forces import sine
 from percuss.model.oscillator import bilinear_oscillator
 from percuss.motion.simulate import simulate
 from percuss.motion.spectrum import line_spectrum, spectrum

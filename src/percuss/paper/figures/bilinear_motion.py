@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from percuss.model.forcing import cosine
+from percuss.model.harmonic_forces import cosine
 from percuss.model.oscillator import bilinear_oscillator
 from percuss.model.system import System
 from percuss.motion.eigenset import resonant_frequency

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from percuss.model.forcing import cosine
+from percuss.model.harmonic_forces import cosine
 from percuss.motion.half_harmonic import cosine_eigenset_motion
 from percuss.motion.trajectory import Trajectory
 from percuss.paper.figure import Figure

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from percuss.arrays import Floats
-from percuss.model.forcing import sine
+from percuss.model.harmonic_forces import sine
 from percuss.motion.growth import growth, peaks
 from percuss.motion.half_harmonic import half_harmonic_growth
 from percuss.motion.trajectory import Trajectory

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from percuss.model.forcing import sine
+from percuss.model.harmonic_forces import sine
 from percuss.model.oscillator import impact_oscillator
 from percuss.motion.eigenset_forms import harmonic_critical_velocity
 from percuss.motion.simulate import simulate

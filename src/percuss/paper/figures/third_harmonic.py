@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from percuss.arrays import Flags, Floats
-from percuss.model.forcing import sine
+from percuss.model.harmonic_forces import sine
 from percuss.motion.impact_times import ImpactTimes, classify_impact_times
 from percuss.motion.trajectory import Trajectory
 from percuss.paper.figure import Figure

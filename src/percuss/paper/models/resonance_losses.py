@@ -18,7 +18,7 @@ from percuss import numerics
 from percuss.arrays import Floats
 from percuss.ensembles.sweep import sweep
 from percuss.errors import ConvergenceError, ParameterError
-from percuss.model.forcing import cosine
+from percuss.model.harmonic_forces import cosine
 from percuss.model.oscillator import Oscillator, bilinear_oscillator, impact_oscillator
 from percuss.orbits.bifurcations.continue_orbit import continue_orbit
 from percuss.orbits.finding.find import find_orbit

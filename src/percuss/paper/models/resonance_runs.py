@@ -11,7 +11,7 @@ import numpy as np
 
 from percuss import numerics
 from percuss.arrays import Floats, Integers
-from percuss.model.forcing import cosine
+from percuss.model.harmonic_forces import cosine
 from percuss.model.oscillator import impact_oscillator
 from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory

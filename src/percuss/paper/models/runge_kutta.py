@@ -16,7 +16,8 @@ from percuss.arrays import Floats
 from percuss.kernels.arithmetic import cos_sin
 from percuss.kernels.compile import kernel
 from percuss.model.exact import as_float
-from percuss.model.forcing import Forcing, cosine
+from percuss.model.forcing import Forcing
+from percuss.model.harmonic_forces import cosine
 from percuss.model.system import turns_per_time
 
 __all__ = ["POINTS", "Spring", "SteppedMotion", "harmonics_of", "integrate", "runge_kutta"]

@@ -15,7 +15,7 @@ from percuss.io.study_text import start_table
 from percuss.model.faults import draft
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start, start_faults
-from percuss.model.structure import StructureStart
+from percuss.model.structure_start import StructureStart
 from percuss.motion.sections import section_of
 from percuss.studies.axes import OverAxes, over_of, values_over
 from percuss.studies.measured import MeasureNames, SectionKey, check_measures, check_section

@@ -10,17 +10,17 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 from pydantic import BeforeValidator, Field, PlainSerializer, PlainValidator, TypeAdapter
 from pydantic_core import PydanticCustomError
 
-from percuss.ensembles.grid import units_of
 from percuss.execution import Execution
 from percuss.fitting import fit
 from percuss.fitting.losses import LossName
 from percuss.fitting.measured import quantity_dimensions
 from percuss.fitting.result import with_error
 from percuss.io.study_text import number, start_table
+from percuss.model.dimensions import dimensions_of
 from percuss.model.exact import Exact, Phase, as_float, number_problem
 from percuss.model.paths import long_form
 from percuss.model.start import Start
-from percuss.model.structure import StructureStart
+from percuss.model.structure_start import StructureStart
 from percuss.model.units import in_units, is_unit
 from percuss.studies.axes import ParameterRange, guesses_in
 from percuss.studies.fit_records import FitRecord, fit_records, written_record
@@ -348,7 +348,7 @@ def _check_count(
 def _value_in_words(result: FitResult, path: str, value: float) -> str:
     """Return a parameter with its error and unit, and what is to be known of it."""
     error = result.errors[path]
-    dimensions = units_of(path, result.oscillator, result.forcing) if "." in path else ""
+    dimensions = dimensions_of(path, result.oscillator, result.forcing) if "." in path else ""
     unit = in_units(result.oscillator.units, dimensions)
     unit = f" {unit}" if is_unit(unit) else ""
     if end := result.end_of(path):

@@ -1,0 +1,60 @@
+"""Instants at which a run is looked at: which of them lie in it, and on which side of an event."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from percuss.arrays import Floats
+from percuss.errors import ParameterError
+from percuss.model.exact import real
+from percuss.motion.sections import section_of
+
+__all__ = ["check_limit", "span_within", "strobes", "times_within"]
+
+# A computed time may lie outside the run by this many units in the last place.
+ROUNDED = 4.0
+
+
+def check_limit(limit: object) -> None:
+    """Raise a ParameterError if a limit is neither that after an event nor that before it."""
+    if limit not in ("after", "before"):
+        raise ParameterError("limit", limit, 'neither "after" nor "before"')
+
+
+def strobes(period: float, t0: float, t_end: float, cycle: float | None) -> Floats:
+    """Return the instants of a run once a period, from its start or at a cycle in [0, 1)."""
+    count = np.arange(int((t_end - t0) / period) + 2)
+    if cycle is None:
+        times = t0 + count * period
+    else:
+        part = section_of({"cycle": cycle}).cycle or 0.0
+        first = math.ceil(t0 / period - part)
+        times = (first + count + part) * period
+    slack = ROUNDED * np.spacing(max(abs(t0), abs(t_end)))
+    return np.asarray(times[(times >= t0 - slack) & (times <= t_end + slack)])
+
+
+def span_within(between: Sequence[float] | None, t0: float, t_end: float) -> tuple[float, float]:
+    """Return the instants between which a run from t0 to t_end is looked at."""
+    if between is None:
+        return t0, t_end
+    if not hasattr(between, "__len__") or len(between) != 2:
+        raise ParameterError("between", between, "not a pair of instants (first, last)")
+    first, last = (real("between", t) for t in between)
+    if not t0 <= first <= last <= t_end:
+        reason = f"not two instants of the run, {t0!r} to {t_end!r}, in order"
+        raise ParameterError("between", (first, last), reason)
+    return first, last
+
+
+def times_within(instants: Floats, t0: float, t_end: float) -> Floats:
+    """Return the times moved into a run where only their rounding lies outside."""
+    slack = ROUNDED * np.spacing(max(abs(t0), abs(t_end)))
+    outside = ~((instants >= t0 - slack) & (instants <= t_end + slack))
+    if outside.any():
+        wrong = float(instants[outside].flat[0])
+        raise ParameterError("t", wrong, f"outside the run, {t0!r} to {t_end!r}")
+    return np.clip(instants, t0, t_end)
