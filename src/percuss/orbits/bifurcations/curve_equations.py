@@ -295,8 +295,8 @@ class MultiplierCurve(CurveEquations):
 
     def _null(self, returns: Floats) -> tuple[Floats, Floats]:
         """Return (psi, q), the null vectors of the matrix where it is singular."""
-        whole, found = self._bordered(returns)
-        return solved(whole.T, np.append(np.zeros(len(returns)), 1.0))[:-1], found[:-1]
+        whole, right = self._bordered(returns)
+        return solved(whole.T, np.append(np.zeros(len(returns)), 1.0))[:-1], right[:-1]
 
     def residual(self, z: Floats) -> Floats:
         """Return those of the orbit, and g."""
