@@ -323,8 +323,8 @@ class MultiplierCurve(CurveEquations):
             # Beyond a jump of the force the matrix is another one.
             side = self.equations.sides_under(unknowns, law)
             for k, step in enumerate(steps):
-                there = self.equations.sides_under(unknowns + step * direction, law)
-                if (there != side).any():
+                moved_side = self.equations.sides_under(unknowns + step * direction, law)
+                if (moved_side != side).any():
                     steps[k] = 0.0
         ahead, behind = (self._returns(unknowns + step * direction, law) for step in steps)
         return np.asarray((ahead - behind) / (steps[0] - steps[1] or CENTRAL))
