@@ -7,16 +7,27 @@ import dataclasses
 import json
 import re
 from fractions import Fraction
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
-from tests.certified.checker import changed, check, leaves
+from tests.certified.checker import (
+    Claims,
+    assert_refused,
+    changed,
+    leaves,
+    theorem_of,
+)
 from tests.certified.test_special_points import impacting, points
 
 import percuss as pc
+from arithmetic import of, unit
+from branches import POINTS, law_over, point_said
+from orbits import Cycle, shot_of
 from percuss.certified import CertifiedPoint, certificate
 from percuss.errors import ParameterError
+from reading import FORMS, LAW, read
+from theorems import theorem
 
 WALL_0 = pc.find_orbit(pc.impact_oscillator("0.8"), pc.cosine("2.5"))
 ELASTIC = pc.find_orbit(pc.impact_oscillator(1), pc.cosine("2.5"))
@@ -44,9 +55,9 @@ def point_of(orbit: pc.PeriodicOrbit, path: str, ends: tuple[float, float], near
     return min(branch.special_points, key=lambda point: abs(point.value - near))
 
 
-def proven_again(claims: dict[str, Any], said: str) -> tuple[Fraction, Fraction]:
+def proven_again(claims: Claims, said: str) -> tuple[Fraction, Fraction]:
     """Return the numbers between which the parameter is proven to be."""
-    lines = check.theorem(json.dumps(claims)).splitlines()
+    lines = theorem_of(claims).splitlines()
     (line,) = (line for line in lines if said in line)
     low, high = re.findall(r"-?[0-9]+\.[0-9]+", line)
     return Fraction(low), Fraction(high)
@@ -164,16 +175,15 @@ def doubling() -> CertifiedPoint:
 )
 def test_a_point_that_is_changed_anywhere_is_refused(point: Any) -> None:
     claims = certificate(pc.certify(point()))
-    check.theorem(json.dumps(claims))
+    theorem_of(claims)
     strips = claims["curves"][0]["strips"]
 
     for path in leaves(claims):
         if path[-1] == "slow" and strips[path[3]]["along"] == 1 and path[3] == 1:
             # The strip with a fold is along a velocity already: other equations prove it as well.
-            assert "p is extremal" in check.theorem(changed(claims, path))
+            assert "p is extremal" in theorem(changed(claims, path))
             continue
-        with pytest.raises(check.NotProvenError):
-            check.theorem(changed(claims, path))
+        assert_refused(changed(claims, path))
 
 
 def test_a_point_of_another_kind_than_it_is_is_refused(doubling: CertifiedPoint) -> None:
@@ -181,20 +191,19 @@ def test_a_point_of_another_kind_than_it_is_is_refused(doubling: CertifiedPoint)
     for kind in ("fold", "symmetry_breaking", "third_root", "fourth_root", "grazing"):
         other = copy.deepcopy(claims)
         other["curves"][0]["points"][0]["kind"] = kind
-        with pytest.raises(check.NotProvenError):
-            check.theorem(json.dumps(other))
+        assert_refused(other)
 
 
 def test_the_ends_of_a_doubling_alone_do_not_tell_that_orbits_branch_off() -> None:
     """Where 1 may be a multiplier on the way, only the multiplier -1 is told."""
-    signs = {kind: {0} for kind in check.POINTS}
+    signs = {kind: {0} for kind in POINTS}
 
     class Given:
         def __init__(self, doubling: int, fold: int) -> None:
             self.signs = signs | {"period_doubling": {doubling}, "fold": {fold}}
 
     def said(*strips: Given) -> str:
-        return str(check._point_said({}, "period_doubling", strips, mirrored=False))
+        return str(point_said({}, "period_doubling", cast("Any", strips), mirrored=False))
 
     assert "twice the period" in said(Given(1, 1), Given(0, 1), Given(-1, 1))
     assert said(Given(1, 1), Given(0, 0), Given(-1, 1)) == "a multiplier is -1"
@@ -208,8 +217,7 @@ def test_roots_of_one_of_a_law_that_does_not_keep_areas_are_refused() -> None:
                                ("bounds", "restitution", ["1", "-1/10000000000000000000000"])):  # fmt: skip
         other = copy.deepcopy(claims)
         other["law"][place][0][name] = value
-        with pytest.raises(check.NotProvenError):
-            check.theorem(json.dumps(other))
+        assert_refused(other)
 
 
 def formal() -> CertifiedPoint:
@@ -255,9 +263,9 @@ def test_points_without_a_certificate_say_why(point: Any, reason: str) -> None:
         certificate(proven)
 
 
-def read(claims: dict[str, Any]) -> Any:
-    form = {"certificate": "n", "kind": "w", "law": check.LAW} | check.FORMS["branch"]
-    return check.read(json.loads(json.dumps(claims)), form)
+def claims_read(claims: Claims) -> Any:
+    form = {"certificate": "n", "kind": "w", "law": LAW} | FORMS["branch"]
+    return read(json.loads(json.dumps(claims)), form)
 
 
 @pytest.mark.parametrize(
@@ -284,43 +292,43 @@ def test_what_orbits_miss_by_differs_by_the_derivative_between(
     point: Any, slow: int | None
 ) -> None:
     """The mean value theorem, in boxes far wider than the strips that are proven."""
-    claims = read(certificate(pc.certify(point())))
+    claims = claims_read(certificate(pc.certify(point())))
     (curve,) = claims["curves"]
     random, middle = np.random.default_rng(3), curve["strips"][0]["middle"]
 
     def shot(at: list[Any]) -> Any:
-        law = check.law_over(claims["law"], at[-1])
-        cycle = check.Cycle(law, curve["events"], curve["periods"])
+        law = law_over(claims["law"], at[-1])
+        cycle = Cycle(law, curve["events"], curve["periods"])
         states = list(zip(at[:-1:2], at[1::2], strict=True))
-        return check.shot_of(cycle, states, slow)
+        return shot_of(cycle, states, slow)
 
     for _ in range(12):
         corners = [
             [value * (1 + Fraction(random.uniform(-1, 1)) / 10**5) for value in middle]
             for _ in range(2)
         ]
-        one, other = (shot([check.of(value) for value in corner]).missed for corner in corners)
-        box = [check.of(min(pair), max(pair)) for pair in zip(*corners, strict=True)]
+        one, other = (shot([of(value) for value in corner]).missed for corner in corners)
+        box = [of(min(pair), max(pair)) for pair in zip(*corners, strict=True)]
         apart = [b - a for a, b in zip(*corners, strict=True)]
         for row, a, b in zip(shot(box).rows, one, other, strict=True):
-            mean = sum((entry * way for entry, way in zip(row, apart, strict=True)), check.of(0))
+            mean = sum((entry * way for entry, way in zip(row, apart, strict=True)), of(0))
             difference = b - a
             assert mean.low <= difference.low
             assert difference.high <= mean.high
-            assert mean.width < 1 << (check.BITS - 12)
+            assert mean.width < unit() >> 12
 
 
 def test_the_derivative_with_a_slow_event_is_that_times_its_velocity() -> None:
-    claims = read(
+    claims = claims_read(
         certificate(pc.certify(points(WALL_0, "forcing.omega", 2.3, 2.8)["period_doubling"]))
     )
     (curve,) = claims["curves"]
-    at = [check.of(value) for value in curve["strips"][0]["middle"]]
-    cycle = check.Cycle(check.law_over(claims["law"], at[-1]), curve["events"], curve["periods"])
+    at = [of(value) for value in curve["strips"][0]["middle"]]
+    cycle = Cycle(law_over(claims["law"], at[-1]), curve["events"], curve["periods"])
 
-    (alone, slow) = (check.shot_of(cycle, [(at[0], at[1])], k).monodromy for k in (None, 0))
+    (alone, slow) = (shot_of(cycle, [(at[0], at[1])], k).monodromy for k in (None, 0))
 
     # The velocity after the event is that of the state but for what the middle of a strip misses.
     for row, scaled in zip(alone, slow, strict=True):
         for entry, product in zip(row, scaled, strict=True):
-            assert abs((entry * at[1] - product).middle().low) < 1 << (check.BITS - 30)
+            assert abs((entry * at[1] - product).middle().low) < unit() >> 30

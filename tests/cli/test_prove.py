@@ -47,7 +47,7 @@ def test_the_motion_of_a_study_has_a_certificate_beside_it() -> None:
 
     assert status == 0
     assert "4 impacts" in out
-    assert "check it with: python tools/check_certificate.py study.certificate.json" in out
+    assert "check it with: python tools/check_certificate study.certificate.json" in out
     claims = json.loads(Path("study.certificate.json").read_text())
     assert claims["kind"] == "run"
     assert len(claims["events"]) == 4
@@ -128,7 +128,7 @@ def test_the_basins_of_a_study_have_a_certificate() -> None:
     assert "of starts on a wall" in err
 
 
-@pytest.mark.nightly  # tests/certified/test_certificates.py proves it by Python
+@pytest.mark.nightly  # tests/certified/test_chaos_certificates.py proves it by Python
 def test_chaos_of_the_studys_system() -> None:
     status, out, _ = prove("study.toml", "--chaos", "--out", "chaos.json")
 

@@ -1,4 +1,4 @@
-"""What a proof says, as JSON that `tools/check_certificate.py` proves anew without percuss.
+"""What a proof says, as JSON that `tools/check_certificate` proves anew without percuss.
 
 A certificate holds the exact numbers of the system, per unit mass, and what is claimed; rationals are
 written as "p/q". docs/theory/certified.md, section 11, has the theorems.

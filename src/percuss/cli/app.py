@@ -215,7 +215,7 @@ def prove(
 ) -> None:
     """Prove a study's motion, orbit, branch or basins, chaos or all orbits, and write a certificate.
 
-    Others can check it: tools/check_certificate.py of the sources does so without percuss.
+    Others can check it: tools/check_certificate of the sources does so without percuss.
     """
     with faults_on_stderr():
         from percuss.cli.terminal import ProgressBar
@@ -231,7 +231,7 @@ def prove(
             result = proven(given, digits, progress, chaos=chaos, **asked)
         typer.echo(result)
         save_certificate(result, file, force=force)
-        typer.echo(f"wrote {file}; check it with: python tools/check_certificate.py {file}")
+        typer.echo(f"wrote {file}; check it with: python tools/check_certificate {file}")
 
 
 def _log_to_stderr(*, is_verbose: bool) -> None:

@@ -35,7 +35,7 @@ def save_certificate(
     *,
     force: bool = False,
 ) -> None:
-    """Save what a proof claims, which ``python tools/check_certificate.py FILE`` proves again.
+    """Save what a proof claims, which ``python tools/check_certificate FILE`` proves again.
 
     Parameters
     ----------
