@@ -66,7 +66,7 @@ def names_made(tree: ast.Module) -> set[str]:
 
 def private_reads(tree: ast.Module) -> Iterator[str]:
     """Yield each `value._name` and each import of a `_name` that the module does not define."""
-    made = names_made(tree)
+    read: list[ast.Attribute] = []
     for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom):
             yield from (
@@ -76,8 +76,9 @@ def private_reads(tree: ast.Module) -> Iterator[str]:
             )
         elif isinstance(node, ast.Attribute) and is_private(node.attr):
             own = isinstance(node.value, ast.Name) and node.value.id in {"self", "cls"}
-            if not own and node.attr not in made:
-                yield f"{node.lineno}: {ast.unparse(node)}"
+            read += [] if own else [node]
+    made = names_made(tree) if read else set()
+    yield from (f"{each.lineno}: {ast.unparse(each)}" for each in read if each.attr not in made)
 
 
 def type_names(tree: ast.Module) -> Iterator[str]:

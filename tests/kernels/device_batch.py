@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 import percuss as pc
-from percuss.kernels import batch, lockstep, observables
+from percuss.kernels import batch, lockstep, members, observables
 from percuss.kernels import record as columns
 from percuss.kernels.linear_observables import Scratch
 from percuss.model.system import law, stop_rows
@@ -38,12 +38,12 @@ def follow_on_device(arrays: Any, buffers: Any, section: int, with_extremes: boo
         search = Scratch(phases[i, 3], phases[i, 4], phases[i, 5], phases[i, 6], phases[i, 7])
         loads = observables.LoadSpace(derived[i], derived[i, 0], search)
         workspace = batch.Workspace(events[i], marks[i], grazes[i], phases[i, :3], loads)
-        options = batch.Options(
+        options = members.Options(
             MOST_IMPACTS, section, with_extremes, with_extremes, False, False, PATIENCE
         )
         member = batch.member_of(motions, workspace, i)
-        batch.begin_member(member, options)
-        status[i] = batch.follow(member, options, False)
+        members.begin_member(member, options)
+        status[i] = members.follow(member, options, False)
 
 
 def broken_on_device(numbers: Any) -> None:

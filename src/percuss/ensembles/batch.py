@@ -15,7 +15,7 @@ from percuss.ensembles.decisions import (
     many_exponents,
 )
 from percuss.ensembles.threads import check_wanted, stop_flag
-from percuss.kernels import batch, lockstep, observables
+from percuss.kernels import batch, lockstep, members, observables
 from percuss.kernels import record as columns
 from percuss.kernels.flight import set_phases
 from percuss.kernels.law_columns import MASS, N_HARMONICS, PERIOD_TURNS, STOP_COLUMNS
@@ -197,7 +197,7 @@ def follow_batch(
         laws = laws.copy()
         laws[which, 0, PERIOD_TURNS] = 1.0 / plan.timed
 
-    options = batch.Options(
+    options = members.Options(
         plan.max_impacts,
         plan.section,
         plan.with_extremes,

@@ -16,7 +16,14 @@ from typing import NamedTuple
 from percuss.arrays import Floats, Integers
 from percuss.kernels.arithmetic import ULP, Pair, exponential, later
 from percuss.kernels.compile import kernel
-from percuss.kernels.event_location import CLEAR, FLAT, ONE_MINIMUM, UNKNOWN, shape_of
+from percuss.kernels.event_location import (
+    CLEAR,
+    FLAT,
+    ONE_MINIMUM,
+    UNKNOWN,
+    shape_of,
+    within_bracket,
+)
 from percuss.kernels.flight import Flight, acceleration_and_jerk, constant_force, move, set_phases
 from percuss.kernels.law_columns import (
     FIRST_HARMONIC,
@@ -170,11 +177,9 @@ def root_before(
         step = sign * clearance / v if v != 0.0 else 2.0 * right
         if abs(step) <= ULP * s:
             break
-        s += step
+        s = within_bracket(s + step, left, right)
         if not left < s < right:
-            s = 0.5 * (left + right)
-            if not left < s < right:
-                break
+            break
     return s
 
 

@@ -7,6 +7,7 @@ import math
 from percuss.arrays import Complexes, Floats
 from percuss.kernels.arithmetic import ULP
 from percuss.kernels.compile import kernel
+from percuss.kernels.linear import rotation, turn_rows
 
 # Each sweep doubles the digits once it has some; ten are usual.
 MOST_SWEEPS = 60
@@ -38,12 +39,7 @@ def diagonalise(matrix: Floats, vectors: Floats) -> bool:
                 if abs(off) <= max(small, least):
                     continue
                 settled = False
-                slope = 0.5 * (matrix[k, k] - matrix[i, i]) / off
-                tangent = 1.0 / (abs(slope) + math.sqrt(1.0 + slope * slope))
-                if slope < 0.0:
-                    tangent = -tangent
-                cosine = 1.0 / math.sqrt(1.0 + tangent * tangent)
-                sine = cosine * tangent
+                cosine, sine, tangent = rotation(matrix[i, i], matrix[k, k], off)
                 matrix[i, i] -= tangent * off
                 matrix[k, k] += tangent * off
                 matrix[i, k] = 0.0
@@ -56,10 +52,7 @@ def diagonalise(matrix: Floats, vectors: Floats) -> bool:
                         matrix[j, k] = sine * a + cosine * b
                         matrix[i, j] = matrix[j, i]
                         matrix[k, j] = matrix[j, k]
-                    a = vectors[i, j]
-                    b = vectors[k, j]
-                    vectors[i, j] = cosine * a - sine * b
-                    vectors[k, j] = sine * a + cosine * b
+                turn_rows(vectors, i, k, cosine, sine)
         if settled:
             return True
     return False

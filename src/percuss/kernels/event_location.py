@@ -106,6 +106,12 @@ def locate_root(
 
 
 @formula
+def within_bracket(s: float, left: float, right: float) -> float:
+    """Return a guess if it lies in a bracket, else the middle, which has no room in a narrow one."""
+    return s if left < s < right else 0.5 * (left + right)
+
+
+@formula
 def is_settled(
     quickest: float,
     step: float,
@@ -123,14 +129,23 @@ def is_settled(
     size = abs(step)
     square = step * step
     missed = (sixth * size + abs(fifth)) * square * square * size
-    small = SMALL_PHASE * abs(v)
     return size <= 2.0 * ULP * s or (
         size * quickest <= SMALL_PHASE
-        and size * abs(second) <= small
-        and square * abs(third) <= SMALL_PHASE * small
-        and square * size * abs(fourth) <= SMALL_PHASE * SMALL_PHASE * small
+        and has_small_terms(size, v, second, third, fourth)
         and sixth * square * square * size <= 32.0 * ULP * abs(v)
         and missed <= 32.0 * ULP * abs(v) * s
+    )
+
+
+@formula
+def has_small_terms(size: float, v: float, second: float, third: float, fourth: float) -> bool:
+    """Return whether the terms of the second to the fourth derivative are small over a step."""
+    square = size * size
+    small = SMALL_PHASE * abs(v)
+    return (
+        size * abs(second) <= small
+        and square * abs(third) <= SMALL_PHASE * small
+        and square * size * abs(fourth) <= SMALL_PHASE * SMALL_PHASE * small
     )
 
 
@@ -178,11 +193,9 @@ def lowest(
         step = -v / second if second != 0.0 else 0.0
         if abs(step) <= 2.0 * ULP * s:
             break
-        s += step
+        s = within_bracket(s + step, left, right)
         if not left < s < right:
-            s = 0.5 * (left + right)
-            if not left < s < right:
-                break
+            break
     error = uncertainty(flight, s) + ULP * abs(distance)
     return s, clearance, error
 

@@ -24,6 +24,7 @@ from typing import NamedTuple, TypeAlias
 from percuss.arrays import Floats
 from percuss.kernels.arithmetic import (
     ULP,
+    Pair,
     cos_sin,
     cosine_sine,
     exponential,
@@ -362,6 +363,18 @@ def set_phases(law: Law, t: float, t_low: float, phases: Floats) -> None:
         phases[n - 1, 0], phases[n - 1, 1] = record_at(law, t, t_low)
 
 
+@formula
+def parts_of(law: Law, harmonic: int, cosine: float, sine: float) -> Pair:
+    """Return the two parts of a harmonic, by its row, where its phase has this cosine and sine.
+
+    They are A cos + B sin and B cos - A sin: the harmonic, and its derivative by the phase.
+    """
+    return (
+        law[harmonic, COSINE] * cosine + law[harmonic, SINE] * sine,
+        law[harmonic, SINE] * cosine - law[harmonic, COSINE] * sine,
+    )
+
+
 @kernel
 def force_derivative(law: Law, phases: Floats, order: int) -> float:
     """Return the derivative of that order of the harmonic force, at the instant of ``phases``."""
@@ -370,8 +383,7 @@ def force_derivative(law: Law, phases: Floats, order: int) -> float:
         if order > 1 and is_record(law, j):
             continue
         harmonic = FIRST_HARMONIC + j
-        part = law[harmonic, COSINE] * phases[j, 0] + law[harmonic, SINE] * phases[j, 1]
-        quadrature = law[harmonic, SINE] * phases[j, 0] - law[harmonic, COSINE] * phases[j, 1]
+        part, quadrature = parts_of(law, harmonic, phases[j, 0], phases[j, 1])
         # A derivative turns the phasor (part, quadrature) by a quarter and scales it by w.
         turned = quadrature if order & 1 else part
         scale = 1.0
@@ -389,8 +401,7 @@ def force_and_slopes(law: Law, phases: Floats) -> tuple[float, float, float]:
     bend = 0.0
     for j in range(phases.shape[0]):
         harmonic = FIRST_HARMONIC + j
-        part = law[harmonic, COSINE] * phases[j, 0] + law[harmonic, SINE] * phases[j, 1]
-        quadrature = law[harmonic, SINE] * phases[j, 0] - law[harmonic, COSINE] * phases[j, 1]
+        part, quadrature = parts_of(law, harmonic, phases[j, 0], phases[j, 1])
         omega = law[harmonic, OMEGA]
         force += part
         slope += omega * quadrature
@@ -425,8 +436,7 @@ def move(flight: Flight, s: float) -> tuple[float, float]:
         arrival[j, 0] = cos0 * turn[0] - sin0 * turn[1]
         arrival[j, 1] = sin0 * turn[0] + cos0 * turn[1]
         to_cos, to_sin = harmonic_response(law, region, j, s, impulse, even, turn)
-        in_phase = law[harmonic, COSINE] * cos0 + law[harmonic, SINE] * sin0
-        quadrature = law[harmonic, SINE] * cos0 - law[harmonic, COSINE] * sin0
+        in_phase, quadrature = parts_of(law, harmonic, cos0, sin0)
         y += in_phase * to_cos + quadrature * to_sin
         # Q' = S + i w Q.
         omega = law[harmonic, OMEGA]
@@ -539,10 +549,9 @@ def acceleration_and_jerk(
     slope = 0.0
     for j in range(phases.shape[0]):
         harmonic = FIRST_HARMONIC + j
-        pull += law[harmonic, COSINE] * phases[j, 0] + law[harmonic, SINE] * phases[j, 1]
-        slope += law[harmonic, OMEGA] * (
-            law[harmonic, SINE] * phases[j, 0] - law[harmonic, COSINE] * phases[j, 1]
-        )
+        part, quadrature = parts_of(law, harmonic, phases[j, 0], phases[j, 1])
+        pull += part
+        slope += law[harmonic, OMEGA] * quadrature
     second = force + pull - 2.0 * law[region, DAMPING] * v - law[region, STIFFNESS] * y
     third = slope - 2.0 * law[region, DAMPING] * second - law[region, STIFFNESS] * v
     return second, third
@@ -560,8 +569,7 @@ def four_derivatives(
     for j in range(phases.shape[0]):
         harmonic = FIRST_HARMONIC + j
         omega = law[harmonic, OMEGA]
-        part = law[harmonic, COSINE] * phases[j, 0] + law[harmonic, SINE] * phases[j, 1]
-        quadrature = law[harmonic, SINE] * phases[j, 0] - law[harmonic, COSINE] * phases[j, 1]
+        part, quadrature = parts_of(law, harmonic, phases[j, 0], phases[j, 1])
         pull += part
         slope += omega * quadrature
         if omega > 0.0:

@@ -26,6 +26,7 @@ from percuss.kernels.flight import (
     Flight,
     free_response,
     harmonic_response,
+    parts_of,
     slope_response,
 )
 from percuss.kernels.law_columns import (
@@ -137,8 +138,9 @@ def fill_force(flight: Flight, since: float, h: float, terms: int, series: Float
         turn = cos_sin(law[harmonic, TURNS], law[harmonic, TURNS_LOW], since, 0.0)
         cosine = cos0 * turn[0] - sin0 * turn[1]
         sine = sin0 * turn[0] + cos0 * turn[1]
-        part = square * (law[harmonic, COSINE] * cosine + law[harmonic, SINE] * sine)
-        quadrature = square * (law[harmonic, SINE] * cosine - law[harmonic, COSINE] * sine)
+        part, quadrature = parts_of(law, harmonic, cosine, sine)
+        part *= square
+        quadrature *= square
         phase = law[harmonic, OMEGA] * h
         for n in range(terms):
             series[n] += part
@@ -307,8 +309,7 @@ def plain_response_to_motion(
         gain_im = law[region + 1 + j, GAIN_IM]
         to_cos = over_re * gain_re - over_im * gain_im
         to_sin = over_im * gain_re + over_re * gain_im
-        part = law[harmonic, COSINE] * cos0 + law[harmonic, SINE] * sin0
-        quadrature = law[harmonic, SINE] * cos0 - law[harmonic, COSINE] * sin0
+        part, quadrature = parts_of(law, harmonic, cos0, sin0)
         y += part * waves[j, TO_COS] + quadrature * waves[j, TO_SIN]
         of_y += part * to_cos + quadrature * to_sin
         of_v += part * (twice - omega * to_sin) + quadrature * omega * to_cos
@@ -457,8 +458,7 @@ def moved_drive(
             slope += turning * sine
             continue
         omega = law[harmonic, OMEGA]
-        part = law[harmonic, COSINE] * cosine + law[harmonic, SINE] * sine
-        quadrature = law[harmonic, SINE] * cosine - law[harmonic, COSINE] * sine
+        part, quadrature = parts_of(law, harmonic, cosine, sine)
         force += in_cos * cosine + in_sin * sine + turning * t * quadrature
         slope += omega * (in_sin * cosine - in_cos * sine)
         slope += turning * (quadrature - t * omega * part)
@@ -504,8 +504,9 @@ def column_after(
             speed += push * shared[IMPULSE] + rate * shared[RISE]
             continue
         # d(C cos + S sin) with the phase's own change t dw: (t + s) (S cos - C sin) dw.
-        part = turning * (law[harmonic, SINE] * cos0 - law[harmonic, COSINE] * sin0)
-        quadrature = -turning * (law[harmonic, COSINE] * cos0 + law[harmonic, SINE] * sin0)
+        force_part, slope_part = parts_of(law, harmonic, cos0, sin0)
+        part = turning * slope_part
+        quadrature = -turning * force_part
         in_phase = in_cos * cos0 + in_sin * sin0 + t * part
         across = in_sin * cos0 - in_cos * sin0 + t * quadrature
         wave = work.waves[j]

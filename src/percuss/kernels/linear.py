@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from percuss.arrays import Floats
-from percuss.kernels.compile import kernel
+from percuss.kernels.compile import formula, kernel
 
 # Rows are at right angles when their product is below the first part of their sizes; rows
 # below the second part of the whole are rounding, and at right angles to nothing.
@@ -52,6 +52,31 @@ def eliminate(matrix: Floats, right: Floats, weak: float) -> int:
     return sign
 
 
+@formula
+def rotation(first: float, second: float, off: float) -> tuple[float, float, float]:
+    """Return cosine, sine and tangent of Jacobi's rotation, which makes a product zero.
+
+    ``first`` and ``second`` are those of two directions with themselves, and ``off``, which is not
+    zero, is that of the two.
+    """
+    slope = 0.5 * (second - first) / off
+    tangent = 1.0 / (abs(slope) + math.sqrt(1.0 + slope * slope))
+    if slope < 0.0:
+        tangent = -tangent
+    cosine = 1.0 / math.sqrt(1.0 + tangent * tangent)
+    return cosine, cosine * tangent, tangent
+
+
+@formula
+def turn_rows(rows: Floats, i: int, j: int, cosine: float, sine: float) -> None:
+    """Turn two rows of a matrix by an angle."""
+    for k in range(rows.shape[1]):
+        a = rows[i, k]
+        b = rows[j, k]
+        rows[i, k] = cosine * a - sine * b
+        rows[j, k] = sine * a + cosine * b
+
+
 @kernel
 def orthogonalise(rows: Floats, turned: Floats) -> bool:
     """Turn rows until they are at right angles, and those of ``turned`` with them.
@@ -86,22 +111,9 @@ def orthogonalise(rows: Floats, turned: Floats) -> bool:
                 if abs(both) <= square * math.sqrt(first) * math.sqrt(second):
                     continue
                 settled = False
-                slope = 0.5 * (second - first) / both
-                tangent = 1.0 / (abs(slope) + math.sqrt(1.0 + slope * slope))
-                if slope < 0.0:
-                    tangent = -tangent
-                cosine = 1.0 / math.sqrt(1.0 + tangent * tangent)
-                sine = cosine * tangent
-                for k in range(m):
-                    a = rows[i, k]
-                    b = rows[j, k]
-                    rows[i, k] = cosine * a - sine * b
-                    rows[j, k] = sine * a + cosine * b
-                for k in range(n):
-                    a = turned[i, k]
-                    b = turned[j, k]
-                    turned[i, k] = cosine * a - sine * b
-                    turned[j, k] = sine * a + cosine * b
+                cosine, sine, _ = rotation(first, second, both)
+                turn_rows(rows, i, j, cosine, sine)
+                turn_rows(turned, i, j, cosine, sine)
         if settled:
             return True
     return False

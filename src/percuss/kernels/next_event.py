@@ -33,13 +33,13 @@ from percuss.kernels.flight import (
     derivative_bound,
     free_response,
     move,
+    parts_of,
     uncertainty,
 )
 from percuss.kernels.law_columns import (
     AMPLITUDE,
     BOUND_OF_V,
     BOUND_OF_X,
-    COSINE,
     DAMPING,
     FAST_ROOT,
     FIRST_HARMONIC,
@@ -53,7 +53,6 @@ from percuss.kernels.law_columns import (
     PER_STIFFNESS,
     RATE,
     SIMPLE,
-    SINE,
     SLOW_ROOT,
     STEP,
     STEPS_AHEAD,
@@ -196,8 +195,7 @@ def steady_part(law: Law, region: int, j: int, cosine: float, sine: float) -> tu
     harmonic = FIRST_HARMONIC + j
     real = law[region + 1 + j, GAIN_RE]
     imaginary = law[region + 1 + j, GAIN_IM]
-    in_phase = law[harmonic, COSINE] * cosine + law[harmonic, SINE] * sine
-    quadrature = law[harmonic, SINE] * cosine - law[harmonic, COSINE] * sine
+    in_phase, quadrature = parts_of(law, harmonic, cosine, sine)
     # The phasor in_phase - i quadrature, times the gain; v is that of i omega times it.
     y = in_phase * real + quadrature * imaginary
     return y, law[harmonic, OMEGA] * (quadrature * real - in_phase * imaginary)

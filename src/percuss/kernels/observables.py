@@ -35,12 +35,8 @@ from percuss.kernels.law_columns import (
     Law,
 )
 from percuss.kernels.linear_observables import LEVEL as SEARCHED_LEVEL
-from percuss.kernels.linear_observables import (
-    PROGRESS_ENTRIES,
-    Scratch,
-    begin_search,
-    next_passage,
-)
+from percuss.kernels.linear_observables import PROGRESS_ENTRIES, Scratch, begin_search
+from percuss.kernels.passages import next_passage
 from percuss.kernels.record import (
     BOUND,
     CONTACT,

@@ -11,11 +11,11 @@ from percuss.kernels.flight import (
     Flight,
     force_and_slopes,
     move,
+    parts_of,
     set_phases,
     uncertainty,
 )
 from percuss.kernels.law_columns import (
-    COSINE,
     DAMPING,
     FIRST_HARMONIC,
     GAIN_RE,
@@ -34,7 +34,6 @@ from percuss.kernels.law_columns import (
     PERIOD_TURNS_LOW,
     QUICKEST,
     SIMPLE,
-    SINE,
     TURNS,
     TURNS_LOW,
     TWICE_PER_RATE,
@@ -245,8 +244,7 @@ def undamped_motion(
     law, region, start, phases, _ = flight
     t, t_low, v0, force = start
     amplitude = law[region + 1, GAIN_RE]
-    push = law[FIRST_HARMONIC, COSINE] * phases[0, 0] + law[FIRST_HARMONIC, SINE] * phases[0, 1]
-    rate = law[FIRST_HARMONIC, SINE] * phases[0, 0] - law[FIRST_HARMONIC, COSINE] * phases[0, 1]
+    push, rate = parts_of(law, FIRST_HARMONIC, phases[0, 0], phases[0, 1])
     omega = law[FIRST_HARMONIC, OMEGA]
     turn = law[FIRST_HARMONIC, TURNS]
     turn_low = law[FIRST_HARMONIC, TURNS_LOW]

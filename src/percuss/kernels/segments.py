@@ -11,7 +11,7 @@ import math
 from typing import NamedTuple
 
 from percuss.arrays import Floats, Integers
-from percuss.kernels.compile import kernel
+from percuss.kernels.compile import formula, kernel
 from percuss.kernels.flight import constant_force, force_and_slopes, move, set_phases
 from percuss.kernels.flight_columns import (
     LONGEST_PHASE,
@@ -442,6 +442,26 @@ def observe_side(
         observe_stop(varied, segments, i, where, space, results)
 
 
+@formula
+def write_nothing(values: Floats, rows: Floats, where: tuple[int, int]) -> None:
+    """Write a sample that is zero, and stays so, on a side."""
+    i, side = where
+    values[i, side] = 0.0
+    for p in range(rows.shape[2]):
+        rows[i, side, p] = 0.0
+
+
+@formula
+def moved_push(
+    law: Law, change: Change, p: int, where: tuple[int, float, float], phases: Floats, moved: Floats
+) -> float:
+    """Return the derivative of a force without damping; ``where`` is region, place and instant."""
+    region, x, t = where
+    rows = change.rows[p]
+    more = moved_drive(law, rows, change.unit, t, 0.0, phases)[0]
+    return more + moved_constant_force(law, rows, region, x, moved[0, 0, p])
+
+
 @kernel
 def observe_acceleration(
     varied: VariedRecord,
@@ -459,19 +479,15 @@ def observe_acceleration(
     x = space.motion[0, 0]
     v = space.motion[1, 0]
     if marks[row, KIND] == CONTACT:
-        results.values[i, side] = 0.0
-        for p in range(results.rows.shape[2]):
-            results.rows[i, side, p] = 0.0
+        write_nothing(results.values, results.rows, (i, side))
         return
     set_phases(law, t, 0.0, phases)
     drag = 2.0 * law[region, DAMPING]
     push = constant_force(law, region, x) + force_and_slopes(law, phases)[0]
     results.values[i, side] = push - drag * v
     for p in range(results.rows.shape[2]):
-        rows = change.rows[p]
-        more = moved_drive(law, rows, change.unit, t, 0.0, phases)[0]
-        more += moved_constant_force(law, rows, region, x, space.moved[0, 0, p])
-        more -= 2.0 * rows[region, DAMPING] * v + drag * space.moved[1, 0, p]
+        more = moved_push(law, change, p, (region, x, t), phases, space.moved)
+        more -= 2.0 * change.rows[p, region, DAMPING] * v + drag * space.moved[1, 0, p]
         results.rows[i, side, p] = more
 
 
@@ -490,9 +506,7 @@ def observe_wall(
     law, marks, phases, t = record.law, record.marks, space.work.phases, segments.instants[i]
     region = int(marks[row, NEXT_REGION])
     stop = segments.stops[int(segments.quantities[i]) - OF_STOP]
-    results.values[i, side] = 0.0
-    for p in range(results.rows.shape[2]):
-        results.rows[i, side, p] = 0.0
+    write_nothing(results.values, results.rows, (i, side))
     if marks[row, KIND] != CONTACT or float(marks[row, BOUND]) != stop[STOP_BOUND]:
         return
     x = space.motion[0, 0]
@@ -501,10 +515,8 @@ def observe_wall(
     push = constant_force(law, region, x) + force_and_slopes(law, phases)[0]
     results.values[i, side] = -mass * push
     for p in range(results.rows.shape[2]):
-        rows = change.rows[p]
-        more = moved_drive(law, rows, change.unit, t, 0.0, phases)[0]
-        more += moved_constant_force(law, rows, region, x, space.moved[0, 0, p])
-        results.rows[i, side, p] = -mass * more - rows[0, MASS] * push
+        more = moved_push(law, change, p, (region, x, t), phases, space.moved)
+        results.rows[i, side, p] = -mass * more - change.rows[p, 0, MASS] * push
 
 
 @kernel
@@ -522,9 +534,7 @@ def observe_stop(
     which = int(segments.quantities[i]) - OF_STOP
     stop = segments.stops[which]
     number = law[int(varied.record.marks[row, NEXT_REGION]), NUMBER]
-    results.values[i, side] = 0.0
-    for p in range(results.rows.shape[2]):
-        results.rows[i, side, p] = 0.0
+    write_nothing(results.values, results.rows, (i, side))
     if number < stop[STOP_FIRST] or number > stop[STOP_LAST]:
         return
     mass = law[0, MASS]

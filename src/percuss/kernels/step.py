@@ -121,7 +121,7 @@ def fill_step(law: Law, region: int, k: int) -> float:
 def set_parts(law: Law, phases: Floats, parts: Floats) -> None:
     """Write the two parts of each harmonic at the instant of ``phases``, which may be ``parts``.
 
-    They are A cos + B sin and B cos - A sin: the harmonic, and its derivative by the phase.
+    They are those of `flight.parts_of`, written out here: as a pair they slow runs under records.
     """
     for j in range(phases.shape[0]):
         cosine = phases[j, 0]

@@ -21,15 +21,14 @@ from percuss.kernels.flight import (
     force_and_slopes,
     free_response,
     harmonic_response,
+    parts_of,
     place,
     set_phases,
 )
 from percuss.kernels.law_columns import (
-    COSINE,
     DAMPING,
     FIRST_HARMONIC,
     OMEGA,
-    SINE,
     STIFFNESS,
     TURNS,
     TURNS_LOW,
@@ -178,8 +177,7 @@ def delayed_start(law: Law, region: int, phases: Floats, s: float) -> tuple[floa
             continue
         turn = cos_sin(law[harmonic, TURNS], law[harmonic, TURNS_LOW], s, 0.0)
         to_cos, to_sin = harmonic_response(law, region, j, s, impulse, even, turn)
-        in_phase = law[harmonic, COSINE] * phases[j, 0] + law[harmonic, SINE] * phases[j, 1]
-        quadrature = law[harmonic, SINE] * phases[j, 0] - law[harmonic, COSINE] * phases[j, 1]
+        in_phase, quadrature = parts_of(law, harmonic, phases[j, 0], phases[j, 1])
         # The rate of the phasor (in_phase, quadrature) is omega (quadrature, -in_phase).
         dy += omega * (quadrature * to_cos - in_phase * to_sin)
         dv += omega * (quadrature * (impulse - omega * to_sin) - in_phase * omega * to_cos)

@@ -19,13 +19,13 @@ from percuss.kernels.linear_observables import (
     T_LEAST,
     Observable,
     Scratch,
-    crossings_of_level,
     derive_knots,
     derive_law,
     extremes_of_record,
     slope_weights,
     stop_weights,
 )
+from percuss.kernels.passages import crossings_of_level
 from percuss.kernels.record import MotionRecord
 from percuss.model.exact import as_float, whole
 from percuss.model.oscillator import stops_in_words

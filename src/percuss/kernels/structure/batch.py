@@ -15,6 +15,7 @@ import numpy as np
 from percuss.arrays import Floats, Integers
 from percuss.kernels.arithmetic import hypotenuse, logarithm
 from percuss.kernels.compile import kernel
+from percuss.kernels.event_location import within_bracket
 from percuss.kernels.observables import (
     CONTACTS,
     EVERY,
@@ -502,11 +503,9 @@ def turning_value(flight: ModalFlight, k: int, left: float, right: float, slope:
         step = -first / second if second != 0.0 else 0.0
         if abs(first * step) <= 1e-16 * abs(value) or not left < right:
             break
-        s += step
+        s = within_bracket(s + step, left, right)
         if not left < s < right:
-            s = 0.5 * (left + right)
-            if not left < s < right:
-                break
+            break
     return value
 
 

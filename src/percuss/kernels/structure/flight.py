@@ -428,37 +428,43 @@ def rates_of_many(
         at = WALK_ROWS + DRIVE_ENTRIES * k
         in_cos = basis.walk[at + FORCE_COS]
         in_sin = basis.walk[at + FORCE_SIN]
-        cosine = phases[k, 0]
-        sine = phases[k, 1]
-        for j in range(n):
-            w1[j] += in_cos[j] * cosine + in_sin[j] * sine
-        for j in range(n):
-            w2[j] += omega * (in_sin[j] * cosine - in_cos[j] * sine)
+        add_wave(in_cos, in_sin, phases[k], omega, w1, w2)
         if has_rates:
             in_cos = basis.walk[at + RATE_COS]
             in_sin = basis.walk[at + RATE_SIN]
-            for j in range(n):
-                u1[j] += in_cos[j] * cosine + in_sin[j] * sine
-            for j in range(n):
-                u2[j] += omega * (in_sin[j] * cosine - in_cos[j] * sine)
-    if has_rates:
-        for j in range(n):
-            u1[j] = w[j] + u1[j]
-    else:
-        for j in range(n):
-            u1[j] = w[j]
+            add_wave(in_cos, in_sin, phases[k], omega, u1, u2)
+    take_rates(w, has_rates, u1)
     for j in range(n):
         w1[j] = w1[j] - spring[j] * u[j] - drag[j] * w[j]
-    if has_rates:
-        for j in range(n):
-            u2[j] = w1[j] + u2[j]
-    else:
-        for j in range(n):
-            u2[j] = w1[j]
+    take_rates(w1, has_rates, u2)
     for j in range(n):
         w2[j] = w2[j] - spring[j] * u1[j] - drag[j] * w1[j]
     for j in range(n):
         norm[j] = root[j] * abs(u2[j]) + abs(w2[j])
+
+
+@formula
+def add_wave(
+    in_cos: Floats, in_sin: Floats, phase: Floats, omega: float, row: Floats, slope: Floats
+) -> None:
+    """Add what a harmonic puts into the modes to a row, and its rate to another."""
+    cosine = phase[0]
+    sine = phase[1]
+    for j in range(row.shape[0]):
+        row[j] += in_cos[j] * cosine + in_sin[j] * sine
+    for j in range(row.shape[0]):
+        slope[j] += omega * (in_sin[j] * cosine - in_cos[j] * sine)
+
+
+@formula
+def take_rates(rates: Floats, has_inputs: bool, row: Floats) -> None:
+    """Write rates into a row, in which the inputs to be added stand if there are any."""
+    if has_inputs:
+        for j in range(row.shape[0]):
+            row[j] = rates[j] + row[j]
+    else:
+        for j in range(row.shape[0]):
+            row[j] = rates[j]
 
 
 @formula

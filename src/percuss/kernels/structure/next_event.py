@@ -22,10 +22,11 @@ from percuss.kernels.event_location import (
     MOST_PIECES,
     NONE,
     ONE_MINIMUM,
-    SMALL_PHASE,
     UNKNOWN,
+    has_small_terms,
     series_root,
     shape_of,
+    within_bracket,
 )
 from percuss.kernels.next_event import PAUSE, STEPS_A_WALK, THIRD, WALK_SLACK
 from percuss.kernels.structure.basis import (
@@ -455,12 +456,9 @@ def locate_root(
         if left <= s + step <= right:
             size = abs(step)
             fifth = quickest * (abs(fourth) + fourth_bound(flight.basis, i, bend, size))
-            small = SMALL_PHASE * abs(first)
             square = size * size
             settled = size <= 2.0 * ULP * s or (
-                size * abs(second) <= small
-                and square * abs(third) <= SMALL_PHASE * small
-                and square * size * abs(fourth) <= SMALL_PHASE * SMALL_PHASE * small
+                has_small_terms(size, first, second, third, fourth)
                 and fifth * square * square <= 32.0 * ULP * abs(first)
             )
             end = s + step
@@ -623,9 +621,7 @@ def lowest(flight: ModalFlight, i: int, left: float, right: float) -> tuple[floa
         step = -first / second if second != 0.0 else 0.0
         if abs(step) <= 2.0 * ULP * s:
             break
-        s += step
+        s = within_bracket(s + step, left, right)
         if not left < s < right:
-            s = 0.5 * (left + right)
-            if not left < s < right:
-                break
+            break
     return s, value, uncertainty(flight, i, s)

@@ -44,6 +44,7 @@ from percuss.kernels.segments import (
     PATIENCE,
     SEGMENT,
     SegmentResults,
+    write_nothing,
 )
 from percuss.kernels.structure.basis import DRAG, IS_WALL, SPRING, basis_of
 from percuss.kernels.structure.columns import (
@@ -404,9 +405,7 @@ def observe_tail(
         c = segments.directions[segments.quantities[i] // OF_PLACE]
         evaluate(run, scratch.instant, True, scratch.whole)
         columns_at(varied, record, scratch.instant, True, work, scratch.column)
-        results.values[i, 0] = 0.0
-        for p in range(results.rows.shape[2]):
-            results.rows[i, 0, p] = 0.0
+        write_nothing(results.values, results.rows, (i, 0))
         for j in range(c.shape[0]):
             results.values[i, 0] += c[j] * scratch.whole[0, j, kind]
             for p in range(results.rows.shape[2]):
@@ -511,9 +510,7 @@ def observe_stop(
     i, side, row, b = where
     run, work = varied.run, scratch.work
     which = segments.quantities[i] % OF_PLACE - OF_STOP
-    results.values[i, side] = 0.0
-    for p in range(results.rows.shape[2]):
-        results.rows[i, side, p] = 0.0
+    write_nothing(results.values, results.rows, (i, side))
     if not run.sets.keys[b] >> which & 1:
         return
     if run.sets.stops[which, IS_WALL] == 1.0:

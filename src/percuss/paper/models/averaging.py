@@ -15,7 +15,7 @@ from functools import cache
 import numpy as np
 
 from percuss import numerics
-from percuss.arrays import Floats
+from percuss.arrays import Complexes, Floats
 
 __all__ = [
     "Averaged",
@@ -156,30 +156,30 @@ def fast_flight(phase: Floats, speed: Floats, omega: float) -> tuple[Floats, Flo
     >>> bool(abs(after[1][0] - run.impacts.v_after[0]) < 1e-13)
     True
     """
+    start = numerics.phasor(phase)
     longer = np.zeros_like(speed)
     for _ in range(6):
-        x, v = _flight(phase, speed, omega, longer)
+        x, v = _flight(phase, start, speed, omega, longer)
         longer = longer - x / v
-    _, v = _flight(phase, speed, omega, longer)
+    _, v = _flight(phase, start, speed, omega, longer)
     return phase + omega * (math.pi + longer), -v, longer
 
 
-def _flight(phase: Floats, speed: Floats, omega: float, longer: Floats) -> tuple[Floats, Floats]:
-    """Return x and v at a time pi + longer after the start of a flight."""
-    s = math.pi + longer
-    end = phase + omega * s
+def _flight(
+    phase: Floats, start: Complexes, speed: Floats, omega: float, longer: Floats
+) -> tuple[Floats, Floats]:
+    """Return x and v at a time pi + longer after the start, the phasor of whose phase is given."""
+    t = math.pi + longer
+    turned, end = numerics.phasor(t), numerics.phasor(phase + omega * t)
+    c, s = turned.real, turned.imag
     if omega == 1.0:
-        x = speed * numerics.sin(s) + 0.5 * (
-            s * numerics.sin(end) - numerics.sin(phase) * numerics.sin(s)
-        )
-        v = speed * numerics.cos(s) + 0.5 * (
-            numerics.sin(end) + s * numerics.cos(end) - numerics.sin(phase) * numerics.cos(s)
-        )
+        x = speed * s + 0.5 * (t * end.imag - start.imag * s)
+        v = speed * c + 0.5 * (end.imag + t * end.real - start.imag * c)
         return x, v
     gain = 1.0 / (1.0 - omega * omega)
-    start_x, start_v = gain * numerics.cos(phase), speed + gain * omega * numerics.sin(phase)
-    x = start_v * numerics.sin(s) - start_x * numerics.cos(s) + gain * numerics.cos(end)
-    v = start_v * numerics.cos(s) + start_x * numerics.sin(s) - gain * omega * numerics.sin(end)
+    start_x, start_v = gain * start.real, speed + gain * omega * start.imag
+    x = start_v * s - start_x * c + gain * end.real
+    v = start_v * c + start_x * s - gain * omega * end.imag
     return x, v
 
 

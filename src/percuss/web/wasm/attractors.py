@@ -8,10 +8,10 @@ from __future__ import annotations
 import math
 
 from percuss.arrays import Floats, Integers
-from percuss.kernels.batch import Options, begin_member, follow
 from percuss.kernels.compile import kernel
 from percuss.kernels.law_columns import PERIOD, Law
 from percuss.kernels.linear_observables import Scratch
+from percuss.kernels.members import Options, begin_member, follow
 from percuss.kernels.observables import (
     EVERY,
     LEVEL,

@@ -52,7 +52,6 @@ from percuss.ensembles.decisions import (
     share_in_cells,
 )
 from percuss.kernels.arithmetic import nearest
-from percuss.kernels.batch import Options, begin_member, follow
 from percuss.kernels.compile import kernel
 from percuss.kernels.law_columns import (
     FIRST_HARMONIC,
@@ -65,6 +64,7 @@ from percuss.kernels.law_columns import (
     UPPER_KIND,
     WALL,
 )
+from percuss.kernels.members import Options, begin_member, follow
 from percuss.kernels.observables import (
     CONTACTS,
     END_V,
@@ -75,7 +75,6 @@ from percuss.kernels.observables import (
     STROBES,
     TANGENTS,
     UNTIL,
-    LoadSpace,
     Member,
 )
 from percuss.kernels.record import AT_REST, SPENT, Run, T, V, X
@@ -111,32 +110,14 @@ NEEDS_PYTHON = -1
 
 
 class Space(NamedTuple):
-    """Arrays that motions are followed in, one after another.
+    """Arrays that motions are followed in, one after another, as the page gives them.
 
+    Those of a run, of which ``phases`` (3, n, 2) are three, and of loads, ``best`` and ``scratch``.
     ``ring`` and ``points`` (MOST_STROBES, 3) are those that are written and those in order,
     ``strobes`` (MOST_STROBES, 2) x and v of these, ``last`` of those before, ``cloud`` those of an
     attractor; ``rates`` (BLOCKS,) and ``exponents`` are of perturbations, ``frame`` (2, 2) and
     ``cells`` (SIDE, SIDE) of the plane of an attractor.
     """
-
-    run: Run
-    plan: Floats
-    values: Floats
-    ring: Floats
-    points: Floats
-    strobes: Floats
-    last: Floats
-    cloud: Floats
-    stops: Floats
-    loads: LoadSpace
-    rates: Floats
-    exponents: Floats
-    frame: Floats
-    cells: Integers
-
-
-class SpaceArrays(NamedTuple):
-    """The arrays of a `Space` as the page gives them: ``phases`` (3, n, 2) are three of a `Run`."""
 
     law: Floats
     state: Floats
@@ -162,21 +143,6 @@ class SpaceArrays(NamedTuple):
 
 
 @kernel
-def space_of(given: SpaceArrays) -> Space:
-    """Return the space of arrays in which motions are followed, and those that are compared."""
-    phases = given.phases
-    run = Run(
-        given.law, given.state, given.counters, phases[0], phases[1], phases[2], given.events,
-        given.marks, given.grazes,
-    )  # fmt: skip
-    return Space(
-        run, given.plan, given.values, given.ring, given.points, given.strobes, given.last,
-        given.cloud, given.stops, loads_of(given.law, given.best, given.scratch), given.rates,
-        given.exponents, given.frame, given.cells,
-    )  # fmt: skip
-
-
-@kernel
 def copy(points: Floats, n: int, to: Floats, first: int) -> None:
     """Write x and v of the first n points from a row on."""
     for k in range(n):
@@ -192,7 +158,12 @@ def follow_from(
 
     ``times`` are when the points begin, the time between two, and the end.
     """
-    run, plan, values = space.run, space.plan, space.values
+    phases, plan, values = space.phases, space.plan, space.values
+    run = Run(
+        space.law, space.state, space.counters, phases[0], phases[1], phases[2], space.events,
+        space.marks, space.grazes,
+    )  # fmt: skip
+    loads = loads_of(space.law, space.best, space.scratch)
     since, every, until = times
     n_points = int(nearest((until - since) / every)) + 1
     clear(run.state, run.counters)
@@ -203,7 +174,7 @@ def follow_from(
     plan[EVERY] = every
     plan[UNTIL] = until
     options = Options(MOST_IMPACTS, section, False, False, False, False, PATIENCE)
-    member = Member(run, plan, values, space.ring[:n_points], space.stops, space.loads)
+    member = Member(run, plan, values, space.ring[:n_points], space.stops, loads)
     begin_member(member, options)
     status = follow(member, options, False)
     in_order(space.ring[:n_points], values, space.points[:n_points])
@@ -214,14 +185,14 @@ def follow_from(
 @kernel
 def stage(space: Space, x: float, v: float, t: float, until: float, compared: int) -> int:
     """Follow a motion to the end of a stage, whose last strobes are compared."""
-    period = space.run.law[0, PERIOD]
+    period = space.law[0, PERIOD]
     return follow_from(space, x, v, t, (until - compared * period, period, until), STROBES)
 
 
 @kernel
 def exponent(space: Space, x: float, v: float, t: float, periods: int) -> int:
     """Find the exponents of a motion over so many periods."""
-    every = periods / BLOCKS * space.run.law[0, PERIOD]
+    every = periods / BLOCKS * space.law[0, PERIOD]
     until = t + BLOCKS * every
     status = follow_from(space, x, v, t, (t, every, until), TANGENTS)
     exponents_of_points(space.points, until - t, every, space.rates, space.exponents)
@@ -240,7 +211,7 @@ def classify_starts(space: Space, rules: Floats, starts: Floats, classes: Floats
 @kernel
 def classify(space: Space, rules: Floats, x: float, v: float, out: Floats) -> int:
     """Write the class of a start; return why its motion ended."""
-    law = space.run.law
+    law = space.law
     period = law[0, PERIOD]
     for column in range(CLASS_ENTRIES):
         out[column] = math.nan
@@ -282,7 +253,7 @@ def is_decided(space: Space, status: int, escape: float, compared: int, out: Flo
     values, strobes = space.values, space.strobes[: compared + 1]
     space.exponents[0] = values[END_X]
     space.exponents[1] = values[END_V]
-    period = space.run.law[0, PERIOD]
+    period = space.law[0, PERIOD]
     kind, n_periods = kind_of(status, space.exponents[:2], strobes, period, escape)
     if kind == UNDECIDED:
         return False
@@ -293,8 +264,8 @@ def is_decided(space: Space, status: int, escape: float, compared: int, out: Flo
         out[CLASS_V] = strobes[compared, 1]
     elif kind == REST:
         # The strobe of a mass at rest is its place.
-        out[CLASS_X] = space.run.state[X]
-        out[CLASS_V] = space.run.state[V]
+        out[CLASS_X] = space.state[X]
+        out[CLASS_V] = space.state[V]
     return True
 
 
@@ -305,7 +276,7 @@ def settle(space: Space, t0: float, x: float, v: float, longest: int) -> tuple[i
     Return periods, 0 where it does not, of its first strobes that come again, which lie in
     ``cloud``; periods of those that are nearest to the orbit, in ``last``; and impacts in one.
     """
-    law, values = space.run.law, space.values
+    law, values = space.law, space.values
     period = law[0, PERIOD]
     since = t0 + SETTLING * period
     until = since + 2 * longest * period
@@ -343,7 +314,7 @@ def cover(space: Space, t0: float, x: float, v: float) -> tuple[float, float, bo
     Return its exponent, the error, and whether it is chaotic still. The strobes lie in ``cloud``,
     and ``cells`` are those of its plane.
     """
-    period = space.run.law[0, PERIOD]
+    period = space.law[0, PERIOD]
     times = (t0, period, t0 + (FILLING - 1) * period)
     follow_from(space, x, v, t0, times, STROBES)
     copy(space.strobes, FILLING, space.cloud, 0)
@@ -363,7 +334,7 @@ def cover(space: Space, t0: float, x: float, v: float) -> tuple[float, float, bo
 def is_among(space: Space, t0: float, start: Floats, largest: float, error: float) -> bool:
     """Return whether a chaotic motion is on the attractor that another one has covered."""
     x, v = start[CLASS_X], start[CLASS_V]
-    period = space.run.law[0, PERIOD]
+    period = space.law[0, PERIOD]
     times = (t0, period, t0 + (COMPARED_IN_CELLS - 1) * period)
     follow_from(space, x, v, t0, times, STROBES)
     if share_in_cells(space.strobes[:COMPARED_IN_CELLS], space.frame, space.cells) <= LEAST_SHARE:

@@ -11,7 +11,7 @@ from percuss.kernels import march as engine
 from percuss.kernels import sample
 from percuss.kernels.record import MotionRecord, Run
 from percuss.web.wasm import attractors, basins, curve, exponents
-from percuss.web.wasm.basins import SpaceArrays
+from percuss.web.wasm.basins import Space
 
 __all__ = ["ENTRIES", "SIGNATURES"]
 
@@ -189,13 +189,13 @@ def attractor(
     return status
 
 
-def classify(arrays: SpaceArrays, rules: Floats, starts: Floats, classes: Floats) -> int:
+def classify(space: Space, rules: Floats, starts: Floats, classes: Floats) -> int:
     """Write the classes of starts."""
-    return basins.classify_starts(basins.space_of(arrays), rules, starts, classes)
+    return basins.classify_starts(space, rules, starts, classes)
 
 
 def label(
-    arrays: SpaceArrays,
+    space: Space,
     rules: Floats,
     classes: Floats,
     labels: Integers,
@@ -203,12 +203,12 @@ def label(
     drawn: Floats,
 ) -> int:
     """Write the number of each start's attractor, and the attractors."""
-    return basins.label(basins.space_of(arrays), rules, classes, labels, found, drawn)
+    return basins.label(space, rules, classes, labels, found, drawn)
 
 
-def exponent(arrays: SpaceArrays, start: Floats, out: Floats) -> int:
+def exponent(space: Space, start: Floats, out: Floats) -> int:
     """Write the largest exponent of a motion; return 1 where there is one."""
-    return 1 if exponents.largest_exponent(basins.space_of(arrays), start, out) else 0
+    return 1 if exponents.largest_exponent(space, start, out) else 0
 
 
 ENTRIES: dict[str, Callable[..., Any]] = {

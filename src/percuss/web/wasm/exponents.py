@@ -35,7 +35,7 @@ OUT_VALUE, OUT_ERROR, OUT_SIGN, OUT_ENTRIES = range(4)
 @kernel
 def largest_exponent(space: Space, start: Floats, out: Floats) -> bool:
     """Write the exponent of the motion from (x0, v0, t0); return whether there is one."""
-    period = space.run.law[0, PERIOD]
+    period = space.law[0, PERIOD]
     since = start[2] + TRANSIENT * period
     every = PERIODS / BLOCKS * period
     until = since + BLOCKS * every
