@@ -15,8 +15,8 @@ PIP = $$($(BIN)/python -c 'import pip' 2>/dev/null && echo $(BIN)/python || echo
 
 STUDIES = examples/n3_above.toml examples/n3_below.toml examples/half_harmonic.toml
 
-.PHONY: paper demo test frozen nightly docs benchmark kernels wasm large-kernels doctests types style
-.PHONY: floors dist lock clean numbers numbers-of-motions numbers-of-grids
+.PHONY: paper demo test frozen nightly docs benchmark kernels wasm large-kernels doctests collected
+.PHONY: other-tests types style floors dist lock clean numbers numbers-of-motions numbers-of-grids
 .DELETE_ON_ERROR:
 
 paper: .venv/run.stamp
@@ -39,14 +39,21 @@ TESTS = $(BIN)/python -m pytest -n logical --dist worksteal
 
 # The examples of docstrings compile the kernels of one displacement on one core, on the other three
 # files of tests compile those of structures, the largest, before an example asks for them: each is
-# compiled once, beside others that share its parts, and all tests find it. Types and style are
-# checked by whichever core is first done. The file that compares structures with oscillators comes
-# last: by then the doctests have compiled the kernels that both need.
+# compiled once, beside others that share its parts, and all tests find it. The file that compares
+# structures with oscillators comes last: by then the doctests have compiled the kernels that both
+# need. Types and style are checked beside the other tests, while these wait.
 LARGE_KERNELS = tests/structures/test_ensembles.py tests/fitting/test_structure_shooting.py \
 	tests/sensitivity/test_structures.py
 test: .venv/dev.stamp
-	$(MAKE) --jobs 2 large-kernels doctests types style
+	$(MAKE) --jobs 2 large-kernels doctests collected
+	$(MAKE) --jobs 3 other-tests types style
+
+other-tests: .venv/dev.stamp
 	$(TESTS) tests $(LARGE_KERNELS:%=--ignore=%)
+
+# Keeps all tests compiled for the workers: what is wrong with one these tell.
+collected: .venv/dev.stamp
+	-@$(BIN)/python -m pytest --collect-only -q tests >/dev/null
 
 large-kernels: .venv/dev.stamp
 	$(BIN)/python -m pytest -q $(LARGE_KERNELS)
@@ -71,12 +78,10 @@ TYPED = src tools
 types: .venv/dev.stamp
 	$(BIN)/mypy $(TYPED)
 
-# The last line keeps all tests compiled for the workers: what is wrong with one these tell.
 style: .venv/dev.stamp
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/lint-imports
-	-@$(BIN)/python -m pytest --collect-only -q tests >/dev/null
 
 doctests: .venv/dev.stamp
 	MPLBACKEND=agg $(BIN)/python -m pytest src

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import get_args
+from typing import Any, get_args
 
 import numpy as np
 import pytest
@@ -154,3 +154,56 @@ def test_a_parameter_that_leaves_no_period_moves_no_end() -> None:
     by_periods = pc.gradient("rms_displacement", WALL, force, wrt=path, periods=3)
     by_time = pc.gradient("rms_displacement", WALL, force, wrt=path, t_end="3*pi")
     np.testing.assert_array_equal(by_periods, by_time)
+
+
+def run_to(end: float, *, as_structure: bool = False, periods: float | None = None) -> Any:
+    """Return a run whose end and damping follow from a parameter."""
+    last = pc.parameter("T", end)
+    limits: dict[str, Any] = {"t_end": 2 * last}
+    if periods is not None:
+        limits = {"periods": 2 * pc.parameter("n", periods)}
+    if as_structure:
+        wall = pc.Wall(at="0.2", side="above", restitution="0.8", on=0)
+        structure = pc.Structure(1, 1, last / 100, stops=[wall])
+        loads = pc.Loads({0: pc.cosine(2)})
+        return pc.simulate(structure, loads, v0=["0.5"], **limits)
+    osc = pc.impact_oscillator("0.8", wall="0.2", side="above", damping=last / 200)
+    return pc.simulate(osc, pc.cosine(2), v0="0.5", **limits)
+
+
+@pytest.mark.parametrize("as_structure", [False, True])
+@pytest.mark.parametrize("name", ["T", "n"])
+def test_an_end_that_is_an_expression_moves_with_its_parameters(
+    name: str, as_structure: bool
+) -> None:
+    def measured(step: float) -> Any:
+        by_time = name == "T"
+        end, periods = (5 + step, None) if by_time else (5, 2.65 + step)
+        run = run_to(end, as_structure=as_structure, periods=periods)
+        on = [0] if as_structure else []
+        return run.sensitivity([name]).measured("rms_displacement", *on)
+
+    pairs = enumerate(WEIGHTS, start=1)
+    sides = [weight * (measured(k * STEP)[0] - measured(-k * STEP)[0]) for k, weight in pairs]
+    np.testing.assert_allclose(measured(0.0)[1], sum(sides) / STEP, rtol=1e-9)
+
+
+def test_a_parameter_of_the_end_alone_moves_nothing_else() -> None:
+    run = pc.simulate(pc.Oscillator(), v0=3, t_end=pc.parameter("T", 1))
+    d = run.sensitivity(["T", "start.v0"])
+    np.testing.assert_allclose(
+        d.of("max_displacement"), [3.0 * np.cos(1.0), np.sin(1.0)], rtol=1e-15
+    )
+    np.testing.assert_array_equal(d([0.5, 1.0])[0][:, 0], 0.0)
+    structure = run_to(5, as_structure=True).structure
+    run = pc.simulate(
+        structure, pc.Loads({0: pc.cosine(2)}), v0=["0.5"], t_end=pc.parameter("U", 3)
+    )
+    of_wall = run.sensitivity(["structure.stops.0.restitution", "U"])
+    np.testing.assert_array_equal(of_wall([2.0])[0][..., 1], 0.0)
+
+
+def test_a_parameter_of_the_end_has_the_value_that_it_has_elsewhere() -> None:
+    osc = pc.Oscillator(damping=pc.parameter("T", 1))
+    with pytest.raises(pc.ParameterError, match="one name has one value"):
+        pc.simulate(osc, v0=3, t_end=pc.parameter("T", 2))

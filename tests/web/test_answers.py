@@ -367,7 +367,7 @@ def test_the_study_of_a_view_and_its_python_ask_the_same(
     found = parsed.question.answer(parsed, Execution())
     column = "basin" if kind == "basins" else "x"
     # The values between the ends are rounded otherwise, by a unit in the last place.
-    assert names["found"][column].values == pytest.approx(found[column].values, abs=1e-9)
+    assert names["result"][column].values == pytest.approx(found[column].values, abs=1e-9)
     assert (tmp_path / f"{kind}.png").is_file()
 
 

@@ -107,7 +107,7 @@ def test_a_chart_of_two_parameters_comes_out_as_files(study: dict[str, Any]) -> 
     assert again.question == study_of_view(request).question
     assert len([row for row in rows if row[0][0].isdigit()]) == 256
     wanted = again.question.answer(again, Execution()).period
-    np.testing.assert_array_equal(told["found"].period.values, wanted.values)
+    np.testing.assert_array_equal(told["result"].period.values, wanted.values)
     for extension in ("png", "svg", "nc"):
         assert file_of(request, extension).data.startswith(BEGINS[extension])
 

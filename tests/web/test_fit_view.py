@@ -107,7 +107,7 @@ def test_a_fit_is_that_of_the_study_in_its_files(
     monkeypatch.chdir(tmp_path)
     told: dict[str, Any] = {}
     exec(python_text(study), told)  # noqa: S102  our own text
-    assert told["found"].values[GAP] == pytest.approx(values[GAP]["value"], rel=1e-9)
+    assert told["result"].values[GAP] == pytest.approx(values[GAP]["value"], rel=1e-9)
     assert (tmp_path / "fit.png").exists()
 
 

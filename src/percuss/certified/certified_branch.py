@@ -164,7 +164,7 @@ class CertifiedBranch:
         >>> round(float(v.mid()[0]), 2), bool(v.radius()[0] < 0.01)
         (0.51, True)
         """
-        at, found = as_fraction(value), []
+        at, enclosures = as_fraction(value), []
         with precision(self.precision):
             for part, ends in zip(self.chains, self.grazes, strict=True):
                 more = chain.from_iterable(end.tubes for end in ends if end is not None)
@@ -174,11 +174,11 @@ class CertifiedBranch:
                         box = tube.end(at) if tube.is_along_parameter else tube.box()
                         equations = part.curve.equations(box[-1])
                         states = vector_of(equations.whole(pairs(box[:-1]))[1])
-                        found.append((Balls.of(states[::2]), Balls.of(states[1::2])))
-        if not found:
+                        enclosures.append((Balls.of(states[::2]), Balls.of(states[1::2])))
+        if not enclosures:
             known = ", ".join(f"{s.low:.9g} to {s.high:.9g}" for s in self.stretches) or "nothing"
             raise ParameterError("value", value, f"no strip has an orbit there; proven is {known}")
-        return found
+        return enclosures
 
     @property
     def system(self) -> System:
@@ -195,7 +195,7 @@ class CertifiedBranch:
             event of all orbits of the strip, (4, 2), their stability, and whether they are
             admissible; in order, those next to grazes last.
         """
-        found = []
+        strips = []
         grazing = [end for end in chain.from_iterable(self.grazes) if end is not None]
         tubes = [(strip.tube, strip.stability, strip.admissible) for strip in self._strips()]
         tubes += [(tube, end.stability, True) for end in grazing for tube in end.tubes]
@@ -208,8 +208,8 @@ class CertifiedBranch:
                     (float(p), float(v.lower())), (float(q), float(w.lower())),
                     (float(q), float(w.upper())), (float(p), float(v.upper())),
                 ]  # fmt: skip
-                found.append((np.array(corners), stability, admissible))
-        return found
+                strips.append((np.array(corners), stability, admissible))
+        return strips
 
     @property
     def doubles(self) -> tuple[str, ...]:
@@ -318,13 +318,13 @@ def _sections(branch: Branch, reasons: list[str]) -> Iterator[tuple[list[OrbitEv
         except Undecided as question:
             return question.reason
 
-    for found, rows in groupby(range(len(branch)), events):
-        if isinstance(found, str):
-            reasons.append(found)
+    for sequence, rows in groupby(range(len(branch)), events):
+        if isinstance(sequence, str):
+            reasons.append(sequence)
         else:
             numbers = list(rows)
             if len(numbers) > 1:
-                yield list(found), numbers
+                yield list(sequence), numbers
             else:
                 reasons.append(f"the orbit of row {numbers[0]} alone has its events")
 

@@ -160,8 +160,8 @@ class ImpactSurface:
         product: BallMatrix | None = None
         point = cloud.middle
         for _ in range(MOST_EVENTS):
-            found = search_set(self.system, start, longest, SlowEvents(finest))
-            passage = next_passage(self.system, start, found)
+            search = search_set(self.system, start, longest, SlowEvents(finest))
+            passage = next_passage(self.system, start, search)
             if passage is None:
                 raise Undecided("no_event", f"a flight meets no stop within {longest:.6g}")
             by = passage.derivative

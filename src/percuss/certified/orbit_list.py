@@ -132,10 +132,10 @@ class _BoxSearch:
 
     @staticmethod
     def _contracts(missed: Missed, inverse: object) -> bool:
-        found = missed.krawczyk(inverse)  # type: ignore[arg-type]
+        image = missed.krawczyk(inverse)  # type: ignore[arg-type]
         return all(
             ball.rad() < NARROW * size.rad()
-            for ball, size in zip(found, missed.spread, strict=True)
+            for ball, size in zip(image, missed.spread, strict=True)
         )
 
     def _finds_root(self, box: SurfaceBox) -> bool:
@@ -148,8 +148,8 @@ class _BoxSearch:
         while half < LARGEST_HALF:
             trial = _around(point, half, self.scale)
             try:
-                found = self.equations.missed(trial)
-                proven = found is not None and found.has_one_root()
+                missed = self.equations.missed(trial)
+                proven = missed is not None and missed.has_one_root()
             except Undecided:
                 proven = False
             if proven:
@@ -315,8 +315,8 @@ class CompleteList:
         >>> import percuss as pc
         >>> from percuss.certified import list_orbits
         >>> osc = pc.impact_oscillator("0.8")
-        >>> found = list_orbits(osc, pc.cosine("2.5"), speeds=("0.1", 2))
-        >>> found.to_pandas()[["cycle", "v_after", "stability"]].round(6)
+        >>> orbits = list_orbits(osc, pc.cosine("2.5"), speeds=("0.1", 2))
+        >>> orbits.to_pandas()[["cycle", "v_after", "stability"]].round(6)
               cycle   v_after   stability
         0  0.978364  0.516282  asymptotic
         """
@@ -406,8 +406,8 @@ def list_orbits(
     --------
     >>> import percuss as pc
     >>> from percuss.certified import list_orbits
-    >>> found = list_orbits(pc.impact_oscillator("0.8"), pc.cosine("2.5"), speeds=("0.1", 2))
-    >>> found.complete, len(found), found.orbits[0].stability
+    >>> orbits = list_orbits(pc.impact_oscillator("0.8"), pc.cosine("2.5"), speeds=("0.1", 2))
+    >>> orbits.complete, len(orbits), orbits.orbits[0].stability
     (True, 1, 'asymptotic')
     """
     impacts, periods = whole("impacts", impacts, 1), whole("periods", periods, 1)

@@ -126,11 +126,11 @@ class _Fates:
                 parts = list(self._parts(system, cell, self.depth))
                 for label, part in parts:
                     row.areas[label] = row.areas.get(label, 0.0) + part.area
-                found = {label for label, _ in parts}
+                labels = {label for label, _ in parts}
                 # A part beyond the wall has no motions.
-                inside = found - {NO_START} or {NO_START}
+                inside = labels - {NO_START} or {NO_START}
                 row.labels.append(inside.pop() if len(inside) == 1 else OPEN)
-                if len(found) > 1:
+                if len(labels) > 1:
                     row.parts.extend((label, part) for label, part in parts if label >= 0)
         return row
 
@@ -179,8 +179,8 @@ class _Fates:
         slow = SlowEvents(finest=SHORTEST * size)
         n_periods = 0
         for _ in range(self.most_impacts):
-            found = search_set(system, start, LOOKED_FOR * float(period), slow)
-            passage = next_passage(system, start, found)
+            search = search_set(system, start, LOOKED_FOR * float(period), slow)
+            passage = next_passage(system, start, search)
             if passage is None:
                 n_periods += LOOKED_FOR
                 start = _later(system, start, LOOKED_FOR * float(period))

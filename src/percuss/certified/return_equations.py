@@ -107,8 +107,8 @@ class Missed(NamedTuple):
         inverse = self.inverse()
         if inverse is None:
             return False
-        found = self.krawczyk(inverse)
-        return all(abs(ball) < size.rad() for ball, size in zip(found, self.spread, strict=True))
+        image = self.krawczyk(inverse)
+        return all(abs(ball) < size.rad() for ball, size in zip(image, self.spread, strict=True))
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,11 +168,11 @@ class ReturnEquations:
         for _ in range(MOST_EVENTS * self.impacts):
             if n_on_stop == self.impacts - self.is_direct:
                 break
-            found = search_set(system, start, *self._options(start, end))
-            for touch_event, state in possible_events(system, start, found._replace(bracket=None)):
+            search = search_set(system, start, *self._options(start, end))
+            for touch_event, state in possible_events(system, start, search._replace(bracket=None)):
                 if not self._is_excluded(touch_event, state, n_on_stop, (begin, v0), end):
                     raise Undecided("graze", "whether some motions of a box touch a stop is open")
-            passage = next_passage(system, start, found)
+            passage = next_passage(system, start, search)
             if passage is None or (passage.box[0] > end and not anyhow):
                 return None
             if not anyhow and self._is_outside(passage.event, passage.box[1]):
@@ -221,12 +221,12 @@ class ReturnEquations:
         for state, following in pairwise(states):
             start = Departure(event.after, Cloud.of(*state), event.bound)
             try:
-                found = search_set(system, start, *self._options(start, end))
+                search = search_set(system, start, *self._options(start, end))
             except Undecided:
                 return False
             # The bracket has one root alone.
             duration = following[0] - state[0]
-            if found.bracket is None or found.bracket.place_of(duration) != 0:
+            if search.bracket is None or search.bracket.place_of(duration) != 0:
                 return False
         return True
 
@@ -250,10 +250,10 @@ class ReturnEquations:
             return not ((state[0] - end).contains(0) and (state[1] - begin[1]).contains(0))
         system = self.surface.system
         try:
-            found = search_set(system, start, *self._options(start, end))
+            search = search_set(system, start, *self._options(start, end))
             return all(
                 self._is_excluded(next_event, after, n_on_stop, begin, end)
-                for next_event, after in possible_events(system, start, found)
+                for next_event, after in possible_events(system, start, search)
             )
         except Undecided:
             return False

@@ -296,8 +296,9 @@ class Store:
     def _is_whole(self, arrays: Mapping[str, dict[str, Any]]) -> bool:
         """Return whether nothing is left to be written."""
         is_done = bool((self._chunks.marks()[:, 0] > 0).all())
-        there = is_done and all(_has_array(self.path / name, arrays[name]) for name in arrays)
-        return there and not self._damaged()
+        if not is_done or not all(_has_array(self.path / name, arrays[name]) for name in arrays):
+            return False
+        return not self._damaged()
 
     def _damaged(self) -> list[int]:
         """Return the numbers of the chunks that have a mark, and whose data are lost or cut off."""

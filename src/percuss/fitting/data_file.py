@@ -118,8 +118,8 @@ def columns_of_text(
     Examples
     --------
     >>> from percuss.model.units import Units
-    >>> found = columns_of_text("Time (ms);x [mm]\n0;1,5\n10;2\n", Units("m", "s"))
-    >>> {name: values.tolist() for name, values in found.items()}
+    >>> columns = columns_of_text("Time (ms);x [mm]\n0;1,5\n10;2\n", Units("m", "s"))
+    >>> {name: values.tolist() for name, values in columns.items()}
     {'t': [0.0, 0.01], 'displacement': [0.0015, 0.002]}
     """
     titles, separator, rows = _table_of_text(text, columns or {})
@@ -270,8 +270,8 @@ def _are_units(cells: Sequence[str]) -> bool:
 
 def _line_of(fault: str) -> int:
     """Return the line that a sentence begins with."""
-    found = re.match(r"line (\d+)", fault)
-    return int(found[1]) if found else 0
+    line = re.match(r"line (\d+)", fault)
+    return int(line[1]) if line else 0
 
 
 def _all_of(faults: Sequence[str]) -> str:

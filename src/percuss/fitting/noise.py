@@ -92,9 +92,9 @@ def leverages_of(problem: FitProblem, point: FitPoint) -> Floats:
     whole[:, :n_p][:, (point.values <= problem.low) | (point.values >= problem.high)] = 0.0
     if not np.isfinite(np.square(whole)).all():
         return np.full(len(matrix), min(width / len(matrix), 1.0))
-    found = np.empty(len(matrix))
-    found[equations.order] = leverages(whole, WEAK)[: len(matrix)]
-    return found
+    in_order = np.empty(len(matrix))
+    in_order[equations.order] = leverages(whole, WEAK)[: len(matrix)]
+    return in_order
 
 
 def with_noise_of_residuals(problem: FitProblem, point: FitPoint) -> tuple[list[Layout], float]:

@@ -312,9 +312,7 @@ def motion_text(run: Trajectory | StructureTrajectory) -> str:
         A study with every number of model and start as it was given, up to the end of the run.
     """
     structure = getattr(run, "structure", None)
-    # A structure's run keeps its end as a double.
-    end: Phase = run.t_end if structure is not None else run.end  # type: ignore[union-attr]
-    limit: TomlTable = {"t_end": number(end)}
+    limit: TomlTable = {"t_end": number(run.end)}
     if run.outcome.name == "reached_max_impacts" or run.t_end <= run.t0:
         # Stops that share an edge are entered together, at one time.
         entries = run.crossings.t[run.crossings.direction == "in"].tolist()
@@ -323,9 +321,9 @@ def motion_text(run: Trajectory | StructureTrajectory) -> str:
         # A structure's run needs an end; this one comes after the last impact.
         limit |= {"t_end": run.t_end + 1.0} if structure is not None else {}
     if structure is not None:
-        tables = model_tables(structure, run.loads, run.start)  # type: ignore[union-attr]
+        tables = model_tables(structure, run.loads, run.start, run.end)  # type: ignore[union-attr]
     else:
-        tables = model_tables(run.oscillator, run.forcing, run.start, end)  # type: ignore[union-attr]
+        tables = model_tables(run.oscillator, run.forcing, run.start, run.end)  # type: ignore[union-attr]
     return toml_text(
         {
             "study": {"kind": "motion"},

@@ -214,9 +214,9 @@ class StructureSystem:
     @cached_property
     def records(self) -> Floats:
         """Laws that hold one record each, (n_records, rows, COLUMNS)."""
-        alone = [_record_alone(one) for one in self.loads.forcings if one.record is not None]
+        alone = [_record_alone(force) for force in self.loads.forcings if force.record is not None]
         free = Oscillator(stiffness=0, damping=0) if alone else None
-        return stacked_laws([law_of(free, one) for one in alone if free is not None])
+        return stacked_laws([law_of(free, force) for force in alone if free is not None])
 
     def _make(self, key: int) -> dict[str, Floats]:
         """Return the arrays of one set."""

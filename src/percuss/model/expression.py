@@ -411,8 +411,8 @@ def expression_problem(text: object, known: list[str]) -> str | None:
     if not unknown:
         return None
     alike = difflib.get_close_matches(unknown[0], known, n=1)
-    there = f"there are {', '.join(sorted(known))}" if known else "there are none"
-    hint = f"did you mean {alike[0]}?" if alike else there
+    all_known = f"there are {', '.join(sorted(known))}" if known else "there are none"
+    hint = f"did you mean {alike[0]}?" if alike else all_known
     are = "is no parameter" if len(unknown) == 1 else "are no parameters"
     return f"{' and '.join(unknown)} {are}; {hint}"
 

@@ -13,11 +13,11 @@ from percuss.kernels import law_columns as at
 from percuss.kernels.flight_columns import Change
 from percuss.kernels.law_columns import Law
 from percuss.model.exact import as_float
-from percuss.model.expression import Expression
+from percuss.model.expression import Expression, parameters_in
 from percuss.model.forcing import Forcing, FourierTerm, Harmonic
 from percuss.model.loads import Loads
 from percuss.model.oscillator import Oscillator, SoftStop, Wall
-from percuss.model.parameter_fields import fields_by_path
+from percuss.model.parameter_fields import fields_by_path, parameters_by_path
 from percuss.model.paths import long_forms, moved_fields, moved_in_law
 from percuss.model.restitution import RestitutionTable
 from percuss.model.start import Start
@@ -27,8 +27,8 @@ from percuss.model.system import System, region_rows, touching_stops
 from percuss.numerics import cos, sin
 
 __all__ = [
-    "MovedLaw", "moved_force_rows", "moved_law", "moved_period", "moved_rows", "parameter_names",
-    "unit_law",
+    "MovedLaw", "moved_force_rows", "moved_law", "moved_number", "moved_period", "moved_rows",
+    "parameter_names", "unit_law",
 ]  # fmt: skip
 
 START = "start."
@@ -59,7 +59,9 @@ class MovedLaw:
     stops: Floats
 
 
-def moved_law(system: System, start: Start | None, paths: Sequence[str]) -> MovedLaw:
+def moved_law(
+    system: System, start: Start | None, paths: Sequence[str], end: object = None
+) -> MovedLaw:
     """Return the derivatives of the law of a system, and of a start, by parameters.
 
     Parameters
@@ -70,6 +72,8 @@ def moved_law(system: System, start: Start | None, paths: Sequence[str]) -> Move
         The start of the motion; None: it is no parameter.
     paths
         Paths of the parameters, in long or short form; names of parameters in expressions too.
+    end
+        What ends the motion, whose parameters may be named, too: they move nothing of the law.
 
     Returns
     -------
@@ -91,14 +95,15 @@ def moved_law(system: System, start: Start | None, paths: Sequence[str]) -> Move
     (('start.v0', 'forcing.harmonics.0.omega'), array([0., 1., 0.]))
     """
     osc, force = system
-    names = parameter_names(paths, osc, force, start)
+    names = parameter_names(paths, osc, force, start, end)
+    of_end = parameters_in(end).keys() - parameters_by_path(osc, force, start).keys()
     law = system.law
     begin = np.zeros((len(names), 3))
     stops = np.zeros((len(names), len(osc.stops), 3))
     moved_law_rows = []
     needs_unit = False
     for p, name in enumerate(names):
-        fields = _derivatives(system, start, name)
+        fields = {} if name in of_end else _derivatives(system, start, name)
         begin[p] = [fields.get(START + field, 0.0) for field in ("x0", "v0", "t0")]
         stops[p] = moved_stops("oscillator", len(osc.stops), fields)
         moved_law_rows.append(moved_rows(system, fields))
@@ -122,8 +127,9 @@ def parameter_names(
     osc: Oscillator | Structure,
     force: Forcing | Loads | None,
     start: Start | StructureStart | None,
+    end: object = None,
 ) -> tuple[str, ...]:
-    """Return the long form of each path.
+    """Return the long form of each path; that of a parameter of the end is its name.
 
     Raises
     ------
@@ -133,7 +139,11 @@ def parameter_names(
     if isinstance(paths, str) or not len(paths):
         raise ParameterError("paths", paths, 'no list of paths; give one such as ["start.v0"]')
     names: list[str] = []
-    for path, name in zip(paths, long_forms(paths, osc, force, start), strict=True):
+    of_end = parameters_in(end)
+    of_motion = [path for path in paths if path not in of_end]
+    long = dict(zip(of_motion, long_forms(of_motion, osc, force, start), strict=True))
+    for path in paths:
+        name = long.get(path, path)
         if name in names:
             raise ParameterError("paths", path, "the same parameter, named twice")
         names.append(name)
@@ -175,18 +185,28 @@ def moved_period(
     }
     rows = [*-rates]
     for path, value in periods.items():
-        slower = np.zeros(len(names))
-        for p, name in enumerate(names):
-            if name == path:
-                slower[p] = 1.0
-            elif isinstance(value, Expression) and name in value.names:
-                slower[p] = float(value.derivative(name))
+        slower = moved_number(value, names) + [float(name == path) for name in names]
         rows.append(slower / as_float(value))
     if not rows:
         return np.zeros(len(names))
     all_rows = np.array(rows)
     apart = np.ptp(all_rows, axis=0) > ALIKE * np.abs(all_rows).max(axis=0)
     return np.where(apart, np.nan, all_rows[0])
+
+
+def moved_number(value: object, names: Sequence[str]) -> Floats:
+    """Return the derivatives of a number by parameters, 0 where it does not depend on one.
+
+    Examples
+    --------
+    >>> from percuss.model import parameter
+    >>> moved_number(3 * parameter("T", 2) ** 2, ["T", "forcing.omega"])
+    array([12.,  0.])
+    """
+    if not isinstance(value, Expression):
+        return np.zeros(len(names))
+    slopes = [float(value.derivative(name)) if name in value.names else 0.0 for name in names]
+    return np.array(slopes)
 
 
 def moved_rows(system: System, fields: Mapping[str, float]) -> Floats:

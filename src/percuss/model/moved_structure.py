@@ -14,6 +14,7 @@ from percuss.kernels.structure.basis import DRAG, FORCE, RATE, RATE_COS, SELF_DR
 from percuss.kernels.structure.columns import WAVE_ENTRIES, MovedSets
 from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import as_float
+from percuss.model.expression import parameters_in
 from percuss.model.moved_law import (
     moved_force_rows,
     moved_rows,
@@ -22,6 +23,7 @@ from percuss.model.moved_law import (
     unit_law,
 )
 from percuss.model.oscillator import Oscillator, SoftStop, Wall
+from percuss.model.parameter_fields import parameters_by_path
 from percuss.model.paths import moved_fields
 from percuss.model.structure_start import StructureStart
 from percuss.model.system import System
@@ -78,7 +80,7 @@ class MovedStructure:
 
 
 def moved_structure(
-    system: StructureSystem, start: StructureStart | None, paths: Sequence[str]
+    system: StructureSystem, start: StructureStart | None, paths: Sequence[str], end: object = None
 ) -> MovedStructure:
     """Return the derivatives of a structure's equation, and of a start, by parameters.
 
@@ -90,6 +92,8 @@ def moved_structure(
         The start of the motion; None: it is no parameter.
     paths
         Paths of the parameters, in long or short form; names of parameters in expressions too.
+    end
+        What ends the motion, whose parameters may be named, too: they move nothing of the equation.
 
     Returns
     -------
@@ -111,7 +115,8 @@ def moved_structure(
            [1., 0.]])
     """
     structure, loads, n = system.structure, system.loads, system.structure.n
-    names = parameter_names(paths, structure, loads, start)
+    names = parameter_names(paths, structure, loads, start, end)
+    of_end = parameters_in(end).keys() - parameters_by_path(structure, loads, start).keys()
     count, n_stops = len(names), len(structure.stops)
     matrices = np.zeros((len(MATRICES), count, n, n))
     stops = np.zeros((count, n_stops, 3))
@@ -119,8 +124,7 @@ def moved_structure(
     begin = np.zeros((count, 2 * n + 1))
     of_loads = []
     for p, name in enumerate(names):
-        moved = moved_fields(structure, loads, start, name)
-        fields = {path: float(value.derivative(moved.name)) for path, value in moved.fields.items()}
+        fields = {} if name in of_end else _derivatives(system, start, name)
         is_moved = any(path.startswith("structure.") for path in fields)
         for k, matrix in enumerate(MATRICES if is_moved else ()):
             for i in range(n):
@@ -141,6 +145,14 @@ def moved_structure(
         of_loads.append(_moved_loads(system, fields, matrices[0, p]))
     mass, damping, stiffness = matrices
     return MovedStructure(names, mass, damping, stiffness, stops, walls, tuple(of_loads), begin)
+
+
+def _derivatives(
+    system: StructureSystem, start: StructureStart | None, name: str
+) -> dict[str, float]:
+    """Return the derivatives of the fields of the equation and of the start by a parameter."""
+    moved = moved_fields(system.structure, system.loads, start, name)
+    return {path: float(value.derivative(moved.name)) for path, value in moved.fields.items()}
 
 
 def _renamed(fields: Mapping[str, float], prefix: str, new: str) -> dict[str, float]:

@@ -17,7 +17,9 @@ from percuss.kernels.structure import run as state
 from percuss.kernels.structure.run import StructureRun, new_run
 from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import Exact, Phase, as_float, plain
+from percuss.model.expression import parameters_in
 from percuss.model.faults import raise_first
+from percuss.model.parameter_fields import is_tied
 from percuss.model.start import end_after_periods, limit_faults, periods_faults
 from percuss.model.structure import Structure
 from percuss.model.structure_start import StructureStart
@@ -59,6 +61,8 @@ def follow_structure(
         raise ParameterError("t_end", None, reason)
     raise_first(limit_faults(start.t0, t_end, max_impacts))
     limit = most_impacts if max_impacts is None else min(int(max_impacts), 2**62)
+    if is_tied(t_end) or is_tied(periods):
+        parameters_in(structure, system.loads, start, t_end, periods)  # one name has one value
     end = as_float(t_end)
     progress_of_run = RunProgress(progress, begin, end, limit)
     run, outcome = followed(system, (start.x, start.v, begin), end, limit, progress_of_run)
@@ -69,7 +73,8 @@ def follow_structure(
         )
         warnings.warn(message, LimitWarning, stacklevel=3)
     lasts = None if periods is None else cast("Exact", plain(periods))
-    return StructureTrajectory.of_run(system, start, run, end, outcome, lasts)
+    given = cast("Phase", plain(t_end))
+    return StructureTrajectory.of_run(system, start, run, given, outcome, lasts)
 
 
 def followed(

@@ -44,7 +44,7 @@ def gradient(
         Of a structure the coordinate, direction or point whose displacement or acceleration it is.
     start, t_end, periods, max_impacts
         Start and limits of the run, as `simulate` takes them. The end after so many periods moves
-        with the period and the start, as it does in a sweep; `t_end` stays.
+        with the period and the start, as it does in a sweep; `t_end` moves with its parameters.
 
     Returns
     -------

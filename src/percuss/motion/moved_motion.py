@@ -18,7 +18,7 @@ from percuss.kernels.flight_columns import (
 )
 from percuss.kernels.law_columns import N_HARMONICS
 from percuss.kernels.sensitivity import VariedRecord
-from percuss.model.exact import Exact, reals
+from percuss.model.exact import Exact, Phase, reals
 from percuss.model.moved_law import MovedLaw
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start
@@ -39,6 +39,11 @@ class AnyMotion(HasEvents, Protocol):
     @property
     def periods(self) -> Exact | None:
         """The periods of what drives it after which it ends, None where it ends otherwise."""
+        ...
+
+    @property
+    def end(self) -> Phase:
+        """The end as it was given."""
         ...
 
     def __call__(self, t: ArrayLike, limit: Limit = "after") -> tuple[Floats, Floats]:

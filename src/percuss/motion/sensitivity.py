@@ -17,8 +17,10 @@ from percuss.kernels.record import MotionRecord
 from percuss.kernels.restitution import restitution_at
 from percuss.kernels.sample import flight_at
 from percuss.kernels.sensitivity import VariedRecord
-from percuss.model.moved_law import MovedLaw, moved_law, moved_period
+from percuss.model.exact import as_float
+from percuss.model.moved_law import MovedLaw, moved_law, moved_number, moved_period
 from percuss.model.oscillator import Wall
+from percuss.model.parameter_fields import is_tied
 from percuss.motion.moved_measures import MovedMeasure, MovedValue
 from percuss.motion.moved_motion import (
     AnyOscillatorMotion,
@@ -99,12 +101,14 @@ class Sensitivity(MovedMotion):
 
     @property
     def longer(self) -> Floats | None:
-        """The derivatives of the run's end where it is so many periods after the start; else None."""
-        if self.run.periods is None:
-            return None
+        """The derivatives of the run's end; None where no parameter is known to move it."""
+        run = self.run
+        if run.periods is None:
+            return moved_number(run.end, self.paths) if is_tied(run.end) else None
         # A parameter that leaves the forcing without a period leaves no run to compare with.
         slower = np.nan_to_num(slowing_of(self), nan=0.0)
-        return np.asarray(self.begin[:, 2] + (self.run.t_end - self.run.t0) * slower)
+        more = moved_number(run.periods, self.paths) / as_float(run.periods)
+        return np.asarray(self.begin[:, 2] + (run.t_end - run.t0) * (slower + more))
 
     def one_sided(self) -> Sensitivity:
         """Return the derivative on the side on which no graze of a wall becomes an impact.
@@ -180,7 +184,9 @@ def sensitivity_of(
     Sensitivity
         The derivative.
     """
-    moved = moved_law(run.system, run.start if begin is None else None, paths)
+    moved = moved_law(
+        run.system, run.start if begin is None else None, paths, (run.end, run.periods)
+    )
     stops = run.oscillator.stops
     at_wall = [isinstance(stops[int(stop)], Wall) for stop in run.grazes.stop]
     graze_times = run.grazes.t[np.array(at_wall, dtype=bool)]

@@ -206,8 +206,8 @@ def simulate(
         raise_first(periods_faults(force, periods, t_end))
         t_end = end_after_periods(cast("Forcing", force), begins.t0, periods)
     raise_first(limit_faults(begins.t0, t_end, max_impacts))
-    if isinstance(x0, Expression) or isinstance(v0, Expression) or isinstance(t0, Expression):
-        parameters_in(*system, begins)  # one name has one value
+    if any(isinstance(value, Expression) for value in (x0, v0, t0, t_end, periods)):
+        parameters_in(*system, begins, t_end, periods)  # one name has one value
     limit = MOST_IMPACTS if max_impacts is None else min(int(max_impacts), 2**62)
     begin, end = as_float(begins.t0), math.inf if t_end is None else as_float(t_end)
     _check_times(system.law, begin, end)

@@ -15,9 +15,11 @@ from percuss.kernels.sample import flight_at
 from percuss.kernels.structure import sensitivity as engine
 from percuss.kernels.structure.basis import wall_of
 from percuss.kernels.structure.sensitivity import ColumnRecord, VariedRun
-from percuss.model.moved_law import moved_period
+from percuss.model.exact import as_float
+from percuss.model.moved_law import moved_number, moved_period
 from percuss.model.moved_structure import MovedStructure, moved_sets, moved_structure
 from percuss.model.oscillator import On, Wall
+from percuss.model.parameter_fields import is_tied
 from percuss.motion.moved_measures import MovedMeasure, MovedValue
 from percuss.motion.moved_motion import MovedContacts, MovedCrossings, MovedGrazes, MovedImpacts
 from percuss.motion.moved_structure_motion import (
@@ -97,12 +99,14 @@ class StructureSensitivity(MovedStructureMotion):
 
     @property
     def longer(self) -> Floats | None:
-        """The derivatives of the run's end where it is so many periods after the start; else None."""
-        if self.run.periods is None:
-            return None
+        """The derivatives of the run's end; None where no parameter is known to move it."""
+        run = self.run
+        if run.periods is None:
+            return moved_number(run.end, self.paths) if is_tied(run.end) else None
         # A parameter that leaves the loads without a period leaves no run to compare with.
         slower = np.nan_to_num(structure_slowing_of(self), nan=0.0)
-        return np.asarray(self.begin[-1] + (self.run.t_end - self.run.t0) * slower)
+        more = moved_number(run.periods, self.paths) / as_float(run.periods)
+        return np.asarray(self.begin[-1] + (run.t_end - run.t0) * (slower + more))
 
     def one_sided(self) -> StructureSensitivity:
         """Return the derivative on the side on which no graze of a wall becomes an impact.
@@ -161,7 +165,9 @@ def structure_sensitivity_of(
         The derivative.
     """
     system = run.system
-    moved = moved_structure(system, run.start if begin is None else None, paths)
+    moved = moved_structure(
+        system, run.start if begin is None else None, paths, (run.end, run.periods)
+    )
     own = np.ascontiguousarray(moved.begin.T) if begin is None else begin
     record = run.record
     stops = _touched(run)

@@ -16,7 +16,7 @@ from percuss.kernels import record as columns
 from percuss.kernels.structure.run import StructureRun, new_run
 from percuss.kernels.structure.sample import evaluate
 from percuss.model.acting_sets import StructureSystem
-from percuss.model.exact import Exact, as_float, reals, whole
+from percuss.model.exact import Exact, Phase, as_float, reals, whole
 from percuss.model.loads import Loads
 from percuss.model.oscillator import On, Oscillator, SoftStop
 from percuss.model.structure import Structure
@@ -67,6 +67,8 @@ class StructureTrajectory(HasPicture):
         The state in which it started.
     t0, t_end
         Times between which the motion is known [time].
+    end
+        The later one as it was given.
     outcome
         How the run ended.
     impacts, crossings, contacts, grazes
@@ -86,6 +88,7 @@ class StructureTrajectory(HasPicture):
     crossings: Crossings
     contacts: Contacts
     grazes: Grazes
+    end: Phase = field(repr=False)
     _run: StructureRun = field(repr=False)
     periods: Exact | None = field(default=None, repr=False)
 
@@ -97,7 +100,7 @@ class StructureTrajectory(HasPicture):
         system: StructureSystem,
         start: StructureStart,
         run: StructureRun,
-        end: float,
+        end: Phase,
         outcome: Outcome,
         periods: Exact | None = None,
     ) -> StructureTrajectory:
@@ -111,18 +114,19 @@ class StructureTrajectory(HasPicture):
             grazes=run.grazes.copy(),
         )
         if outcome is not Outcome.reached_t_end:
-            end, periods = min(end, float(run.state[columns.T])), None
+            end, periods = min(as_float(end), float(run.state[columns.T])), None
         return cls(
             structure=system.structure,
             loads=system.loads,
             start=start,
             t0=as_float(start.t0),
-            t_end=end,
+            t_end=as_float(end),
             outcome=outcome,
             impacts=_impacts(system, run),
             crossings=_crossings(system, run),
             contacts=_contacts(system, run),
             grazes=_grazes(system, run),
+            end=end,
             _run=run,
             periods=periods,
         )

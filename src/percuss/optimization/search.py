@@ -241,8 +241,11 @@ class DesignSearch:
 
         sides = [[trial for trial in self.made if sign * excess(trial) > 0.0] for sign in (-1, 1)]
         ends = {trial: self.place(trial.values) for side in sides for trial in side}
-        pairs = product(*sides)
-        pair = min(pairs, key=lambda it: np.ptp([ends[one] for one in it], 0).max(), default=None)
+
+        def distance(pair: tuple[Trial, ...]) -> float:
+            return float(np.ptp([ends[trial] for trial in pair], 0).max())
+
+        pair = min(product(*sides), key=distance, default=None)
         if pair is None:
             return None
         last, low, high = pair[0], ends[pair[0]], ends[pair[1]]

@@ -278,8 +278,8 @@ def list_of(
 
     force = _forcing_of(study, "by which orbits repeat themselves")
     if speeds is None:
-        found = find_orbits(study.oscillator, force, impacts, periods)
-        impacts_found = [abs(orbit.impacts.v_after) for orbit in found if len(orbit.impacts)]
+        orbits = find_orbits(study.oscillator, force, impacts, periods)
+        impacts_found = [abs(orbit.impacts.v_after) for orbit in orbits if len(orbit.impacts)]
         slowest = min((float(min(v)) for v in impacts_found), default=0.0)
         if not slowest > 0.0:
             reason = "missing, and no orbit is found from which to take them; give the least and the greatest"
@@ -289,14 +289,14 @@ def list_of(
     return list_orbits(study.oscillator, force, impacts, periods, speeds=speeds, progress=progress)
 
 
-def list_rows(found: CompleteList) -> dict[str, str]:
+def list_rows(proven: CompleteList) -> dict[str, str]:
     """Return what is proven of all orbits in a few lines: words by their names."""
-    low, high = (f"{float(speed):g}" for speed in found.speeds)
-    kind = f"{counted(found.impacts, 'impact')} in {counted(found.periods, 'forcing period')}"
+    low, high = (f"{float(speed):g}" for speed in proven.speeds)
+    kind = f"{counted(proven.impacts, 'impact')} in {counted(proven.periods, 'forcing period')}"
     scope = f"with {kind}, all of speeds from {low} to {high} after an impact"
-    if not found.complete:
-        return {"certified": f"not all orbits {scope}: {found.reason}"}
-    orbits = [*found.orbits, *found.shorter]
+    if not proven.complete:
+        return {"certified": f"not all orbits {scope}: {proven.reason}"}
+    orbits = [*proven.orbits, *proven.shorter]
     rows = {
         "certified": f"{counted(len(orbits), 'orbit')} {scope}, and no others"
         if orbits

@@ -98,16 +98,16 @@ def _long(study: Study) -> list[str]:
         options["start"] = tuple(tables["start"].values())
     rows = [f"    {name}={_value(value)}," for name, value in options.items() if value is not None]
     curves = _saddles(study) if study.draw.manifolds else []
-    drawn = "found, manifolds=curves" if curves else "found"
+    drawn = "result, manifolds=curves" if curves else "result"
     return [
-        f"found = pc.{call}(",
+        f"result = pc.{call}(",
         *(f"    {name!r}," for name in measured),
         "    osc,",
         "    force,",
         *rows,
         "    progress=True,",
         ")",
-        "print(found)",
+        "print(result)",
         *curves,
         f'plotting.{draw}({drawn}).figure.savefig("{study.kind}.png")',
     ]
@@ -132,9 +132,9 @@ def _fit(study: Study) -> list[str]:
         "data = {",
         *rows,
         "}",
-        f"found = pc.fit(data, osc, force, free={free!r}, start={given}, noise={noise!r})",
-        "print(found)",
-        'plotting.plot_fit(found).savefig("fit.png")',
+        f"result = pc.fit(data, osc, force, free={free!r}, start={given}, noise={noise!r})",
+        "print(result)",
+        'plotting.plot_fit(result).savefig("fit.png")',
     ]
 
 

@@ -279,8 +279,8 @@ _GAP = "from the middle of the cavity to either wall"
 _BOUNCE = ("restitution", "restitution r", "1: no loss; 0: it stays")
 
 MECHANISMS = {
-    it.name: it
-    for it in (
+    mechanism.name: mechanism
+    for mechanism in (
         Mechanism(
             "impact_pair",
             "Impact pair",

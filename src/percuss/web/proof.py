@@ -131,8 +131,12 @@ def _answer_of_system(of: str, request: PageRequest, running: RunningRequest) ->
             chaos = chaos_of(study, progress)
             report, is_complete, is_some = chaos_rows(chaos), bool(chaos), bool(chaos)
         elif of == "orbits":
-            found = list_of(study, 1, 1, progress=progress)
-            report, is_complete, is_some = list_rows(found), found.complete, found.complete
+            proven_list = list_of(study, 1, 1, progress=progress)
+            report, is_complete, is_some = (
+                list_rows(proven_list),
+                proven_list.complete,
+                proven_list.complete,
+            )
         else:
             ends = (
                 range_of(request, *(f"{name}_{end}" for end in ("low", "high"))) for name in "xv"

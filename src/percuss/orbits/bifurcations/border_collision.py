@@ -142,13 +142,13 @@ def _stepped(
     problem, error = here.problem, "it lies on the other side"
     for length in STEPS_OFF:
         try:
-            there = problem.corrected(z + sign * length * tangent, tangent)
+            stepped = problem.corrected(z + sign * length * tangent, tangent)
         except PercussError as caught:
             error = str(caught)
             continue
-        inside = 0.0 <= there[-1] <= 1.0
-        if inside and sign * crossing.side * problem.beyond_jump(there, crossing) > 0.0:
-            point = problem.point(there, dataclasses.replace(here, tangent=tangent))
+        inside = 0.0 <= stepped[-1] <= 1.0
+        if inside and sign * crossing.side * problem.beyond_jump(stepped, crossing) > 0.0:
+            point = problem.point(stepped, dataclasses.replace(here, tangent=tangent))
             return dataclasses.replace(point, tangent=tangent)
     what = f"no orbit next to the jump of the force: {error}"
     raise ConvergenceError(what, z, math.nan, "follow the branch from its other side")

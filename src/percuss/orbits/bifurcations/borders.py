@@ -86,20 +86,20 @@ class Bordered(ABC):
         if self.centre is None:
             return
         before = self.passed(self.centre)
-        found = crossings(before, self.passed(z))
-        if not found:
+        crossed = crossings(before, self.passed(z))
+        if not crossed:
             return
-        parts = [self._part_before(self.centre, z, crossing) for crossing in found]
+        parts = [self._part_before(self.centre, z, crossing) for crossing in crossed]
         first = int(np.argmin(parts))
         self.border = None
         if is_located:
             sides = np.zeros(len(before))
-            for each in found:
+            for each in crossed:
                 sides[each.event] = -each.side
             guess = self.centre + parts[first] * (z - self.centre)
-            at = self._on_border(guess, found[first], sides)
+            at = self._on_border(guess, crossed[first], sides)
             if at is not None and norm(at - self.centre) <= FAR * norm(z - self.centre):
-                self.border = ReachedBorder(found[first], at, self._sides(at, before))
+                self.border = ReachedBorder(crossed[first], at, self._sides(at, before))
         what = "an event meets a jump of the force"
         raise BorderError(what, is_located=self.border is not None)
 

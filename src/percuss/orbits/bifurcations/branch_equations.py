@@ -625,10 +625,10 @@ def stops_that_are_moved(system: System, path: str) -> tuple[str, dict[int, Expr
     {0: '-2*gap', 1: '2*gap'}
     """
     name, moved = moved_fields(*system, None, path)
-    found = (
+    matches = (
         (re.fullmatch(r"oscillator\.stops\.(\d+)\.at", field), moved[field]) for field in moved
     )
-    return name, {int(match[1]): place for match, place in found if match}
+    return name, {int(match[1]): place for match, place in matches if match}
 
 
 def _coincidences(system: System, path: str) -> list[float]:

@@ -295,8 +295,8 @@ class MultiplierCurve(CurveEquations):
 
     def _null(self, returns: Floats) -> tuple[Floats, Floats]:
         """Return (psi, q), the null vectors of the matrix where it is singular."""
-        whole, found = self._bordered(returns)
-        return solved(whole.T, np.append(np.zeros(len(returns)), 1.0))[:-1], found[:-1]
+        whole, right = self._bordered(returns)
+        return solved(whole.T, np.append(np.zeros(len(returns)), 1.0))[:-1], right[:-1]
 
     def residual(self, z: Floats) -> Floats:
         """Return those of the orbit, and g."""
@@ -323,8 +323,8 @@ class MultiplierCurve(CurveEquations):
             # Beyond a jump of the force the matrix is another one.
             side = self.equations.sides_under(unknowns, law)
             for k, step in enumerate(steps):
-                there = self.equations.sides_under(unknowns + step * direction, law)
-                if (there != side).any():
+                moved_side = self.equations.sides_under(unknowns + step * direction, law)
+                if (moved_side != side).any():
                     steps[k] = 0.0
         ahead, behind = (self._returns(unknowns + step * direction, law) for step in steps)
         return np.asarray((ahead - behind) / (steps[0] - steps[1] or CENTRAL))

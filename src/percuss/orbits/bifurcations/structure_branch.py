@@ -359,11 +359,11 @@ class StructureEquations:
     def _take_derivatives(self, z: Floats, orbit: StructureOrbit) -> None:
         """Compute anew the derivatives by the parameters, and of the condition by differences."""
         self.last, n = None, self.size
-        found = self._derivatives_by_chord(z)
-        self.by_chord = 0 if found is None else self.by_chord + 1
-        if found is not None:
-            self.by_parameters = found
-            self.known = [*self.known[-1:], (z, found, self.of_condition.copy())]
+        derivatives = self._derivatives_by_chord(z)
+        self.by_chord = 0 if derivatives is None else self.by_chord + 1
+        if derivatives is not None:
+            self.by_parameters = derivatives
+            self.known = [*self.known[-1:], (z, derivatives, self.of_condition.copy())]
             return
         exact = self.exact_derivatives(orbit)
         if exact is not None:
@@ -400,9 +400,9 @@ class StructureEquations:
         if not abs(chord[-1]) > UPRIGHT * norm(chord):
             return None
         mean = 0.5 * (self.closure(before)[1] + self.closure(z)[1])
-        found = -2.0 * matmul(mean, chord[: self.size])[:, None] / chord[-1] - last
-        alike = float(np.abs(found - last).max()) <= ALIKE * float(np.abs(last).max())
-        return found if alike else None
+        slope = -2.0 * matmul(mean, chord[: self.size])[:, None] / chord[-1] - last
+        alike = float(np.abs(slope - last).max()) <= ALIKE * float(np.abs(last).max())
+        return slope if alike else None
 
     def _take_from_known(self, z: Floats) -> None:
         """Continue what was computed at the last two points, where it changes little."""

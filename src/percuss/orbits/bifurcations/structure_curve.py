@@ -145,15 +145,15 @@ class _CurveDetector:
         own = OTHERS.get(self.condition, "grazing")
         if self.condition == "torus":
             z = _on_circle(orbit.multipliers)
-            found = {kind: z.real - cosine for kind, cosine in RESONANCES.items()}
+            functions = {kind: z.real - cosine for kind, cosine in RESONANCES.items()}
         else:
-            found = {}
+            functions = {}
         for name, other in OTHERS.items():
             if self.condition not in (name, "torus"):
                 # A double root of the other kind is a zero of the torus' test too.
                 pair = sorted((own, other), key=ORDER.index)
-                found["_".join(pair)] = tests[name]
-        return found
+                functions["_".join(pair)] = tests[name]
+        return functions
 
     def between(
         self, here: Point[StructureEquations], new: Point[StructureEquations]
@@ -284,9 +284,9 @@ def continue_structure_curve(
     reported.close()
     orbits: tuple[Any, ...] = tuple(place.orbit for place, _ in rows)
     special = tuple(
-        dataclasses.replace(found, row=row)
-        for row, (_, found) in enumerate(rows)
-        if found is not None
+        dataclasses.replace(point, row=row)
+        for row, (_, point) in enumerate(rows)
+        if point is not None
     )
     return StructureCurve(
         kind=point.kind,

@@ -642,17 +642,17 @@ def graze_of(orbit: StructureOrbit) -> StructureGraze:
         if abs(float(impacts.v_before[k])) < SLOW * unit * size:
             return StructureGraze(int(impacts.stop[k]), float(impacts.t[k]))
     entered = orbit.run.crossings
-    found = []
+    grazes = []
     for stop in range(len(structure.stops)):
         gap, place = _turns(orbit, [stop])
         if place is not None:
-            found.append((abs(gap), place))
+            grazes.append((abs(gap), place))
         slow = (entered.stop == stop) & (np.abs(entered.v) < math.sqrt(SLOW) * unit)
         if slow.any():
-            found.append((0.0, StructureGraze(stop, float(entered.t[slow].mean()))))
-    if not found:
+            grazes.append((0.0, StructureGraze(stop, float(entered.t[slow].mean()))))
+    if not grazes:
         raise ParameterError("point", orbit, "its orbit touches no stop")
-    return min(found)[1]
+    return min(grazes)[1]
 
 
 def _least_in_flight(

@@ -101,8 +101,8 @@ class Broyden:
 
 def tangent_of(matrix: Floats, before: Floats) -> Floats:
     """Return the unit vector along which derivatives vanish, on the side of another vector."""
-    found = solved(np.vstack([matrix, before]), np.append(np.zeros(len(before) - 1), 1.0))
-    return np.asarray(found / norm(found))
+    direction = solved(np.vstack([matrix, before]), np.append(np.zeros(len(before) - 1), 1.0))
+    return np.asarray(direction / norm(direction))
 
 
 def solved(matrix: Floats, right: Floats, weak: float = 0.0) -> Floats:

@@ -189,12 +189,12 @@ def moved_kept(
     # Between two speeds of a table r(u) and how it moves are linear: the piece beside u is that of u
     # itself where the slopes of r are the same.
     slope = (kept - r) / speed
-    found = []
+    tilts = []
     for step in (PIECE * speed, -PIECE * speed):
         other = of(speed + step)
         its_slope = (other[2] - other[0]) / (speed + step)
-        found.append((abs(its_slope - slope), (other[1] - moved) / step))
-    tilt = min(found)[1]
+        tilts.append((abs(its_slope - slope), (other[1] - moved) / step))
+    tilt = min(tilts)[1]
     return 2.0 * slope * faster + moved + speed * tilt
 
 
@@ -205,9 +205,9 @@ def moved_multipliers(monodromy: Floats, moved: Floats, multipliers: Complexes) 
     """
     n, p = len(monodromy), moved.shape[2]
     size = float(np.abs(multipliers).max(initial=0.0))
-    found = np.full((n, p), np.nan + 0j)
+    derivatives = np.full((n, p), np.nan + 0j)
     if size == 0.0:
-        return found
+        return derivatives
     for i, value in enumerate(multipliers.tolist()):
         right, left = (_direction(part, value, size) for part in (monodromy, monodromy.T))
         # Of a semisimple pair the iteration finds one of its vectors, of a defective one y x = 0.
@@ -217,8 +217,8 @@ def moved_multipliers(monodromy: Floats, moved: Floats, multipliers: Complexes) 
             continue
         for k in range(p):
             image = matmul(moved[..., k], right.real) + 1j * matmul(moved[..., k], right.imag)
-            found[i, k] = (left * image).sum() / both
-    return found
+            derivatives[i, k] = (left * image).sum() / both
+    return derivatives
 
 
 def _direction(matrix: Floats, value: complex, size: float) -> Complexes:

@@ -209,9 +209,11 @@ def _impacts(orbit: ClosedMotion, motion: Sensitivity) -> MovedImpacts:
         nearest = int(met[np.argmin(np.abs(instants - t) + np.abs(speeds - v))])
         rows.append(nearest)
         at.append(nearest)
-    found = motion.columns
+    derivatives = motion.columns
     return MovedImpacts(
-        found[at, :, engine.DT], found[rows, :, engine.DV_BEFORE], found[rows, :, engine.DV_AFTER]
+        derivatives[at, :, engine.DT],
+        derivatives[rows, :, engine.DV_BEFORE],
+        derivatives[rows, :, engine.DV_AFTER],
     )
 
 

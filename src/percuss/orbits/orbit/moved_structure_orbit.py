@@ -79,11 +79,11 @@ class StructureOrbitSensitivity:
 
         NaN where two are equal; all NaN where the orbit rests on a wall, or strikes two at once.
         """
-        found = moved_monodromy(self.motion, self.period)
-        if found is None:
+        monodromy = moved_monodromy(self.motion, self.period)
+        if monodromy is None:
             shape = (len(self.closed.multipliers), len(self.paths))
             return np.full(shape, np.nan + 0j)
-        return moved_multipliers(*found, self.closed.multipliers)
+        return moved_multipliers(*monodromy, self.closed.multipliers)
 
     def __repr__(self) -> str:
         """Return what it is the derivative by, in a line."""

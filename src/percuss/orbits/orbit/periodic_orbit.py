@@ -250,8 +250,8 @@ class PeriodicOrbit(HasPicture):
 
         >>> import percuss as pc
         >>> orbit = pc.find_orbit(pc.impact_oscillator(0.8), pc.cosine(2.5))
-        >>> found = orbit.sensitivity(["forcing.amplitude"])
-        >>> (found.v0 / orbit.v0).round(9), found.t0.round(9) + 0.0
+        >>> moved = orbit.sensitivity(["forcing.amplitude"])
+        >>> (moved.v0 / orbit.v0).round(9), moved.t0.round(9) + 0.0
         (array([1.]), array([0.]))
         """
         closed = ClosedMotion(
