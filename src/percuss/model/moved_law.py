@@ -96,7 +96,9 @@ def moved_law(
     """
     osc, force = system
     names = parameter_names(paths, osc, force, start, end)
-    of_end = parameters_in(end).keys() - parameters_by_path(osc, force, start).keys()
+    of_end = set(parameters_in(end))
+    if of_end:
+        of_end -= parameters_by_path(osc, force, start).keys()
     law = system.law
     begin = np.zeros((len(names), 3))
     stops = np.zeros((len(names), len(osc.stops), 3))
