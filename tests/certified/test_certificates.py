@@ -22,6 +22,7 @@ from tests.certified.checker import (
     theorem_of,
     with_value,
 )
+from tests.test_house import private_reads
 
 import percuss as pc
 from arithmetic import NotProvenError
@@ -145,26 +146,42 @@ def test_the_program_runs_by_itself_without_percuss(tmp_path: Path, orbit: Claim
     assert "Traceback" not in wrong.stderr + missing.stderr
 
 
-def test_its_modules_use_those_before_them_and_whole_numbers() -> None:
-    order = (
-        "arithmetic words flights reading parts runs orbits branches lists basins chaos theorems"
-    )
-    modules = [*order.split(), "__main__"]
-    assert {path.stem for path in CHECKER.glob("*.py")} == set(modules)
-    of_python = (
-        "collections contextlib dataclasses fractions itertools json math pathlib re sys typing"
-    )
-    for k, module in enumerate(modules):
+# What each module of the program uses of the others, and what of Python's library.
+MODULES = {
+    "arithmetic": "",
+    "words": "",
+    "flights": "arithmetic words",
+    "reading": "arithmetic flights words",
+    "parts": "arithmetic words",
+    "runs": "arithmetic flights words",
+    "orbits": "arithmetic flights words",
+    "branches": "arithmetic flights orbits reading words",
+    "lists": "arithmetic flights orbits parts words",
+    "basins": "arithmetic flights orbits parts words",
+    "chaos": "arithmetic flights parts words",
+    "theorems": "arithmetic basins branches chaos flights lists orbits reading runs words",
+    "__main__": "arithmetic theorems",
+}
+OF_PYTHON = {
+    "__future__", "collections", "contextlib", "dataclasses", "fractions", "itertools", "json", "math",
+    "pathlib", "re", "sys", "typing",
+}  # fmt: skip
+
+
+def test_its_modules_use_few_others_and_no_floating_point() -> None:
+    assert {path.stem for path in CHECKER.glob("*.py")} == set(MODULES)
+    for module, others in MODULES.items():
         tree = ast.parse((CHECKER / f"{module}.py").read_text(encoding="utf-8"))
+        used = set()
         for node in ast.walk(tree):
-            if isinstance(node, ast.Import | ast.ImportFrom):
-                names = [name.name for name in node.names]
-                homes = [node.module or "."] if isinstance(node, ast.ImportFrom) else names
-                allowed = {"__future__", *of_python.split(), *modules[:k]}
-                assert {home.partition(".")[0] for home in homes} <= allowed, module
-                assert not any(name.startswith("_") for name in names), module
+            if isinstance(node, ast.Import):
+                used |= {name.name for name in node.names}
+            elif isinstance(node, ast.ImportFrom):
+                used.add(str(node.module).partition(".")[0])
             assert not (isinstance(node, ast.Constant) and isinstance(node.value, float)), module
             assert not (isinstance(node, ast.Name) and node.id == "float"), module
+        assert used - OF_PYTHON == set(others.split()), module
+        assert list(private_reads(tree)) == [], module
 
 
 def test_a_certificate_is_written_and_no_file_is_lost(tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ from typing import Any
 from arithmetic import Interval, NotProvenError, nearest, of, product
 from flights import LONGEST, SHORTEST, Flight, Law, State, met
 from orbits import check_different, check_inside, contracted, inverse, proven_orbit
-from parts import Rectangle, proven_on_parts
+from parts import Rectangle, Side, proven_on_parts
 from words import counted, told
 
 # Boxes are not made smaller than this part of the region, and steps of flights in which some of them
@@ -32,14 +32,14 @@ class Returns:
     speeds after all impacts are between two.
     """
 
-    def __init__(self, law: Law, n: int, p: int, speeds: tuple[Fraction, Fraction]) -> None:
+    def __init__(self, law: Law, n: int, p: int, speeds: Side) -> None:
         self.law, self.n, self.duration, self.period = law, n, p * law.period(), law.period()
         self.slow, self.fast = of(speeds[0]).low, of(speeds[1]).high
         self.at, self.r = of(law.bounds[0].at), law.bounds[0].restitution
         # The sign of velocities after an impact.
         self.off = 1 if law.regions[0].lower == 0 else -1
 
-    def box(self, cycle: tuple[Fraction, Fraction], v: tuple[Fraction, Fraction]) -> State:
+    def box(self, cycle: Side, v: Side) -> State:
         """Return the states whose t over the period, and speed, lie between two numbers each."""
         return State(of(*cycle) * self.period, self.at, self.off * of(*v))
 
@@ -161,11 +161,10 @@ def proven_list(law: Law, claims: Any) -> str:
     check_different(law, claims["orbits"])
     known = [returns.box(it["cycle"], it["v"]) for it in claims["boxes"]]
     for box in known:
-        if not any(_holds_state(box, event, returns.period) for event in events) and not (
-            returns.is_left_at(returns.zero(box))
-        ):
+        zero = returns.zero(box)
+        is_known = any(_holds_state(box, event, returns.period) for event in events)
+        if not is_known and not returns.is_left_at(zero):
             raise NotProvenError(f"the box at t = {told(box.t.fractions()[0])} may hold an orbit")
-        returns.zero(box)
     n_boxes = _check_region(returns, known, (cycle, (slow, fast)))
     head = (
         f"Whatever periodic motion meets the wall with {counted(n, 'impact')} in "
