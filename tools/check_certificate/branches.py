@@ -47,7 +47,8 @@ class Strip:
 
     def __init__(self, text: Any, curve: Any, claim: Any) -> None:
         self.text, self.curve, self.claim = text, curve, claim
-        self.along, self.middle, self.tangent = claim["along"], claim["middle"], claim["tangent"]
+        self.along, self.middle = claim["along"], claim["middle"]
+        self.tangent = [of(slope) for slope in claim["tangent"]]
         self.ends, self.slow = (claim["begin"], claim["end"]), claim["slow"]
         # The number of the parameter.
         self.n = 2 * len(curve["events"])
