@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from tests.ensembles.studies import exponents
 
 import percuss as pc
 from benchmarks.report import Report, installed
@@ -108,20 +109,8 @@ def run(report: Report) -> None:
 
 
 def _chart(store: Path | None, size: int = CHART) -> xr.Dataset:
-    return pc.sweep(
-        "largest_lyapunov_exponent",
-        pc.impact_oscillator(restitution="0.8", side="above", damping="0.05"),
-        FORCE,
-        over={
-            "forcing.omega": np.linspace(1.5, 4.5, size),
-            "oscillator.stops.0.at": np.linspace(-0.2, 0.6, size),
-        },
-        start=(-0.3, 0.0),
-        transient=100,
-        periods=128,
-        store=store,
-        n_workers=1,
-    )
+    chart: xr.Dataset = exponents(store, size, n_workers=1)
+    return chart
 
 
 def _chart_and_store(report: Report) -> None:

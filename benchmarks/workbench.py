@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 import websockets
+from tests.web.frames import motion_tables
 
 from benchmarks.report import Report
 from benchmarks.timing import REPEATS
@@ -27,16 +28,7 @@ CLIENTS, MOVES_A_SECOND, SECONDS = 200, 5, 60
 # Of the clients, those whose motions take as long as they may, one after another.
 HOSTILE, HOSTILE_SECONDS = 10, 20
 SLIDER_MOVES = 120
-STUDY: dict[str, Any] = {
-    "oscillator": {
-        "stiffness": 1,
-        "damping": "0.05",
-        "stops": [{"type": "wall", "at": "0.2", "side": "above", "restitution": "0.8"}],
-    },
-    "forcing": {"harmonics": [{"amplitude": 1, "omega": "2.8", "phase": 0}]},
-    "start": {"x0": 0, "v0": "0.5"},
-    "run": {"periods": 60},
-}
+STUDY = motion_tables(periods=60)
 
 
 def run(report: Report) -> None:

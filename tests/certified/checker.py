@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import json
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -95,6 +95,19 @@ def leaves(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
             yield from leaves(part, (*path, key))
         else:
             yield *path, key
+
+
+# By day one place of each name and coordinate is changed, at night each place.
+by_name = pytest.mark.parametrize("by_name", [True, pytest.param(False, marks=pytest.mark.nightly)])
+
+
+def chosen(places: Iterable[tuple[Any, ...]], by_name: bool) -> list[tuple[Any, ...]]:
+    """Return all places or, of those of one name and coordinate, one: the first, the last, ..."""
+    alike: dict[Any, list[tuple[Any, ...]]] = {}
+    for path in places:
+        names = tuple(key for key in path if isinstance(key, str))
+        alike.setdefault((names, path[-1]) if by_name else path, []).append(path)
+    return [paths[-k % len(paths)] for k, paths in enumerate(alike.values())]
 
 
 def changed(claims: dict[str, Any], path: tuple[Any, ...]) -> str:

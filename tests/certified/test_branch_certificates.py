@@ -14,7 +14,9 @@ from tests.certified.checker import (
     Claims,
     assert_refused,
     at_point,
+    by_name,
     changed,
+    chosen,
     leaves,
     theorem_of,
     two_walls,
@@ -113,10 +115,10 @@ def test_a_branch_round_a_fold_is_proven_again() -> None:
     assert "The orbits are unstable" in words
 
 
-@pytest.mark.parametrize("n_strips", [1, pytest.param(3, marks=pytest.mark.nightly)])
-def test_a_branch_that_is_changed_anywhere_is_refused(branch: Claims, n_strips: int) -> None:
+@by_name
+def test_a_branch_that_is_changed_anywhere_is_refused(branch: Claims, by_name: bool) -> None:
     theorem_of(branch)
-    places = [path for path in leaves(branch) if "strips" not in path or path[3] < n_strips]
+    places = chosen(leaves(branch), by_name)
 
     assert len(places) > 30
     for path in places:

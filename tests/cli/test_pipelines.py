@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.studies.texts import MOTION_TO_30
+from tests.studies.texts import MOTION_TO_30, WALL_BELOW
 from typer.testing import CliRunner
 
 import percuss as pc
@@ -21,19 +21,12 @@ from percuss.cli.terminal import ProgressBar
 from percuss.io import load_record
 
 MOTION = f'[study]\ntitle = "A motion"\n{MOTION_TO_30}svg = false\n[save]\ncsv = false\n'
-SWEEP = """\
+SWEEP = f"""\
 [study]
 kind = "sweep"
-[[oscillator.stops]]
-type = "wall"
-at = 0
-side = "below"
-restitution = "0.8"
-[[forcing.harmonics]]
-amplitude = 1
-omega = "2.5"
+{WALL_BELOW.format(restitution="0.8", omega="2.5")}\
 [over]
-"forcing.omega" = {from = 2, to = 3, count = 40}
+"forcing.omega" = {{from = 2, to = 3, count = 40}}
 [sweep]
 transient = 20
 periods = 8

@@ -7,21 +7,15 @@ from fractions import Fraction
 from pathlib import Path
 
 import pytest
+from tests.studies.texts import WALL_BELOW
 from typer.testing import CliRunner
 
 import percuss as pc
 from percuss.cli import app
 from percuss.studies import template_text
 
-CHAOTIC = """\
-[[oscillator.stops]]
-type = "wall"
-at = 0
-side = "below"
-restitution = "4/5"
-[[forcing.harmonics]]
-amplitude = 1
-omega = "14/5"
+CHAOTIC = f"""\
+{WALL_BELOW.format(restitution="4/5", omega="14/5")}\
 [start]
 x0 = 0
 v0 = "1/2"

@@ -6,6 +6,7 @@ import contextlib
 import importlib
 import sys
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 
@@ -45,7 +46,9 @@ def chart(store: str | None = None, engine: object = "threads", progress: Report
         )
 
 
-def exponents(store: str | None = None, size: int = 400):  # type: ignore[no-untyped-def]
+def exponents(  # type: ignore[no-untyped-def]
+    store: str | Path | None = None, size: int = 400, n_workers: int | None = None
+):
     """Return the largest exponent over size x size points."""
     return pc.sweep(
         "largest_lyapunov_exponent",
@@ -59,6 +62,7 @@ def exponents(store: str | None = None, size: int = 400):  # type: ignore[no-unt
         transient=100,
         periods=128,
         store=store,
+        n_workers=n_workers,
     )
 
 

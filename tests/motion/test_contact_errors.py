@@ -6,6 +6,7 @@ import math
 import pickle
 from collections.abc import Sequence
 from fractions import Fraction
+from typing import Any
 
 import mpmath
 import numpy as np
@@ -48,6 +49,36 @@ def chattering_under_a_record(seed: int) -> Motion:
     return with_tables(case, seed) if seed % 3 == 0 else case
 
 
+class BoundsBesideErrors:
+    """The bounds of contacts of many motions beside their true errors."""
+
+    def __init__(self) -> None:
+        self._wrong: list[tuple[int, int, float, float]] = []
+        self._ratios: list[float] = []
+        self._open = 0
+
+    def compare(self, seed: int, run: pc.Trajectory, starts: Sequence[Any]) -> None:
+        """Note the contacts of a run whose exact starts are these."""
+        for i, bound in enumerate(run.contacts.error_bound):
+            if bound == math.inf:
+                self._open += 1
+                continue
+            with mpmath.workdps(60):
+                start = mpmath.mpf(float(run.contacts.start[i]))
+                error = float(abs(starts[i] - start)) if i < len(starts) else math.inf
+            if not error <= bound:
+                self._wrong.append((seed, i, error, bound))
+            if error > 0.0:
+                self._ratios.append(bound / error)
+
+    def check(self, n_motions: int, open_part: float) -> None:
+        """Check that none is too small, few are infinite, and most are not absurdly large."""
+        assert self._wrong == []
+        assert len(self._ratios) > n_motions / 4
+        assert self._open <= open_part * len(self._ratios)
+        assert np.median(self._ratios) < 1000.0
+
+
 @pytest.mark.parametrize(
     "seeds",
     # The second motion takes as long as all of the others.
@@ -56,7 +87,7 @@ def chattering_under_a_record(seed: int) -> Motion:
 )
 def test_the_bound_of_a_contact_behind_knots_holds(seeds: Sequence[int]) -> None:
     """Against the closed forms of 40 digits; most bounds are finite, also behind knots."""
-    wrong, ratios, open_ones = [], [], 0
+    bounds = BoundsBesideErrors()
     for seed in seeds:
         case = chattering_under_a_record(seed)
         end = case.start[2] + 6.0
@@ -66,23 +97,9 @@ def test_the_bound_of_a_contact_behind_knots_holds(seeds: Sequence[int]) -> None
         exact = simulate_in_digits(
             problem_of(case.oscillator, case.forcing), *case.start, t_end=run.t_end + 1e-6
         )
-        for i, bound in enumerate(run.contacts.error_bound):
-            if bound == math.inf:
-                open_ones += 1
-                continue
-            with mpmath.workdps(60):
-                start = mpmath.mpf(float(run.contacts.start[i]))
-                starts = exact.contacts.start
-                error = float(abs(starts[i] - start)) if i < len(starts) else math.inf
-            if not error <= bound:
-                wrong.append((seed, i, error, bound))
-            if error > 0.0:
-                ratios.append(bound / error)
+        bounds.compare(seed, run, exact.contacts.start)
 
-    assert wrong == []
-    assert len(ratios) > len(seeds) / 4
-    assert open_ones <= 0.3 * len(ratios)
-    assert np.median(ratios) < 1000.0
+    bounds.check(len(seeds), open_part=0.3)
 
 
 @pytest.mark.parametrize(
@@ -93,7 +110,7 @@ def test_the_bound_of_a_contact_behind_knots_holds(seeds: Sequence[int]) -> None
 )
 def test_start_of_a_contact_is_never_farther_off_than_its_bound(kind: type, seeds: range) -> None:
     """Nor is the bound absurdly large: in the median of all it is some hundred times the error."""
-    wrong, ratios, open_ones = [], [], 0
+    bounds = BoundsBesideErrors()
     for seed in seeds:
         case = kind(seed)
         end = case.start[2] + DURATION
@@ -103,22 +120,9 @@ def test_start_of_a_contact_is_never_farther_off_than_its_bound(kind: type, seed
         problem = problem_of(case.oscillator, case.forcing)
         exact = simulate(problem, *case.start, t_end=run.t_end + 1e-6)
         starts = [event.t for event in exact.events if event.kind == "rest"]
-        for i, bound in enumerate(run.contacts.error_bound):
-            if bound == math.inf:
-                open_ones += 1
-                continue
-            with mpmath.workdps(60):
-                start = mpmath.mpf(float(run.contacts.start[i]))
-                error = float(abs(starts[i] - start)) if i < len(starts) else math.inf
-            if not error <= bound:
-                wrong.append((seed, i, error, bound))
-            if error > 0.0:
-                ratios.append(bound / error)
+        bounds.compare(seed, run, starts)
 
-    assert wrong == []
-    assert len(ratios) > len(seeds) / 4
-    assert open_ones <= 0.05 * len(ratios)
-    assert np.median(ratios) < 1000.0
+    bounds.check(len(seeds), open_part=0.05)
 
 
 def test_bound_holds_rounding_of_what_came_before_the_chatter() -> None:

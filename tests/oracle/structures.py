@@ -34,7 +34,7 @@ import mpmath
 from tests.oracle.curves import Harmonic, Real
 from tests.oracle.event_driven import Piece, Soft, Wall, number, restitution_of
 from tests.oracle.from_model import harmonic_of, pieces_of
-from tests.oracle.taylor_series import BITS, ONE, first_root, fixed, real, times, value_at
+from tests.oracle.taylor_series import BITS, ONE, first_root, fixed, real, times, turned, value_at
 
 import percuss as pc
 from percuss.model import as_fraction, loads_of
@@ -311,11 +311,7 @@ class _March:
         drag = [[times(h, e) for e in row] for row in drag]
         ps, qs = [], []
         for p, q, omega in zip(self.p, self.q, self.omegas, strict=True):
-            turn = times(omega, h)
-            a, b = [p], [q]
-            for n in range(1, ORDER + 1):
-                a.append(times(turn, b[n - 1]) // n)
-                b.append(-times(turn, a[n - 1]) // n)
+            a, b = turned(p, q, times(omega, h), ORDER)
             ps.append(a)
             qs.append(b)
         waves = [[times(hh, e) for e in row] for row in self.waves]

@@ -48,6 +48,15 @@ def times(a: int, b: int) -> int:
     return (a * b) >> BITS
 
 
+def turned(p: int, q: int, turn: int, order: int) -> tuple[list[int], list[int]]:
+    """Return the coefficients of a cosine and a sine whose phase grows by a turn in a step."""
+    a, b = [p], [q]
+    for n in range(1, order + 1):
+        a.append(times(turn, b[n - 1]) // n)
+        b.append(-times(turn, a[n - 1]) // n)
+    return a, b
+
+
 @dataclass(frozen=True)
 class Event:
     """What happened, and the flight that led there, for the tests' tolerances in floats.
@@ -155,11 +164,7 @@ class _March:
         pull, drag = times(k, hh), times(twice, h)
         ps, qs = [], []
         for p, q, omega in zip(self.p, self.q, self.omegas, strict=True):
-            turn = times(omega, h)
-            a, b = [p], [q]
-            for n in range(1, ORDER + 1):
-                a.append(times(turn, b[n - 1]) // n)
-                b.append(-times(turn, a[n - 1]) // n)
+            a, b = turned(p, q, times(omega, h), ORDER)
             ps.append(a)
             qs.append(b)
         d = [self.x, times(self.v, h)]

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 import mpmath as mp
 import pytest
 from tests.paper.findings import finding
-from tests.paper.numbers_of import difference, numbers
+from tests.paper.numbers_of import difference, numbers, numbers_in_theory
 
 import percuss as pc
 from percuss.paper.claims import family
@@ -208,9 +207,8 @@ def test_figure_a1a_has_a_velocity_above_its_bound() -> None:
 
 
 def test_the_table_in_the_theory_has_the_numbers_of_the_library() -> None:
-    text = (THEORY / "paper-family.md").read_text(encoding="utf-8")
-    rows = re.findall(r"^\| (\d+) \| ([\d.]+) \|$", text, flags=re.MULTILINE)
+    rows = numbers_in_theory("paper-family.md")
 
     assert len(rows) == 14
     for m, digits in rows:
-        assert f"{pc.subset_critical_velocity(int(m)):.12f}" == digits
+        assert f"{pc.subset_critical_velocity(m):.12f}" == digits

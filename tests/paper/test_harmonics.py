@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 import pytest
 from tests.paper.findings import finding
-from tests.paper.numbers_of import difference, numbers
+from tests.paper.numbers_of import difference, numbers, numbers_in_theory
 
 import percuss as pc
 from percuss.paper.claims import harmonics
@@ -93,9 +92,8 @@ def test_a_resonance_on_a_subset_ends_where_the_contact_condition_says() -> None
 
 
 def test_the_table_in_the_theory_has_the_numbers_of_the_library() -> None:
-    text = (THEORY / "paper-harmonics.md").read_text(encoding="utf-8")
-    rows = re.findall(r"^\| (\d+) \| ([\d.]+) \|$", text, flags=re.MULTILINE)
+    rows = numbers_in_theory("paper-harmonics.md")
 
     assert len(rows) == 10
     for n, digits in rows:
-        assert f"{pc.harmonic_critical_velocity(int(n)):.12f}" == digits
+        assert f"{pc.harmonic_critical_velocity(n):.12f}" == digits

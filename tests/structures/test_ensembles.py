@@ -373,7 +373,7 @@ def test_linear_motions_have_the_exponents_of_their_modes() -> None:
         (lambda: pc.sweep("period", ABSORBER, LOADS, over={}, start=([0.0], [0.0])),
          "1 numbers for 2 coordinates"),
         (lambda: pc.sweep("period", ABSORBER, LOADS, over={}, start=5),  # type: ignore[arg-type]
-         "start = 5: not (x0, v0) or (x0, v0, t0)"),
+         "start = 5: neither a StructureStart nor (x0, v0) nor (x0, v0, t0)"),
         (lambda: pc.sweep("period", pc.impact_oscillator(), pc.cosine(2), over={}, on=0),
          "on = 0: given for an oscillator, which has one displacement"),
         (lambda: pc.bifurcation_diagram(ABSORBER, LOADS, over={OMEGA: (1, 2)}),

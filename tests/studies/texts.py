@@ -30,16 +30,20 @@ restitution = "0.8"
 amplitude = 1
 omega = 1
 """
-# A motion above a wall up to t = 30.
-MOTION_TO_30 = """\
+# An oscillator with a wall at 0 below it, and its force.
+WALL_BELOW = """\
 [[oscillator.stops]]
 type = "wall"
 at = 0
 side = "below"
-restitution = "0.5"
+restitution = "{restitution}"
 [[forcing.harmonics]]
 amplitude = 1
-omega = "0.5"
+omega = "{omega}"
+"""
+# A motion above a wall up to t = 30.
+MOTION_TO_30 = f"""\
+{WALL_BELOW.format(restitution="0.5", omega="0.5")}\
 [start]
 x0 = 1
 v0 = 0

@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, ConsoleMessage, Error, Page, ViewportSize
+from tests.web.frames import motion_tables
 from tests.web.hands import WAIT, wait_for_server
 from tests.web.serving import served
 
@@ -78,13 +79,4 @@ def page(tab: Page, address: str, request: pytest.FixtureRequest) -> Iterator[Pa
 @pytest.fixture
 def study() -> dict[str, Any]:
     """The tables of a motion."""
-    return {
-        "oscillator": {
-            "stiffness": 1,
-            "damping": "0.05",
-            "stops": [{"type": "wall", "at": "0.2", "side": "above", "restitution": "0.8"}],
-        },
-        "forcing": {"harmonics": [{"amplitude": 1, "omega": "2.8", "phase": 0}]},
-        "start": {"x0": 0, "v0": "0.5"},
-        "run": {"periods": 40},
-    }
+    return motion_tables(periods=40)

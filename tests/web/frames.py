@@ -1,4 +1,4 @@
-"""Reading the frames of the server, as the page does."""
+"""What the page sends to the server, and reading its frames as the page does."""
 
 from __future__ import annotations
 
@@ -22,3 +22,17 @@ def read_frame(data: bytes) -> tuple[dict[str, Any], dict[str, NDArray[np.floati
             arrays[name] = arrays[name] + np.float64(header["origin"])
     assert at == len(data)
     return header, arrays
+
+
+def motion_tables(periods: int) -> dict[str, Any]:
+    """Return the tables of a motion, as the page sends them."""
+    return {
+        "oscillator": {
+            "stiffness": 1,
+            "damping": "0.05",
+            "stops": [{"type": "wall", "at": "0.2", "side": "above", "restitution": "0.8"}],
+        },
+        "forcing": {"harmonics": [{"amplitude": 1, "omega": "2.8", "phase": 0}]},
+        "start": {"x0": 0, "v0": "0.5"},
+        "run": {"periods": periods},
+    }

@@ -26,8 +26,8 @@ class NotProvenError(Exception):
     """What is claimed is not proven."""
 
 
-class ContradictedError(NotProvenError):
-    """What is claimed is wrong, which more bits or smaller parts would not change."""
+class HopelessError(NotProvenError):
+    """What more bits or smaller parts would not change: that something is wrong, or cannot be told."""
 
 
 def with_first(choices: Sequence[C], proven: Callable[[C], T]) -> T:
@@ -35,7 +35,7 @@ def with_first(choices: Sequence[C], proven: Callable[[C], T]) -> T:
     for choice in choices[:-1]:
         try:
             return proven(choice)
-        except ContradictedError:
+        except HopelessError:
             raise
         except NotProvenError:
             continue

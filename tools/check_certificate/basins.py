@@ -26,7 +26,7 @@ from arithmetic import (
     product,
     unit,
 )
-from flights import Event, Flight, Landing, Law, State, departing, met
+from flights import Event, Flight, Law, State, departing, met
 from orbits import check_different, proven_orbit
 from parts import Rectangle, proven_on_parts
 from words import counted, phase_in_words, told
@@ -66,8 +66,9 @@ def carried(
         if landing is None:
             return
         event = met(flight, departed, landing)
-        narrow = Landing(landing.bound, landing.side, *event.tau.fractions())
-        point = met(Flight(law, number, point), departed, narrow).after
+        low, high = event.tau.fractions()
+        narrow, enough = landing._replace(low=low, high=high), event.tau.width // 2**10
+        point = met(Flight(law, number, point), departed, narrow, enough).after
         total = product(event.derivative, total)
         yield Carried(event, (point.t, point.v), total)
         dt, dv = applied(total, spread)
@@ -136,6 +137,8 @@ def trap_of(law: Law, orbit: Any, claim: Any) -> Trap:
     inverse = inverse_of(a, b, c, d)
     trap = Trap(*kind, (of(*event["t"]), of(*event["v"])), inverse)
     n = claim["rounds"] * sum((it["bound"], it["region"]) == kind for it in orbit["events"])
+    if n > MOST_EVENTS:
+        raise NotProvenError(f"the rounds of a trap have more than {MOST_EVENTS} events")
     middle = trap.z[0].middle(), trap.z[1].middle()
     off = applied(inverse, (trap.z[0] - middle[0], trap.z[1] - middle[1]))
 

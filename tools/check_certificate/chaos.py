@@ -15,7 +15,7 @@ from math import ceil, floor
 from typing import Any, NamedTuple
 
 from arithmetic import (
-    ContradictedError,
+    HopelessError,
     Interval,
     Matrix,
     NotProvenError,
@@ -170,24 +170,24 @@ def _check_covering(of_departures: Map, sets: Sequence[Set], claim: Any) -> None
     axes = product(first.axes(), ((of(half), of(0)), (of(0), of(1))))
 
     def lies_across(narrow: Fraction) -> None:
-        parts = [
-            product(to_second, product(derivative, axes))
-            for derivative in _derivatives(of_departures, first, (at - half, at + half), narrow)
-        ]
+        parts = []
+        for derivative in _derivatives(of_departures, first, (at - half, at + half), narrow):
+            part = product(to_second, product(derivative, axes))
+            (u_by_u, _), (s_by_u, s_by_s) = part
+            if u_by_u.size <= unit() + u.least or s.least + s_by_u.least + s_by_s.least >= unit():
+                raise HopelessError("the image is too short along, or too far across")
+            parts.append(part)
         (u_by_u, u_by_s), (s_by_u, s_by_s) = (
             tuple(hull([part[i][j] for part in parts]) for j in range(2)) for i in range(2)
         )
         # The unstable sides are carried to u +- u_by_u, and some way beside.
         beyond = u_by_u.least - u.size - u_by_s.size
         within = s.size + s_by_u.size + s_by_s.size
-        if beyond > unit() and within < unit():
-            return
-        # Whether smaller parts may help.
-        is_open = s.least < unit() and u_by_u.size > unit() + u.least
-        raise (NotProvenError if is_open else ContradictedError)(
-            f"the image reaches {told(Fraction(beyond, unit()))} along and "
-            f"{told(Fraction(within, unit()))} across, which should be above and below 1"
-        )
+        if beyond <= unit() or within >= unit():
+            raise NotProvenError(
+                f"the image reaches {told(Fraction(beyond, unit()))} along and "
+                f"{told(Fraction(within, unit()))} across, which should be above and below 1"
+            )
 
     with_first(NARROW, lies_across)
 

@@ -344,11 +344,14 @@ class Event(NamedTuple):
     derivative: Matrix
 
 
-def met(flight: Flight, departed: int | None, landing: Landing | None = None) -> Event:
+def met(
+    flight: Flight, departed: int | None, landing: Landing | None = None, enough: int = 0
+) -> Event:
     """Return the next event of states, proven to be the first one, with interval Newton steps.
 
     Its derivative is by t and v after the event at the start or, where there was none, by x and v.
-    ``landing`` is that of a set with these states, where it is known.
+    ``landing`` is that of a set with these states, where it is known; an instant in ``enough`` units
+    need not be known better.
     """
     bound, side, low, high = landing or _landing(flight, departed)
     at = of(flight.law.bounds[bound].at)
@@ -362,7 +365,7 @@ def met(flight: Flight, departed: int | None, landing: Landing | None = None) ->
         new = tau.both(newton)
         if new.low > new.high:
             raise NotProvenError("an event has no instant: the arithmetic contradicts itself")
-        done, tau = 4 * new.width >= 3 * tau.width, new
+        done, tau = 4 * new.width >= 3 * tau.width or new.width <= enough, new
         if done:
             break
     _, v = flight.at(tau)

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from fractions import Fraction
 from typing import TypeVar
 
-from arithmetic import NotProvenError
+from arithmetic import HopelessError, NotProvenError
 from words import told
 
 Side = tuple[Fraction, Fraction]
@@ -47,7 +47,7 @@ def proven_on_parts(
         first, second = part
         middles = [(low + high) / 2 for low, high in part]
         if max(ratios) < smallest:
-            raise NotProvenError(f"{said}, at {told(middles[0])}, {told(middles[1])}{reason}")
+            raise HopelessError(f"{said}, at {told(middles[0])}, {told(middles[1])}{reason}")
         if lengths is not None:
             ratios = [ratio * length for ratio, length in zip(ratios, lengths, strict=True)]
         if ratios[0] >= ratios[1]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from arithmetic import ContradictedError, NotProvenError, angle, bits, of, with_first
+from arithmetic import HopelessError, NotProvenError, angle, bits, of, with_first
 from flights import Flight, Law, State, met
 from words import near, phase_in_words, told
 
@@ -43,13 +43,13 @@ def _check_events(law: Law, begin: Any, events: Any) -> None:
         event = met(Flight(law, number, state), departed)
         state, number, departed = event.after, event.region, event.bound
         if departed != claim["bound"]:
-            raise ContradictedError(f"event {k} is at bound {departed}")
+            raise HopelessError(f"event {k} is at bound {departed}")
         ours = {"t": state.t, "v_before": event.v_before, "v_after": state.v}
         for name, value in ours.items():
             low, high = value.fractions()
             least, most = claim[name]
             if high < least or low > most:
-                raise ContradictedError(f"{name} of event {k} is {told(low)}")
+                raise HopelessError(f"{name} of event {k} is {told(low)}")
             if not (least <= low and high <= most):
                 raise NotProvenError(f"{name} of event {k} is not known to the digits claimed")
 

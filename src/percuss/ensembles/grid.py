@@ -25,7 +25,7 @@ from percuss.model.oscillator import On, Oscillator, Wall
 from percuss.model.paths import long_form, moved_fields, replace_parameters
 from percuss.model.start import Start, start_of
 from percuss.model.structure import Structure
-from percuss.model.structure_start import StructureStart, check_start
+from percuss.model.structure_start import StructureStart, check_start, structure_start
 from percuss.model.system import law, stop_rows
 from percuss.model.units import in_units
 
@@ -419,7 +419,7 @@ def make_grid(
     begin: Start | StructureStart
     direction: tuple[float, ...] = ()
     if isinstance(osc, Structure):
-        force, begin = loads_of(osc, force), structure_start_of(osc, start)
+        force, begin = loads_of(osc, force), structure_start(osc, start, inside=True)
         if on is not None or osc.n == 1:
             direction = tuple(osc.direction(on).tolist())
     else:
@@ -443,37 +443,6 @@ def make_grid(
         axis = _axis(osc, force, begin, name, values_of(path, values, points))
         axes.append(replace(axis, asked=path))
     return Grid(osc, force, begin, tuple(axes), direction)
-
-
-def structure_start_of(structure: Structure, start: object) -> StructureStart:
-    """Return the start of a structure: a `StructureStart`, (x0, v0) or (x0, v0, t0); None: zeros.
-
-    Whether it lies behind a wall is not looked at.
-
-    Raises
-    ------
-    ParameterError
-        If it is none of these, or there is not one number for each coordinate.
-
-    Examples
-    --------
-    >>> from percuss.model import impact_pair
-    >>> structure_start_of(impact_pair([1, 1], gap=1), ([0, "0.5"], [1, 0]))
-    StructureStart(x0=(0, '0.5'), v0=(1, 0), t0=0.0)
-    """
-    zeros = (0.0,) * structure.n
-    if start is None:
-        return StructureStart(zeros, zeros)
-    if not isinstance(start, StructureStart):
-        parts = tuple(start) if isinstance(start, list | tuple) else ()
-        if not 2 <= len(parts) <= 3:
-            raise ParameterError("start", start, "not (x0, v0) or (x0, v0, t0) of a structure")
-        rows: list[Any] = [part if hasattr(part, "__iter__") else (part,) for part in parts[:2]]
-        start = StructureStart(*rows, *parts[2:])
-    if len(start.x0) != structure.n:
-        reason = f"{len(start.x0)} numbers for {structure.n} coordinates; give one for each"
-        raise ParameterError("start.x0", start.x0, reason)
-    return start
 
 
 def _axis_along(osc: object, direction: tuple[Any, ...], values: tuple[Phase, ...]) -> Axis:

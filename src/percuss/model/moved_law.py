@@ -96,7 +96,9 @@ def moved_law(
     """
     osc, force = system
     names = parameter_names(paths, osc, force, start, end)
-    of_end = parameters_in(end).keys() - parameters_by_path(osc, force, start).keys()
+    of_end = set(parameters_in(end))
+    if of_end:
+        of_end -= parameters_by_path(osc, force, start).keys()
     law = system.law
     begin = np.zeros((len(names), 3))
     stops = np.zeros((len(names), len(osc.stops), 3))
@@ -105,14 +107,21 @@ def moved_law(
     for p, name in enumerate(names):
         fields = {} if name in of_end else _derivatives(system, start, name)
         begin[p] = [fields.get(START + field, 0.0) for field in ("x0", "v0", "t0")]
-        for i in range(len(osc.stops)):
-            own = (f"oscillator.stops.{i}.{field}" for field in ("at", "stiffness", "damping"))
-            stops[p, i] = [fields.get(field, 0.0) for field in own]
+        stops[p] = moved_stops("oscillator", len(osc.stops), fields)
         moved_law_rows.append(moved_rows(system, fields))
         needs_unit = needs_unit or fields.get("forcing.record.amplitude", 0.0) != 0.0
     rows = np.array(moved_law_rows)
     change = Change(rows, unit_law(force) if needs_unit else law)
     return MovedLaw(names, change, begin, stops)
+
+
+def moved_stops(owner: str, n_stops: int, fields: Mapping[str, float]) -> Floats:
+    """Return the derivatives of place, stiffness and damping of each stop, (n_stops, 3)."""
+    paths = [
+        [f"{owner}.stops.{i}.{field}" for field in ("at", "stiffness", "damping")]
+        for i in range(n_stops)
+    ]
+    return np.array([[fields.get(path, 0.0) for path in own] for own in paths]).reshape(n_stops, 3)
 
 
 def parameter_names(

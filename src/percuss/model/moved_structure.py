@@ -15,7 +15,13 @@ from percuss.kernels.structure.columns import WAVE_ENTRIES, MovedSets
 from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import as_float
 from percuss.model.expression import parameters_in
-from percuss.model.moved_law import moved_force_rows, moved_rows, parameter_names, unit_law
+from percuss.model.moved_law import (
+    moved_force_rows,
+    moved_rows,
+    moved_stops,
+    parameter_names,
+    unit_law,
+)
 from percuss.model.oscillator import Oscillator, SoftStop, Wall
 from percuss.model.parameter_fields import parameters_by_path
 from percuss.model.paths import moved_fields
@@ -126,9 +132,8 @@ def moved_structure(
                     # Of two equal entries of the mass that above the diagonal is the parameter.
                     row, column = (min(i, j), max(i, j)) if matrix == "mass" else (i, j)
                     matrices[k, p, i, j] = fields.get(f"structure.{matrix}.{row}.{column}", 0.0)
+        stops[p] = moved_stops("structure", n_stops, fields)
         for i, stop in enumerate(structure.stops):
-            own = (f"structure.stops.{i}.{field}" for field in ("at", "stiffness", "damping"))
-            stops[p, i] = [fields.get(field, 0.0) for field in own]
             of_stop = _renamed(fields, f"structure.stops.{i}.", "oscillator.stops.0.")
             if isinstance(stop, Wall) and of_stop:
                 wall = Wall(0, stop.side, stop.restitution)

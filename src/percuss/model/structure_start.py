@@ -106,6 +106,13 @@ def check_start(
     ...
     percuss.errors.ParameterError: x0 = (0, 1): y = 1 is above the wall stops.1 at y = 0.5; ...
     """
+    start = _start_at(structure, x0, v0, t0)
+    raise_first(_wall_faults(structure, start))
+    return start
+
+
+def _start_at(structure: Structure, x0: object, v0: object, t0: Phase) -> StructureStart:
+    """Return the start of what `check_start` takes, which may lie inside a wall."""
     n = structure.n
     both = []
     for name, given in (("x0", x0), ("v0", v0)):
@@ -120,15 +127,18 @@ def check_start(
             reason = f"{len(value)} numbers for {n} coordinates; give one for each"
             raise_first([Fault(name, value, reason)])
         both.append(value)
-    start = StructureStart(both[0], both[1], t0)
-    raise_first(_wall_faults(structure, start))
-    return start
+    return StructureStart(both[0], both[1], t0)
 
 
 def structure_start(
-    structure: Structure, start: object = None, x0: object = None, v0: object = None,
+    structure: Structure,
+    start: object = None,
+    x0: object = None,
+    v0: object = None,
     t0: Phase = 0.0,
-) -> StructureStart:  # fmt: skip
+    *,
+    inside: bool = False,
+) -> StructureStart:
     """Return the start of a motion of a structure from either form, checked against it.
 
     Parameters
@@ -139,6 +149,8 @@ def structure_start(
         A `StructureStart`, (x0, v0) or (x0, v0, t0); None for the numbers that follow.
     x0, v0, t0
         As for `check_start`; the number 0.0 for a start at rest at 0.
+    inside
+        Whether it may lie inside a wall.
 
     Raises
     ------
@@ -161,7 +173,7 @@ def structure_start(
             raise_first([Fault("start", start, reason)])
         x0, v0, t0 = (*parts, 0.0)[:3]
     x0, v0 = (None if isinstance(q, float) and q == 0.0 else q for q in (x0, v0))
-    return check_start(structure, x0, v0, t0)
+    return _start_at(structure, x0, v0, t0) if inside else check_start(structure, x0, v0, t0)
 
 
 @faults.register

@@ -132,9 +132,7 @@ def contact_time(m: int) -> float:
     >>> contact_time(3) / math.pi
     1.5
     """
-    whole("m", m, 2)
-    if m % 2 == 0:
-        raise ParameterError("m", m, "even: there is no contact, an impact loses its velocity")
+    _check_odd("m", m, "there is no contact, an impact loses its velocity")
     gap = m + 1
 
     def tilt(t: float) -> float:
@@ -407,6 +405,12 @@ class HarmonicMotion:
         return np.asarray(self.velocity(index) + sign * self._share, dtype=np.float64)
 
 
+def _check_odd(name: str, number: int, otherwise: str) -> None:
+    """Raise a ParameterError if a number is not odd and above 1; it says what even ones do."""
+    if whole(name, number, 2) % 2 == 0:
+        raise ParameterError(name, number, f"even: {otherwise}")
+
+
 def _kick(m: int) -> float:
     """Return q, the part of the initial velocity that is not A."""
     return 2.0 / (m + 1) * cos_sin(pi_times(1, m + 1))[1]
@@ -414,9 +418,7 @@ def _kick(m: int) -> float:
 
 def _deepest(n: int) -> float:
     """Return where sin(n eta)/sin(eta) is lowest on (0, pi)."""
-    whole("n", n, 2)
-    if n % 2 == 0:
-        raise ParameterError("n", n, "even: every velocity gives the eigenset")
+    _check_odd("n", n, "every velocity gives the eigenset")
 
     def tilt(eta: float) -> float:
         return n / tan(n * eta) - 1.0 / tan(eta)

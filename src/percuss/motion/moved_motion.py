@@ -220,21 +220,9 @@ class MovedEvents:
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class MovedMotion(MovedEvents):
-    """The derivative of a motion by parameters.
+    """The derivative of a motion by parameters, called with times; see `Sensitivity`.
 
-    Called with times, it gives the derivatives of x and v there.
-
-    Attributes
-    ----------
-    run
-        The run.
-    moved
-        How the parameters move its law.
-    varied, begin
-        What the kernels took: the record with its change and grazes, and the (n_parameters, 3)
-        derivatives of x, v and t of the start.
-    columns
-        (n_events, n_parameters, 6) array, as the kernels wrote it.
+    Its attributes are told there.
     """
 
     run: AnyOscillatorMotion

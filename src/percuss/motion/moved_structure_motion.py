@@ -62,21 +62,9 @@ class AnyStructureMotion(AnyMotion, Protocol):
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class MovedStructureMotion(MovedEvents):
-    """The derivative of a structure's motion by parameters.
+    """The derivative of a structure's motion by parameters; see `StructureSensitivity`.
 
-    Called with times, it gives the derivatives of x and v there.
-
-    Attributes
-    ----------
-    run
-        The run.
-    moved
-        How the parameters move its equation.
-    varied, begin
-        What the kernels took: the record with its change and grazes, and the (2 n + 1,
-        n_parameters) derivatives of x, v and t of the start.
-    columns
-        The columns of all events, as the kernels wrote them.
+    Its attributes are told there.
     """
 
     run: AnyStructureMotion

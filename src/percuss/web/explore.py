@@ -14,7 +14,7 @@ from percuss.motion.energetics import forces_at
 from percuss.motion.impact_times import classify_impact_times
 from percuss.motion.simulate import simulate
 from percuss.motion.spectrum import fast_amplitudes
-from percuss.motion.trajectory import Outcome, Trajectory
+from percuss.motion.trajectory import AnyRun, Outcome, Trajectory
 from percuss.plotting.samples import (
     FEWEST_POINTS,
     LARGEST,
@@ -34,7 +34,7 @@ __all__ = [
     "SHOWN_IMPACTS",
     "answer_explore",
     "followed",
-    "is_cut_at",
+    "header_of_run",
     "moving",
     "window_of",
 ]
@@ -113,20 +113,12 @@ def answer_explore(request: PageRequest, running: RunningRequest | None = None) 
     velocity_t, v, _ = _drawn(curve, curve.v, points)
     end = sample_curve(run, _end_of(run, window, points)) if is_band else curve
     tail = moving(end)[-points:]
+    period = None if run.forcing is None else run.forcing.period
     header = {
-        "id": request.id,
-        "kind": request.kind,
-        "t0": run.t0,
-        "t_end": run.t_end,
-        "window": window,
-        "period": None if run.forcing is None else run.forcing.period,
-        "outcome": run.outcome.value,
-        "is_cut": is_cut_at(run.outcome, motion_of(study).limits.max_impacts),
+        **header_of_run(request, run, window, period, motion_of(study).limits.max_impacts),
         "n_impacts": len(run.impacts),
         "n_crossings": len(run.crossings),
         "n_entries": int((run.crossings.direction == "in").sum()),
-        "n_contacts": len(run.contacts),
-        "n_grazes": len(run.grazes),
         "impact_times": _class_of(run),
         "contacts": _contacts(run),
         "elements": elements_of_oscillator(study.oscillator, study.forcing),
@@ -165,10 +157,28 @@ def _forces(run: Trajectory, curve: SampledMotion, points: int) -> dict[str, Flo
     return arrays
 
 
-def is_cut_at(outcome: Outcome, own: int | None) -> bool:
-    """Return whether the page, and not the study's own limit of impacts, has ended a run."""
-    at_limit = outcome is Outcome.reached_max_impacts and (own is None or own > MOST_IMPACTS)
-    return at_limit or outcome is Outcome.interrupted
+def header_of_run(
+    request: PageRequest,
+    run: AnyRun,
+    window: tuple[float, float] | None,
+    period: float | None,
+    own: int | None,
+) -> dict[str, object]:
+    """Return what is told of every run; ``own`` is the study's own limit of impacts."""
+    at_limit = run.outcome is Outcome.reached_max_impacts and (own is None or own > MOST_IMPACTS)
+    return {
+        "id": request.id,
+        "kind": request.kind,
+        "t0": run.t0,
+        "t_end": run.t_end,
+        "window": window,
+        "period": period,
+        "outcome": run.outcome.value,
+        # By the page, and not by the study's own limit.
+        "is_cut": at_limit or run.outcome is Outcome.interrupted,
+        "n_contacts": len(run.contacts),
+        "n_grazes": len(run.grazes),
+    }
 
 
 def window_of(request: PageRequest, t0: float, t_end: float) -> tuple[float, float] | None:

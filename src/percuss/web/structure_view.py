@@ -21,7 +21,7 @@ from percuss.motion.structures import StructureTrajectory
 from percuss.motion.trajectory import Outcome
 from percuss.orbits.finding.find import find_orbit
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
-from percuss.web.explore import MOST_IMPACTS, PATIENCE, SHOWN_IMPACTS, is_cut_at, window_of
+from percuss.web.explore import MOST_IMPACTS, PATIENCE, SHOWN_IMPACTS, header_of_run, window_of
 from percuss.web.frame import frame
 from percuss.web.mechanisms import MECHANISMS, Mechanism, elements_of
 from percuss.web.request import BadRequest, PageRequest, RunningRequest
@@ -121,19 +121,10 @@ def _answer(
     end = _sampled(run, window or _end_of(run), events["event_t"], points)
     last = {name: column[-SHOWN_IMPACTS:] for name, column in events.items()}
     header = {
-        "id": request.id,
-        "kind": request.kind,
-        "t0": run.t0,
-        "t_end": run.t_end,
-        "window": window,
-        "period": loads.period,
-        "outcome": run.outcome.value,
-        "is_cut": is_cut_at(run.outcome, None),
+        **header_of_run(request, run, window, loads.period, None),
         "elements": elements_of(structure, loads),
         "stops": _stop_facts(run, structure),
         "energy": _energy_facts(run, end),
-        "n_grazes": len(run.grazes),
-        "n_contacts": len(run.contacts),
         "milliseconds": 1e3 * (running.seconds() - began),
     }
     arrays = {"t": t, "portrait_t": end[0], **last}
