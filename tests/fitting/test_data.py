@@ -510,3 +510,20 @@ def test_a_parameter_is_found_by_the_name_that_was_asked_for() -> None:
         fit.values["oscillator.stiffness"]
     ellipse = plotting.plot_fit(fit).axes[-1]
     assert "$c$" in ellipse.get_xlabel()
+
+
+@pytest.mark.parametrize(
+    ("more", "sentence"),
+    [
+        (
+            {"free": [GAP]},
+            r"^free = \['.*'\]: not \{path: \(least, largest\)\} or \{path: guess\}$",
+        ),
+        ({"prior": [GAP]}, r"^prior = \['.*'\]: not \{path: \(mean, standard deviation\)\}$"),
+    ],
+)
+def test_a_list_of_parameters_is_told_in_a_sentence(more: dict[str, Any], sentence: str) -> None:
+    osc = pc.impact_oscillator("0.8", wall="0.2", side="above")
+    arguments: dict[str, Any] = {"free": {GAP: 0.3}} | more
+    with pytest.raises(pc.ParameterError, match=sentence):
+        pc.fit({"impact_times": [1.0, 2.0, 3.0]}, osc, pc.cosine(2), **arguments)

@@ -200,6 +200,11 @@ FAULTS: dict[str, tuple[dict[str, Any], str]] = {
         {"free": {"oscillator.stops.0.restitution": (0.3, 1.3)}},
         "the model does not allow 1.3: .*outside",
     ),
+    "a list of parameters": ({"free": [PLACE]}, r"not \{path: \(least, largest\)\}"),
+    "a list of limits": (
+        {"subject_to": ["max_displacement"]},
+        r"not \{outcome: \(least, largest\)\}",
+    ),
     "range": ({"free": {PLACE: (0.3, -0.3)}}, "not below the largest"),
     "no range": ({"free": {PLACE: 0.3}}, "not a range"),
     "goal": ({"goal": "best"}, "goal"),

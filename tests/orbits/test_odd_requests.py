@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import pytest
 
@@ -83,3 +84,22 @@ def test_results_tell_themselves_in_a_line_and_as_a_table() -> None:
         assert table.count("<table") == 1
         assert repr(result)[1:-1] in table
     assert repr(formal.passages) == "<Passages: 1, the deepest 49>"
+
+
+def test_a_list_in_place_of_ranges_is_told_in_a_sentence() -> None:
+    osc, force = pc.impact_oscillator("0.8", wall=1, side="above", damping="0.05"), pc.cosine(1)
+    orbit = pc.find_orbit(osc, force)
+    point = pc.continue_orbit(orbit, over={"forcing.amplitude": (1, "0.05")}).special_points[0]
+    paths: Any = ["forcing.omega"]
+    for call in (
+        lambda: pc.continue_orbit(orbit, over=paths),
+        lambda: pc.response_curve(osc, force, over=paths),
+        lambda: pc.follow_cascade(orbit, over=paths),
+        lambda: pc.continue_curve(point, over=paths),
+    ):
+        with pytest.raises(pc.ParameterError, match=r"^over = \['forcing.omega'\]: not (one|two)"):
+            call()
+    structure = pc.chain([1, 1], [1, 1, 1], dashpots="0.1")
+    found = pc.find_orbit(structure, pc.Loads({0: pc.cosine("0.5")}))
+    with pytest.raises(pc.ParameterError, match=r"^over = \['forcing.omega'\]: not one"):
+        pc.continue_orbit(found, over=paths)

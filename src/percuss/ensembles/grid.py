@@ -18,6 +18,7 @@ from percuss.model.acting_sets import StructureSystem
 from percuss.model.dimensions import dimensions_of, dimensions_of_named
 from percuss.model.exact import Phase, as_float, phase_problem, plain, real, whole
 from percuss.model.expression import Expression
+from percuss.model.faults import check_mapping
 from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads, loads_of
 from percuss.model.oscillator import On, Oscillator, Wall
@@ -414,8 +415,7 @@ def make_grid(
     >>> make_grid(impact_oscillator(), cosine(2), (0, 1), {"forcing.omega": (2, 3)}).shape
     (101,)
     """
-    if not isinstance(over, Mapping):
-        raise ParameterError("over", over, "not {path: values} or {path: (low, high)}")
+    check_mapping("over", over, "{path: values} or {path: (low, high)}")
     begin: Start | StructureStart
     direction: tuple[float, ...] = ()
     if isinstance(osc, Structure):

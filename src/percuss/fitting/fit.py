@@ -26,7 +26,7 @@ from percuss.fitting.search import FitSearch
 from percuss.fitting.solver import FitProblem
 from percuss.kernels.segments import OF_STOP
 from percuss.model.exact import Exact, as_float, real
-from percuss.model.faults import raise_first
+from percuss.model.faults import check_mapping, raise_first
 from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads, loads_of
 from percuss.model.oscillator import Oscillator, Wall
@@ -270,6 +270,7 @@ def _box(
     if not free:
         reason = 'no parameter; give one as {"oscillator.damping": 0.1}'
         raise ParameterError("free", free, reason)
+    check_mapping("free", free, "{path: (least, largest)} or {path: guess}")
     first = records[0]
     guesses: dict[str, float] = {}
     low, high, ranged = [], [], []
@@ -337,6 +338,7 @@ def _priors(
 ) -> Floats:
     """Return the priors as rows of the parameter's number, its mean and its deviation."""
     rows = []
+    check_mapping("prior", prior or {}, "{path: (mean, standard deviation)}")
     for path, given in (prior or {}).items():
         name = long_form(path, osc, records[0].force, records[0].start)
         if name not in names:

@@ -149,6 +149,19 @@ def raise_first(problems: Iterable[Fault]) -> None:
         raise ParameterError(fault.name, fault.value, fault.reason)
 
 
+def check_mapping(name: str, value: object, meant: str, n: int | None = None) -> None:
+    """Refuse what is no mapping, of n names where that is given, such as a list of paths.
+
+    Examples
+    --------
+    >>> check_mapping("free", ["forcing.omega"], "{path: (least, largest)}")
+    Traceback (most recent call last):
+    percuss.errors.ParameterError: free = ['forcing.omega']: not {path: (least, largest)}
+    """
+    if not isinstance(value, Mapping) or len(value) != (len(value) if n is None else n):
+        raise ParameterError(name, value, f"not {meant}")
+
+
 def make_plain(value: object, *names: str) -> None:
     """Turn NumPy scalars in the fields of a frozen value into Python numbers, texts kept."""
     for name in names:

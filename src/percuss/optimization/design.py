@@ -13,6 +13,7 @@ from percuss.arrays import Floats
 from percuss.errors import ConvergenceError, ParameterError
 from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import Exact, Phase, as_float, real
+from percuss.model.faults import check_mapping
 from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads, loads_of
 from percuss.model.oscillator import Oscillator
@@ -279,6 +280,7 @@ def _wanted(
     else:
         aim = real("goal", goal)
     limits: dict[str, OutcomeLimits] = {}
+    check_mapping("subject_to", subject_to, "{outcome: (least, largest)}, one may be None")
     for name, ends in subject_to.items():
         check_outcome(name, model, of_orbit=of_orbit)
         if not _is_pair(ends) or ends[0] is None is ends[1]:
@@ -300,6 +302,7 @@ def _box(
     """Return the ranges of the parameters by their long paths."""
     if not free:
         raise ParameterError("free", free, 'no parameter; give one as {"forcing.omega": (1, 2)}')
+    check_mapping("free", free, "{path: (least, largest)}")
     box: dict[str, tuple[float, float]] = {}
     for path, ends in free.items():
         name = long_form(path, *system, start)

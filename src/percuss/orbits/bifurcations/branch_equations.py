@@ -18,6 +18,7 @@ from percuss.kernels.law_columns import N_HARMONICS, PERIOD, Law
 from percuss.kernels.shooting import AT, ShootingProblem, shoot
 from percuss.model.exact import Phase, as_float
 from percuss.model.expression import Expression
+from percuss.model.faults import check_mapping
 from percuss.model.paths import get_parameter, moved_fields, replace_parameters
 from percuss.model.system import System
 from percuss.numerics import dot, norm
@@ -599,8 +600,7 @@ def checked_range(
         If there is no such parameter, the range does not hold the orbit's value, or the orbit is
         one of a family in one system or sticks, where it may not.
     """
-    if len(over) != 1:
-        raise ParameterError("over", over, "not one parameter and its range")
+    check_mapping("over", over, "one parameter and its range", 1)
     ((path, given),) = over.items()
     value = own_value(orbit, path)
     first, last = range_about(value, path, given, "orbit")

@@ -13,6 +13,7 @@ from percuss.arrays import Floats, Integers
 from percuss.errors import ParameterError
 from percuss.kernels.law_columns import PERIOD
 from percuss.model.exact import Phase
+from percuss.model.faults import check_mapping
 from percuss.model.paths import long_form
 from percuss.orbits.bifurcations.branch_equations import (
     OrbitEquations,
@@ -155,8 +156,7 @@ def _checked(
     """Return the ranges, upwards, and the direction along the first."""
     if not isinstance(point, SpecialPoint):
         raise ParameterError("point", point, "no special point of a branch")
-    if len(over) != 2:
-        raise ParameterError("over", over, "not two parameters and their ranges")
+    check_mapping("over", over, "two parameters and their ranges", 2)
     orbit = point.orbit
     names = [long_form(path, orbit.oscillator, orbit.forcing) for path in over]
     if names[0] == names[1]:

@@ -10,8 +10,9 @@ from typing import TypeAlias, cast
 import numpy as np
 
 from percuss.arrays import Floats
-from percuss.errors import ParameterError, PercussError
+from percuss.errors import PercussError
 from percuss.model.exact import Phase
+from percuss.model.faults import check_mapping
 from percuss.orbits.bifurcations.border_collision import border_reached, effect_of
 from percuss.orbits.bifurcations.branch_equations import range_about
 from percuss.orbits.bifurcations.special_points import SpecialPointKind
@@ -222,8 +223,7 @@ def continue_structure_orbit(
     ParameterError
         If there is no such parameter, or the range does not hold the orbit's value.
     """
-    if len(over) != 1:
-        raise ParameterError("over", dict(over), "not one parameter by its path and range")
+    check_mapping("over", over, "one parameter by its path and range", 1)
     ((path, ends),) = over.items()
     value = structure_parameter(orbit, path)
     first, last = range_about(value, path, ends, "orbit")

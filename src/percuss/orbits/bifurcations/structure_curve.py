@@ -13,6 +13,7 @@ import numpy as np
 from percuss.arrays import Complexes, Floats
 from percuss.errors import ParameterError
 from percuss.model.exact import Phase
+from percuss.model.faults import check_mapping
 from percuss.model.paths import long_form
 from percuss.numerics import directions, dot, matmul
 from percuss.orbits.bifurcations.branch import CurveRows
@@ -254,8 +255,7 @@ def continue_structure_curve(
     if point.kind not in CONDITIONS:
         known = ", ".join(CONDITIONS)
         raise ParameterError("point", point.kind, f"no curve of a structure: of {known} there is")
-    if len(over) != 2:
-        raise ParameterError("over", dict(over), "not two parameters and their ranges")
+    check_mapping("over", over, "two parameters and their ranges", 2)
     orbit = point.orbit
     ranges: dict[str, tuple[float, float]] = {}
     values, signs = [], []

@@ -14,6 +14,7 @@ from percuss.arrays import Flags, Floats, Integers
 from percuss.errors import ParameterError
 from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import Phase, as_float, whole
+from percuss.model.faults import check_mapping
 from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads, loads_of
 from percuss.model.oscillator import On, Oscillator
@@ -287,8 +288,7 @@ def _checked(
     """Return the families of what moves, none of them found yet."""
     if force is None:
         raise ParameterError("force", force, "not a Forcing; a response is one to a forcing")
-    if len(over) != 1:
-        raise ParameterError("over", over, "not one parameter and its range")
+    check_mapping("over", over, "one parameter and its range", 1)
     ((given, ends),) = over.items()
     within = _range_of(given, ends)
     families: Families
