@@ -37,7 +37,7 @@ from percuss.plotting.samples import (
     distinct_jumps,
     reduce_to_columns,
     reduce_to_pixels,
-    sample_curve,
+    sample_in_full,
     separated,
     topmost,
     window_of,
@@ -116,7 +116,7 @@ def plot_displacement(
     view = view_of(run, on)
     units = units_of(units, view.oscillator)
     low, high = window_of(view, window)
-    curve = sample_curve(view, (low, high))
+    curve = sample_in_full(view, (low, high))
     with picture(ax, legend=True, labels=(xlabel, ylabel)) as ax:
         t, x, _ = reduce_to_columns(curve.t, curve.x, np.zeros_like(curve.jumps))
         ax.plot(t, x, color=BLUE, linewidth=WIDTH * _thinness(view, low, high))
@@ -152,7 +152,7 @@ def plot_velocity(
     view = view_of(run, on)
     units = units_of(units, view.oscillator)
     low, high = window_of(view, window)
-    curve = sample_curve(view, (low, high))
+    curve = sample_in_full(view, (low, high))
     shown = within(view.impacts.t, low, high)
     is_dashed = 0 < shown.sum() <= MOST_JUMPS
     with picture(ax, legend=True, labels=(xlabel, ylabel)) as ax:
@@ -222,7 +222,7 @@ def plot_phase_portrait(
     view = view_of(run, on)
     units = units_of(units, view.oscillator)
     low, high = window_of(view, window)
-    curve = sample_curve(view, (low, high))
+    curve = sample_in_full(view, (low, high))
     if against is not None:
         other = view_of(run, against)
         with picture(ax, legend=True, labels=(xlabel, ylabel)) as ax:
@@ -244,7 +244,9 @@ def _draw_pair(
     ax: Axes, view: Drawable, other: Drawable, curve: SampledMotion, units: Units
 ) -> None:
     """Draw one displacement over another, with the stops of both."""
-    pair = SampledMotion(curve.t, curve.x, other(curve.t)[0], np.zeros_like(curve.jumps))
+    # At an impact a displacement goes on; what was left out does not.
+    gaps = curve.jumps & np.append(np.diff(curve.t) > 0.0, False)
+    pair = SampledMotion(curve.t, curve.x, other(curve.t)[0], gaps)
     _draw_orbit(ax, pair)
     if curve.t[0] == view.t0:
         ax.plot(view.x0, other.x0, **START_STYLE)
