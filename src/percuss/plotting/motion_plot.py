@@ -20,6 +20,7 @@ from percuss.motion.eigenset import resonant_frequency
 from percuss.motion.spectrum import spectrum
 from percuss.motion.structures import StructureTrajectory
 from percuss.motion.trajectory import Trajectory
+from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
 from percuss.plotting.direction_view import DirectionView, Drawable, names_of, view_of
 from percuss.plotting.marks import (
@@ -61,7 +62,7 @@ from percuss.plotting.style import (
 if TYPE_CHECKING:
     from xarray import Dataset
 
-DrawnRun: TypeAlias = Trajectory | StructureTrajectory | StructureOrbit
+DrawnRun: TypeAlias = Trajectory | StructureTrajectory | PeriodicOrbit | StructureOrbit
 
 # Width of a curve [point], and the number of events above which it is drawn thinner.
 WIDTH = 1.3
@@ -382,10 +383,10 @@ def _met(run: DrawnRun, on: On | None) -> _MetStops:
         view = view_of(run, on)
         assert isinstance(view, DirectionView)
         return _MetStops(view, view.stop_numbers, run.structure, period)
-    check_kind("run", run, Trajectory)
-    view_of(run, on)
-    period = None if run.forcing is None else run.forcing.period
-    return _MetStops(run, range(len(run.oscillator.stops)), run.oscillator, period)
+    alone = view_of(run, on)
+    assert isinstance(alone, Trajectory)
+    period = None if alone.forcing is None else alone.forcing.period
+    return _MetStops(alone, range(len(alone.oscillator.stops)), alone.oscillator, period)
 
 
 def _groups(met: _MetStops, low: float, high: float) -> list[_Hits]:
