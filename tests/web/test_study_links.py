@@ -42,8 +42,9 @@ from percuss.studies import (
 )
 from percuss.studies.fit_records import FitRecord
 from percuss.studies.kinds.orbit import Sought
-from percuss.studies.link import link_of
+from percuss.studies.link import MEASURED, link_of
 from percuss.web.app import create_app
+from percuss.web.facts import PERIODS
 from percuss.web.request import PageRequest
 from percuss.web.view_study import study_of_view
 
@@ -212,6 +213,10 @@ def test_the_page_shows_mass_dashpot_and_units(tab: Page, address: str) -> None:
     expect(tab.get_by_text("amplitude (kN)", exact=True)).to_be_visible()
     assert value_at(tab, "oscillator.mass") == "50"
     assert value_at(tab, "oscillator.damping_coefficient") == "4"
+
+
+def test_a_chart_takes_exponents_over_as_many_periods_as_a_motion_on_the_page() -> None:
+    assert MEASURED["largest_lyapunov_exponent"] == PERIODS
 
 
 def test_a_study_that_the_page_does_not_show_is_refused() -> None:

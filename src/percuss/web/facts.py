@@ -15,7 +15,6 @@ from percuss.motion.trajectory import Outcome, Trajectory
 from percuss.orbits import PeriodicOrbit
 from percuss.orbits.finding.find import find_orbit
 from percuss.plotting.samples import sample_curve
-from percuss.studies.link import MEASURED
 from percuss.studies.study import Study
 from percuss.web.explore import moving
 from percuss.web.frame import frame
@@ -37,7 +36,7 @@ HITS = (("impact", Wall), ("entry", SoftStop))
 # Motions whose periods are very long or very full are followed for so long [s].
 PATIENCE = 1.0
 # Forcing periods left out, and those that the exponent is taken over.
-TRANSIENT, PERIODS = 200, MEASURED["largest_lyapunov_exponent"]
+TRANSIENT, PERIODS = 200, 1000
 # Events times harmonics in the run to the attractor: motions with more take too long.
 MOST_TERMS = 200_000
 
