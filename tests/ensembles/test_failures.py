@@ -124,3 +124,16 @@ def test_stores_that_are_not_at_their_end_count_failures_too(tmp_path: Path) -> 
 
     assert status.attrs["complete"] == 0
     assert status.attrs["failed"] == int(np.sum(status["period"].values[0] == -1)) == 1
+
+
+def test_a_wall_that_pushes_a_branch_beyond_all_scales_ends_it_with_a_reason() -> None:
+    """Beyond 1e150 squares overflow, and hops on the wall had a million false impacts each."""
+    over = {"oscillator.stops.0.at": [-1e300, -1e200, 0.0, 1e300]}
+    with pytest.warns(UserWarning, match="values have no answer"):
+        found = pc.bifurcation_diagram(
+            pc.impact_oscillator("0.8", side="above", damping="0.05"), pc.cosine(2), over=over
+        )
+    backward = found.sel(branch="backward")
+    assert set(backward.reason.values[:2]) == {"the motion grew beyond 1e150"}
+    assert backward.period.values.tolist() == [-1, -1, 1, 1]
+    assert int(found.attrs["n_impacts"]) < 100_000

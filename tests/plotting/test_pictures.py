@@ -271,3 +271,13 @@ def test_many_jumps_are_drawn_faintly() -> None:
 
     assert alphas[0] == 1.0
     assert 0.1 < alphas[1] < 0.3
+
+
+def test_pictures_of_a_run_take_a_period_of_an_orbit_and_refuse_what_is_neither() -> None:
+    orbit = pc.find_orbit(
+        pc.impact_oscillator("0.8", wall="0.2", side="above", damping="0.05"), pc.cosine(2)
+    )
+    drawn, run = (plot_phase_portrait(it, new_axes()) for it in (orbit, orbit.trajectory()))
+    np.testing.assert_array_equal(drawn.lines[0].get_data(), run.lines[0].get_data())
+    with pytest.raises(pc.ParameterError, match=r"^run = 3: "):
+        plot_phase_portrait(3)

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 import percuss as pc
+from percuss import plotting
 from percuss.arrays import Floats
 from percuss.motion.trajectory import Trajectory
 from percuss.plotting import samples
@@ -18,6 +20,7 @@ from percuss.plotting.samples import (
     reduce_to_columns,
     reduce_to_pixels,
     sample_curve,
+    sample_in_full,
 )
 
 
@@ -183,3 +186,33 @@ def test_of_many_spans_the_long_ones_and_one_a_pixel_column_are_left() -> None:
     assert 777 in kept
     assert samples.COLUMNS // 2 < kept.size <= samples.COLUMNS + 2
     assert np.diff(first[kept], prepend=0.0, append=1.0).max() < 3.0 / samples.COLUMNS
+
+
+@pytest.mark.parametrize("budget", [20_000, 1_000_000])
+def test_chords_of_a_long_run_are_as_true_as_those_of_a_short_one(
+    budget: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(samples, "BUDGET", budget)
+    osc = pc.impact_oscillator("0.8", wall="0.2", side="above", damping="0.05")
+    run = pc.simulate(osc, pc.cosine(2), v0="0.5", periods=500)
+
+    curve = sample_in_full(run)
+    drawn = np.flatnonzero((np.diff(curve.t) > 0.0) & ~curve.jumps[:-1])
+    x, _ = run(0.5 * (curve.t[drawn] + curve.t[drawn + 1]))
+    chord = 0.5 * (curve.x[drawn] + curve.x[drawn + 1])
+
+    assert curve.t.size <= budget
+    assert (curve.t[0], curve.t[-1]) == (0.0, run.t_end)
+    assert np.abs(chord - x).max() < 1.3e-3 * np.ptp(curve.x)
+    assert curve.jumps.sum() >= (budget < 1_000_000) * 100
+
+
+@pytest.mark.parametrize("end", [1e3, 1e5, 1e14])
+def test_the_portrait_of_a_long_free_motion_is_a_circle(end: float) -> None:
+    """Chords of a polygon would lie inside of it."""
+    ax = plotting.plot_phase_portrait(pc.simulate(pc.Oscillator(), v0=1, t_end=end))
+
+    x, v = np.asarray(ax.lines[0].get_data())
+    radius = np.hypot(0.5 * (x[1:] + x[:-1]), 0.5 * (v[1:] + v[:-1]))
+    assert np.nanmin(radius) > 0.998
+    plt.close(ax.figure)

@@ -37,12 +37,14 @@ from percuss.studies import (
     Response,
     Span,
     Study,
+    Sweep,
     parse_study,
 )
 from percuss.studies.fit_records import FitRecord
 from percuss.studies.kinds.orbit import Sought
-from percuss.studies.link import link_of
+from percuss.studies.link import MEASURED, link_of
 from percuss.web.app import create_app
+from percuss.web.facts import PERIODS
 from percuss.web.request import PageRequest
 from percuss.web.view_study import study_of_view
 
@@ -93,6 +95,18 @@ STUDIES = {
     ),
     "response": Study(
         LOSSY, FORCE, Response(over={"forcing.omega": ("2.7", "2.9")}, max_impacts=1)
+    ),
+    "sweep": Study(
+        LOSSY,
+        FORCE,
+        Sweep(
+            measure=("peak_impact_velocity",),
+            over={
+                "forcing.omega": Span("2.5", "2.8", 16),
+                "oscillator.stops.0.restitution": Span("0.6", "0.9", 16),
+            },
+            start=Start("0.5", 0),
+        ),
     ),
     "mass": Study(
         Oscillator.from_mass(
@@ -158,7 +172,7 @@ def test_a_link_is_what_the_page_writes_itself(tab: Page, address: str, name: st
     tab.on("pageerror", hear)
     tab.goto("about:blank")
     tab.goto(f"http://{address}/#{link}")
-    if name.startswith("diagram") or name in ("response", "basins"):
+    if name.startswith("diagram") or name in ("response", "basins", "sweep"):
         view = "Basins" if name == "basins" else "Diagram"
         shown = tab.locator(f"section[aria-label={view}]")
         expect(shown).to_be_visible()
@@ -201,6 +215,10 @@ def test_the_page_shows_mass_dashpot_and_units(tab: Page, address: str) -> None:
     assert value_at(tab, "oscillator.damping_coefficient") == "4"
 
 
+def test_a_chart_takes_exponents_over_as_many_periods_as_a_motion_on_the_page() -> None:
+    assert MEASURED["largest_lyapunov_exponent"] == PERIODS
+
+
 def test_a_study_that_the_page_does_not_show_is_refused() -> None:
     with pytest.raises(ParameterError, match=r"study\.kind = 'lyapunov': not on the page"):
         link_of(Study(LOSSY, FORCE, Lyapunov()))
@@ -214,7 +232,23 @@ def test_a_study_that_the_page_does_not_show_is_refused() -> None:
         record, data={"t": tuple(map(float, range(9000))), "displacement": (0.5,) * 9000}
     )
     each = replace(record, noise={"displacement": 0.1, "velocity": 0.2})
+    chart = STUDIES["sweep"].question
+    assert isinstance(chart, Sweep)
+    omega, restitution = chart.over
     for other, words in (
+        (replace(chart, over={omega: chart.over[omega]}), "not on the page, whose charts have"),
+        (replace(chart, over={**chart.over, omega: Span(2, 3, 17)}), "with one count"),
+        (
+            replace(chart, over={path: Span("0.5", "0.9", 300) for path in (omega, restitution)}),
+            "over.count = 300: not on the page, whose charts have 16 to 256 cells",
+        ),
+        (replace(chart, measure=("mean_power",)), "whose charts show one of period"),
+        (replace(chart, transient=300), "sweep.transient = 300: not on the page, .* takes 200"),
+        (replace(chart, between=(0, 9)), r"sweep.between = \(0, 9\): not on the page"),
+        (
+            replace(chart, over={"start.x0": Span(0, 1, 16), omega: Span(2, 3, 16)}),
+            "over.start.x0 = 'given': not on the page",
+        ),
         (replace(fit, records=(record, record)), "the page fits one"),
         (replace(fit, records=(many,)), r"links of the page hold 56 kB, some \d+ of these rows"),
         (replace(fit, records=(each,)), "one for each quantity"),

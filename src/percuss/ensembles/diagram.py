@@ -48,6 +48,7 @@ from percuss.ensembles.threads import check_going_on
 from percuss.errors import OutputError, ParameterError
 from percuss.execution import Execution
 from percuss.kernels import observables
+from percuss.kernels.record import HUGE, OVERFLOW
 from percuss.model.acting_sets import within_walls
 from percuss.model.exact import as_float
 from percuss.model.forcing import Forcing
@@ -585,6 +586,10 @@ class FollowedBranches(Branches):
         if begin is not None:
             starts = group.starts.copy()
             starts[0, :-1] = group.within_walls(begin)
+            if not np.abs(starts[0, :-1]).max() < HUGE:
+                # A wall has pushed it out of the range of floats' squares.
+                block.arrays["status"][row, k] = OVERFLOW
+                return begin
             group = group.beginning(np.zeros(1, dtype=np.int64), starts)
         step = self.empty(1)
         ends = self.fill(step, group, np.zeros(1, dtype=np.int64))

@@ -149,7 +149,8 @@ def simulate(
         Without it the run stops at ten million, which elastic hops on a wall can reach.
     progress
         True shows a line on the error stream for runs longer than two seconds; a function
-        ``(done, total) -> bool`` is called now and then, and stops the run by returning False.
+        ``(done, total) -> bool``, with the share of the run that is done and 1, is called about
+        once a second, and stops the run by returning False.
 
     Returns
     -------

@@ -21,7 +21,9 @@ from percuss.model.units import Units
 from percuss.motion.structures import StructureTrajectory
 from percuss.motion.tables import Contacts, Crossings, Grazes, Impacts
 from percuss.motion.trajectory import Trajectory
+from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
+from percuss.plotting.style import check_kind
 
 __all__ = [
     "DirectionView", "Drawable", "StopsSeen", "combination", "direction_name", "first_line",
@@ -177,16 +179,16 @@ def _rows(table: Events, kept: Flags, number: Callable[[Integers], Integers]) ->
 
 
 def view_of(
-    run: Trajectory | StructureTrajectory | StructureOrbit, on: On | None = None
+    run: Trajectory | StructureTrajectory | PeriodicOrbit | StructureOrbit, on: On | None = None
 ) -> Drawable:
     """Return what has one displacement: a run of an oscillator, or one of a structure along c.
 
-    Without a direction that is the line of the structure's first stop.
+    Without a direction that is the line of the structure's first stop. Of an orbit it is a period.
 
     Raises
     ------
     ParameterError
-        If there is no such direction, or the run is one of an oscillator, which has none.
+        If there is no such direction, or the run is one of an oscillator, which has none, or no run.
     """
     if isinstance(run, StructureOrbit):
         run = run.run
@@ -198,6 +200,9 @@ def view_of(
         raise ParameterError(
             "on", on, "given for the run of an oscillator, which has one displacement"
         )
+    if isinstance(run, PeriodicOrbit):
+        return run.trajectory()
+    check_kind("run", run, Trajectory)
     return run
 
 

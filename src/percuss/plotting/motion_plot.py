@@ -20,6 +20,7 @@ from percuss.motion.eigenset import resonant_frequency
 from percuss.motion.spectrum import spectrum
 from percuss.motion.structures import StructureTrajectory
 from percuss.motion.trajectory import Trajectory
+from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
 from percuss.plotting.direction_view import DirectionView, Drawable, names_of, view_of
 from percuss.plotting.marks import (
@@ -37,7 +38,7 @@ from percuss.plotting.samples import (
     distinct_jumps,
     reduce_to_columns,
     reduce_to_pixels,
-    sample_curve,
+    sample_in_full,
     separated,
     topmost,
     window_of,
@@ -61,7 +62,7 @@ from percuss.plotting.style import (
 if TYPE_CHECKING:
     from xarray import Dataset
 
-DrawnRun: TypeAlias = Trajectory | StructureTrajectory | StructureOrbit
+DrawnRun: TypeAlias = Trajectory | StructureTrajectory | PeriodicOrbit | StructureOrbit
 
 # Width of a curve [point], and the number of events above which it is drawn thinner.
 WIDTH = 1.3
@@ -116,7 +117,7 @@ def plot_displacement(
     view = view_of(run, on)
     units = units_of(units, view.oscillator)
     low, high = window_of(view, window)
-    curve = sample_curve(view, (low, high))
+    curve = sample_in_full(view, (low, high))
     with picture(ax, legend=True, labels=(xlabel, ylabel)) as ax:
         t, x, _ = reduce_to_columns(curve.t, curve.x, np.zeros_like(curve.jumps))
         ax.plot(t, x, color=BLUE, linewidth=WIDTH * _thinness(view, low, high))
@@ -152,7 +153,7 @@ def plot_velocity(
     view = view_of(run, on)
     units = units_of(units, view.oscillator)
     low, high = window_of(view, window)
-    curve = sample_curve(view, (low, high))
+    curve = sample_in_full(view, (low, high))
     shown = within(view.impacts.t, low, high)
     is_dashed = 0 < shown.sum() <= MOST_JUMPS
     with picture(ax, legend=True, labels=(xlabel, ylabel)) as ax:
@@ -222,7 +223,7 @@ def plot_phase_portrait(
     view = view_of(run, on)
     units = units_of(units, view.oscillator)
     low, high = window_of(view, window)
-    curve = sample_curve(view, (low, high))
+    curve = sample_in_full(view, (low, high))
     if against is not None:
         other = view_of(run, against)
         with picture(ax, legend=True, labels=(xlabel, ylabel)) as ax:
@@ -244,7 +245,9 @@ def _draw_pair(
     ax: Axes, view: Drawable, other: Drawable, curve: SampledMotion, units: Units
 ) -> None:
     """Draw one displacement over another, with the stops of both."""
-    pair = SampledMotion(curve.t, curve.x, other(curve.t)[0], np.zeros_like(curve.jumps))
+    # At an impact a displacement goes on; what was left out does not.
+    gaps = curve.jumps & np.append(np.diff(curve.t) > 0.0, False)
+    pair = SampledMotion(curve.t, curve.x, other(curve.t)[0], gaps)
     _draw_orbit(ax, pair)
     if curve.t[0] == view.t0:
         ax.plot(view.x0, other.x0, **START_STYLE)
@@ -380,10 +383,10 @@ def _met(run: DrawnRun, on: On | None) -> _MetStops:
         view = view_of(run, on)
         assert isinstance(view, DirectionView)
         return _MetStops(view, view.stop_numbers, run.structure, period)
-    check_kind("run", run, Trajectory)
-    view_of(run, on)
-    period = None if run.forcing is None else run.forcing.period
-    return _MetStops(run, range(len(run.oscillator.stops)), run.oscillator, period)
+    alone = view_of(run, on)
+    assert isinstance(alone, Trajectory)
+    period = None if alone.forcing is None else alone.forcing.period
+    return _MetStops(alone, range(len(alone.oscillator.stops)), alone.oscillator, period)
 
 
 def _groups(met: _MetStops, low: float, high: float) -> list[_Hits]:

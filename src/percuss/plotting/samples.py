@@ -76,15 +76,49 @@ def sample_curve(run: Drawable, window: tuple[float, float] | None = None) -> Sa
     There are at least 64 points a cycle of the fastest part of the motion, 33 between two events;
     fewer where these would be more than a million.
     """
-    low, high = window_of(run, window)
-    cuts = _cuts(run, low, high)
-    counts = _counts(run, cuts)
-    t, ends = _spread(cuts, counts)
+    cuts = _cuts(run, *window_of(run, window))
+    return _sampled(run, cuts[:-1], cuts[1:], _counts(run, cuts))
 
+
+def sample_in_full(run: Drawable, window: tuple[float, float] | None = None) -> SampledMotion:
+    """Evaluate a run so densely that each chord is true, however long it is.
+
+    Where more than a million points were needed there are stretches of a cycle: half of them those
+    that the run begins with, half spread evenly over it. What lies between two is marked as a jump.
+    """
+    cuts = _cuts(run, *window_of(run, window))
+    counts = np.maximum(_cycles(run, cuts) * POINTS_PER_CYCLE + 1.0, FEWEST_POINTS)
+    if counts.sum() > BUDGET:
+        # Samples of a record are far closer than the motion is quick.
+        slow = _cycles(run, cuts, of_record=False) * POINTS_PER_CYCLE + 1.0
+        counts = np.maximum(slow, np.minimum(counts, MOST_POINTS))
+    if counts.sum() <= BUDGET:
+        return _sampled(run, cuts[:-1], cuts[1:], np.ceil(counts).astype(np.int64))
+    parts = np.ceil((counts - 1.0) / POINTS_PER_CYCLE)
+    until = np.cumsum(parts)
+    half = BUDGET // (2 * POINTS_PER_CYCLE + 2)
+    spread = np.floor(np.linspace(0.0, until[-1] - 1.0, half))
+    chosen = np.unique(np.concatenate([np.arange(half, dtype=np.float64), spread]))
+    piece = np.searchsorted(until, chosen, side="right")
+    place = chosen - (until[piece] - parts[piece])
+    length = np.diff(cuts)[piece] / parts[piece]
+    first = cuts[piece] + place * length
+    is_last = place + 1.0 == parts[piece]
+    last = np.where(is_last, cuts[piece + 1], cuts[piece] + (place + 1.0) * length)
+    points = np.ceil((counts - 1.0) / parts).astype(np.int64) + 1
+    return _sampled(run, first, last, points[piece])
+
+
+def _sampled(run: Drawable, first: Floats, last: Floats, counts: Integers) -> SampledMotion:
+    """Evaluate a run on stretches, with so many points on each; what lies between two is a jump."""
+    t, ends = _spread(first, last, counts)
+    if counts.size == 0:
+        t, ends = np.array([run.t0]), np.zeros(1, dtype=np.int64)
     x, v = (np.array(values, dtype=np.float64) for values in run(t))
     x[ends], v[ends] = run(t[ends], limit="before")
     jumps = np.zeros(t.size, dtype=np.bool_)
     jumps[ends] = np.isin(t[ends], run.impacts.t)
+    jumps[ends[:-1]] |= first[1:] != last[:-1]
     # After the last point nothing follows, not even a jump.
     jumps[-1] = False
     shown = (np.abs(x) < LARGEST) & (np.abs(v) < LARGEST)
@@ -104,15 +138,20 @@ def _cuts(run: Drawable, low: float, high: float) -> Floats:
 
 def _counts(run: Drawable, cuts: Floats) -> Integers:
     """Return how many points each piece between two cuts gets."""
-    durations = np.diff(cuts)
-    cycles = durations * _frequencies(run, cuts) / (2.0 * math.pi)
+    cycles = _cycles(run, cuts)
     counts = np.clip(np.ceil(cycles * POINTS_PER_CYCLE) + 1, FEWEST_POINTS, MOST_POINTS)
     if counts.sum() > BUDGET:
         counts = np.clip(counts * (BUDGET / counts.sum()), 5, None)
     return np.asarray(counts, dtype=np.int64)
 
 
-def _frequencies(run: Drawable, cuts: Floats) -> Floats:
+def _cycles(run: Drawable, cuts: Floats, *, of_record: bool = True) -> Floats:
+    """Return the cycles of the fastest part in each piece between two cuts."""
+    cycles = np.diff(cuts) * _frequencies(run, cuts, of_record=of_record) / (2.0 * math.pi)
+    return np.asarray(cycles)
+
+
+def _frequencies(run: Drawable, cuts: Floats, *, of_record: bool) -> Floats:
     """Return the highest angular frequency in each piece: of the forcing or of the springs."""
     if isinstance(run, DirectionView):
         return np.full(cuts.size - 1, run.frequency())
@@ -126,20 +165,18 @@ def _frequencies(run: Drawable, cuts: Floats) -> Floats:
             stiffness[beyond] += as_float(stop.stiffness)
     harmonics = () if run.forcing is None else run.forcing.components()
     fastest = max((float(harmonic.omega) for harmonic in harmonics), default=0.0)
-    if run.forcing is not None and run.forcing.record is not None:
+    if of_record and run.forcing is not None and run.forcing.record is not None:
         fastest = max(fastest, math.pi * run.forcing.record.rate)
     return np.asarray(np.maximum(np.sqrt(np.abs(stiffness)), fastest))
 
 
-def _spread(cuts: Floats, counts: Integers) -> tuple[Floats, Integers]:
-    """Return equally spaced times in each piece, its ends included, and where each ends."""
-    if counts.size == 0:
-        return cuts.copy(), np.zeros(1, dtype=np.int64)
+def _spread(first: Floats, last: Floats, counts: Integers) -> tuple[Floats, Integers]:
+    """Return equally spaced times in each stretch, its ends included, and where each ends."""
     ends = np.cumsum(counts) - 1
-    place = np.arange(ends[-1] + 1) - np.repeat(ends - counts + 1, counts)
+    place = np.arange(counts.sum()) - np.repeat(ends - counts + 1, counts)
     share = place / np.repeat(counts - 1, counts)
-    t = np.repeat(cuts[:-1], counts) + share * np.repeat(np.diff(cuts), counts)
-    t[ends] = cuts[1:]
+    t = np.repeat(first, counts) + share * np.repeat(last - first, counts)
+    t[ends] = last
     return t, ends
 
 

@@ -28,9 +28,21 @@ from percuss.studies.kinds.diagram import Diagram
 from percuss.studies.kinds.fit import Fit
 from percuss.studies.kinds.motion import Motion
 from percuss.studies.kinds.response import Response
+from percuss.studies.kinds.sweep import Sweep
 from percuss.studies.study import Study
 
-__all__ = ["check_size", "link_of"]
+__all__ = ["CELLS", "MEASURED", "SETTLING", "check_size", "link_of"]
+
+# Of diagrams and charts of the page: the forcing periods in which motions settle, the measures of
+# two parameters with those in which each is taken (of the exponent `web.facts.PERIODS`), and the cells
+# along a side.
+SETTLING = 200
+MEASURED = {
+    "period": 64,
+    "largest_lyapunov_exponent": 1000,
+    "peak_impact_velocity": 64,
+}
+CELLS = 16, 256
 
 # How long the motion beside a diagram, a chart or basins is followed, which have no end of their
 # own.
@@ -52,7 +64,8 @@ def link_of(study: Study) -> str:
     Parameters
     ----------
     study
-        A motion, a diagram, a response, basins over x0 and v0, a fit of one record, or a design.
+        A motion, a diagram, a response, a sweep of one measure over two parameters, basins over x0
+        and v0, a fit of one record, or a design.
 
     Returns
     -------
@@ -81,7 +94,7 @@ def link_of(study: Study) -> str:
         raise ParameterError("study", "a structure", reason)
     shown = _SHOWN.get(type(study.question))
     if shown is None:
-        known = "a motion, a diagram, a response, basins, a fit or a design"
+        known = "a motion, a diagram, a response, a sweep, basins, a fit or a design"
         raise ParameterError("study.kind", study.kind, f"not on the page, which shows {known}")
     if isinstance(study.question, Fit):
         # On the page the sliders are the guesses.
@@ -136,6 +149,13 @@ Shown = tuple[str, TomlTable, TomlTable]
 
 # What the page's diagrams begin with of a second parameter.
 _OF_CHARTS: TomlTable = {"path2": "", "low2": 0, "high2": 1, "size": 96}
+_STROBES: TomlTable = {
+    "section": "strobes",
+    "at": 0,
+    "direction": "up",
+    "cycle": 0,
+    "isLive": False,
+}
 
 
 def _motion(motion: Motion, _: Study) -> Shown:
@@ -180,8 +200,47 @@ def _response(response: Response, study: Study) -> Shown:
     over = {"path": _path_of_page(path, study), "low": low, "high": high, **_OF_CHARTS}
     sizes = {"values": 1600, "points": 128, "of": "amplitude", "max_impacts": response.max_impacts}
     rest = {**sizes, "max_periods": response.max_periods, "follow": "start"}
-    strobes = {"section": "strobes", "at": 0, "direction": "up", "cycle": 0, "isLive": False}
-    return "diagram", _from(_at_rest(study)), {"kind": "response", **over, **rest, **strobes}
+    return "diagram", _from(_at_rest(study)), {"kind": "response", **over, **rest, **_STROBES}
+
+
+def _sweep(sweep: Sweep, study: Study) -> Shown:
+    start = sweep.start
+    assert isinstance(start, Start)
+    _check_chart(sweep)
+    over: TomlTable = {}
+    for (path, axis), end in zip(sweep.over.items(), ("", "2"), strict=True):
+        if path.startswith("start."):
+            raise ParameterError(
+                f"over.{path}", "given", "not on the page, whose charts are over parameters"
+            )
+        low, high, _ = _edges(axis)
+        over |= {f"path{end}": _path_of_page(path, study), f"low{end}": low, f"high{end}": high}
+    count = _ends(next(iter(sweep.over.values())))[2]
+    sizes = {"size": count, "values": 1600, "points": 128, "of": sweep.measure[0]}
+    rest = {"max_impacts": 3, "max_periods": 2, "follow": "start", **_STROBES}
+    return "diagram", _from(start), {"kind": "sweep", **over, **sizes, **rest}
+
+
+def _check_chart(sweep: Sweep) -> None:
+    """Refuse a sweep that the page's chart of two parameters would not take as it stands."""
+    counts = [_ends(axis)[2] for axis in sweep.over.values() if isinstance(axis, Span)]
+    fewest, most = CELLS
+    if len(sweep.over) != 2 or len(counts) != 2 or counts[0] != counts[1]:
+        reason = (
+            "not on the page, whose charts have {from, to, count} of two parameters, with one count"
+        )
+        raise ParameterError("over", list(sweep.over), reason)
+    if not fewest <= counts[0] <= most:
+        reason = f"not on the page, whose charts have {fewest} to {most} cells along a side"
+        raise ParameterError("over.count", counts[0], reason)
+    if len(sweep.measure) != 1 or sweep.measure[0] not in MEASURED:
+        reason = f"not on the page, whose charts show one of {', '.join(MEASURED)}"
+        raise ParameterError("sweep.measure", list(sweep.measure), reason)
+    taken = {"transient": SETTLING, "periods": MEASURED[sweep.measure[0]]}
+    for name, value in {**taken, "between": None, "max_impacts": None}.items():
+        if getattr(sweep, name) != value:
+            own = "" if value is None else f", whose chart takes {value}"
+            raise ParameterError(f"sweep.{name}", getattr(sweep, name), f"not on the page{own}")
 
 
 def _path_of_page(path: str, study: Study, start: Start | None = None) -> str:
@@ -213,11 +272,9 @@ def _basins(basins: Basins, _: Study) -> Shown:
     ends: TomlTable = {}
     first: list[float] = []
     for name, axis in (("x", places), ("v", speeds)):
-        low, high, count = _ends(axis)
-        # The page has the edges of the cells, a study their centres.
-        half = 0.5 * (high - low) / (count - 1)
-        ends |= {f"{name}_low": low - half, f"{name}_high": high + half}
-        first.append(low)
+        low, high, least = _edges(axis)
+        ends |= {f"{name}_low": low, f"{name}_high": high}
+        first.append(least)
     settings = {**ends, "starts": _ends(places)[2], "manifolds": True}
     return "basins", _from(Start(first[0], first[1], basins.begin)), settings
 
@@ -336,6 +393,13 @@ def _ends(axis: Any) -> tuple[float, float, int]:
     raise ParameterError("axis", [number(value) for value in values], "a single value; no range")
 
 
+def _edges(axis: Any) -> tuple[float, float, float]:
+    """Return both edges of the cells of an axis, which the page has, and the least of their centres."""
+    low, high, count = _ends(axis)
+    half = 0.5 * (high - low) / (count - 1)
+    return low - half, high + half, low
+
+
 def _from(start: Start) -> TomlTable:
     return {"start": start_table(start), "run": FOLLOWED}
 
@@ -344,6 +408,7 @@ _SHOWN: dict[type, Callable[[Any, Study], Shown]] = {
     Motion: _motion,
     Diagram: _diagram,
     Response: _response,
+    Sweep: _sweep,
     Basins: _basins,
     Fit: _fit,
     Design: _design,

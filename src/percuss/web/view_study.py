@@ -10,10 +10,10 @@ from typing import Any
 from percuss.io.study_text import number
 from percuss.studies.axes import Span
 from percuss.studies.kinds.diagram import Diagram
+from percuss.studies.link import CELLS, MEASURED, SETTLING
 from percuss.studies.study import Study
 from percuss.studies.tables import Certify, Draw
 from percuss.web.design_view import design_tables
-from percuss.web.facts import PERIODS
 from percuss.web.fit_view import fit_tables
 from percuss.web.request import (
     BadRequest,
@@ -30,20 +30,15 @@ __all__ = [
     "MOST_IMPACTS",
     "MOST_PERIODS",
     "MOST_STARTS",
-    "SETTLING",
     "VIEWS",
     "check_size",
     "study_of_view",
 ]
 
-# Forcing periods in which the points of a diagram settle.
-SETTLING = 200
 # What the page computes itself: values and points of a diagram, starts along a side of basins,
 # the longest orbits of a chart.
 MOST_VALUES, MOST_POINTS = 8192, 2_000_000
 MOST_STARTS = 1024
-# Cells along a side of a chart of two parameters.
-FEWEST_CELLS, MOST_CELLS = 16, 256
 MOST_IMPACTS, MOST_PERIODS = 6, 6
 # Where the motion at a value of a diagram begins: at the start, or where that at the value before
 # has ended.
@@ -54,12 +49,6 @@ DIRECTIONS: dict[str, tuple[str, ...]] = {
     "both": ("forward", "backward"),
 }
 MODEL = ("parameters", "oscillator", "forcing")
-# The measures of such a chart, and the forcing periods in which each is taken after settling.
-MEASURED = {
-    "period": 64,
-    "largest_lyapunov_exponent": PERIODS,
-    "peak_impact_velocity": 64,
-}
 NAMES = {
     "diagram": "a diagram needs",
     "response": "a response chart needs",
@@ -131,7 +120,7 @@ def check_size(request: PageRequest) -> None:
     elif request.kind == "basins":
         request.number("starts", 384, 16, MOST_STARTS)
     elif request.kind == "sweep":
-        request.number("size", 96, FEWEST_CELLS, MOST_CELLS)
+        request.number("size", 96, *CELLS)
     elif request.kind == "response":
         request.number("max_impacts", 3, 1, MOST_IMPACTS)
         request.number("max_periods", 2, 1, MOST_PERIODS)
