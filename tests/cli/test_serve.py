@@ -68,7 +68,7 @@ def test_a_file_that_is_none_or_not_shown_is_told_before_anything_is_served(
     assert absent[2].splitlines()[0].startswith("absent.toml: ")
     assert orbit[2] == (
         "study.kind = 'orbit': not on the page, which shows a motion, a diagram, a response, "
-        "basins, a fit or a design\n"
+        "a sweep, basins, a fit or a design\n"
     )
     assert any(line.startswith("bad.toml:2: oscillator.dampnig") for line in bad[2].splitlines())
     assert served == []
