@@ -23,6 +23,27 @@ def test_exact_tangency_is_a_graze_and_changes_nothing() -> None:
     assert (run.grazes.error_bound < 1e-13).all()
 
 
+def test_a_motion_from_rest_on_a_wall_comes_back_to_it_without_velocity() -> None:
+    """The instants 2 pi k are no doubles: next to them the clearance is some 1e-32, and its error less."""
+    wall = pc.impact_oscillator("0.5", wall=1, side="above")
+    whole = 2.0 * math.pi * np.arange(1, 5)
+
+    for run in (
+        pc.simulate(wall, x0=1, t_end=30),
+        pc.simulate(pc.impact_oscillator(0, wall=1, side="above"), v0=2, t_end=30),
+    ):
+        begin = float(run.impacts.t[0]) if len(run.impacts) else 0.0
+        np.testing.assert_allclose(run.grazes.t - begin, whole[: len(run.grazes)], rtol=1e-15)
+        assert len(run.grazes) == 4
+        assert (run.grazes.clearance <= run.grazes.error_bound).all()
+        assert (run.grazes.error_bound < 1e-27).all()
+    # No derivative there.
+    assert np.isnan(
+        pc.simulate(wall, x0=1, t_end=8).sensitivity(["oscillator.damping"])(7.0)[0]
+    ).all()
+    assert len(pc.simulate(wall, x0="0.999999999999", t_end=30).grazes) == 0
+
+
 @pytest.mark.parametrize(
     ("force", "is_held"),
     [

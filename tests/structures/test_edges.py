@@ -51,6 +51,14 @@ def test_a_spring_between_the_masses_pulls_a_held_mass_off() -> None:
     assert reaction.minimum == pytest.approx(0.0, abs=1e-14)
 
 
+def test_a_motion_from_rest_on_a_wall_comes_back_to_it_without_velocity() -> None:
+    ceiling = pc.Wall(at=1, side="above", restitution="0.5", on=0)
+    run = pc.simulate(pc.Structure([1, 1], [1, 4], stops=[ceiling]), x0=[1, "0.3"], t_end=30)
+
+    np.testing.assert_allclose(run.grazes.t, 2.0 * math.pi * np.arange(1, 5), rtol=1e-15)
+    assert len(run.impacts) == 0
+
+
 def test_a_start_on_a_wall_with_velocity_into_it_is_an_impact_at_the_start() -> None:
     run = pc.simulate(held_pair(), v0=[-2, 0], t_end=0.1)
 

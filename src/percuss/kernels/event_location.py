@@ -180,7 +180,7 @@ def lowest(
     sign, distance = bound
     force = start[3]
     s = 0.5 * (left + right)
-    clearance = 0.0
+    clearance = second = 0.0
     for _ in range(MAX_ITERATIONS):
         y, v = move(flight, s)
         clearance = sign * (y - distance)
@@ -196,7 +196,8 @@ def lowest(
         s = within_bracket(s + step, left, right)
         if not left < s < right:
             break
-    error = uncertainty(flight, s) + ULP * abs(distance)
+    # Between two doubles the clearance may be less than at either.
+    error = uncertainty(flight, s) + ULP * abs(distance) + 8.0 * abs(second) * (ULP * s) ** 2
     return s, clearance, error
 
 

@@ -610,7 +610,7 @@ def first_root(flight: ModalFlight, i: int, span: Pair) -> tuple[int, float, flo
 def lowest(flight: ModalFlight, i: int, left: float, right: float) -> tuple[float, float, float]:
     """Return (s, value, rounding bound) at the one turning point of a convex stretch of a guard."""
     s = 0.5 * (left + right)
-    value = 0.0
+    value = second = 0.0
     for _ in range(MAX_ITERATIONS):
         move(flight, s)
         value, first, second, _, _, _ = derivatives(flight, i, s, False)
@@ -624,4 +624,5 @@ def lowest(flight: ModalFlight, i: int, left: float, right: float) -> tuple[floa
         s = within_bracket(s + step, left, right)
         if not left < s < right:
             break
-    return s, value, uncertainty(flight, i, s)
+    # Between two doubles the guard may be less than at either.
+    return s, value, uncertainty(flight, i, s) + 8.0 * abs(second) * (ULP * s) ** 2
