@@ -343,6 +343,8 @@ BAD: list[tuple[Callable[[], object], str]] = [
      "stops.1.side = 'above': a second wall above; stops.0 at y = 1 is one, keep the inner"),
     (lambda: on_two(Wall(1, "above", on=(1, 2)), SoftStop(-4, "below", 3, on=(-2, -4))),
      "stops.1.at = -4: behind the wall above at y = 1, where it would never act"),
+    (lambda: pc.Structure(1, 1, points=["tip"]),  # type: ignore[list-item]
+     "points = ['tip']: not directions by their names"),
     (lambda: pc.Structure(1, 1, points={"tip": [0]}),
      "points.tip = (0,): a direction of zeros; what acts on it moves nothing"),
     (lambda: pc.Structure(1, 1, points=[("tip", [1]), ("tip", [2])]),

@@ -364,13 +364,22 @@ def structure_fields(
     matrices = {"mass": mass, "stiffness": stiffness, "damping": damping}
     given = {name: _plain_matrix(value) for name, value in matrices.items()}
     n = _size(given.values())
-    pairs = points.items() if isinstance(points, Mapping) else points
     return {
         **{name: _full(value, n) for name, value in given.items()},
         "stops": as_tuple(stops),
         "units": units,
-        "points": tuple((name, plain_on(direction)) for name, direction in pairs),
+        "points": _plain_points(points),
     }
+
+
+def _plain_points(points: Any) -> tuple[tuple[Any, Any], ...]:
+    pairs: Any = tuple(points.items()) if isinstance(points, Mapping) else as_tuple(points)
+    if not isinstance(pairs, tuple) or not all(
+        isinstance(pair, tuple | list) and len(pair) == 2 for pair in pairs
+    ):
+        reason = 'not directions by their names, as in {"tip": [0, 1]}'
+        raise_first([Fault("points", points, reason)])
+    return tuple((name, plain_on(direction)) for name, direction in pairs)
 
 
 def exact_numbers(name: str, values: object) -> tuple[Exact, ...]:
