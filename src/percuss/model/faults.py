@@ -158,7 +158,7 @@ def check_mapping(name: str, value: object, meant: str, n: int | None = None) ->
     Traceback (most recent call last):
     percuss.errors.ParameterError: free = ['forcing.omega']: not {path: (least, largest)}
     """
-    if not isinstance(value, Mapping) or len(value) != (len(value) if n is None else n):
+    if not isinstance(value, Mapping) or (n is not None and len(value) != n):
         raise ParameterError(name, value, f"not {meant}")
 
 
