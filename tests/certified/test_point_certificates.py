@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import dataclasses
+import functools
 import json
 import re
 from fractions import Fraction
@@ -20,7 +21,7 @@ from tests.certified.checker import (
     leaves,
     theorem_of,
 )
-from tests.certified.test_special_points import impacting, points
+from tests.certified.test_special_points import impacting, points, wall_0
 
 import percuss as pc
 from arithmetic import of, unit
@@ -31,8 +32,6 @@ from percuss.errors import ParameterError
 from reading import FORMS, LAW, read
 from theorems import theorem
 
-WALL_0 = pc.find_orbit(pc.impact_oscillator("0.8"), pc.cosine("2.5"))
-ELASTIC = pc.find_orbit(pc.impact_oscillator(1), pc.cosine("2.5"))
 TWO_WALLS = pc.Oscillator(
     1, "0.02", (pc.Wall("0.3", "above", "0.7"), pc.Wall("-0.5", "below", "0.7"))
 )
@@ -41,17 +40,25 @@ SPRING_AND_WALL = pc.Oscillator(
 )
 
 
+@functools.cache
+def elastic() -> pc.PeriodicOrbit:
+    return pc.find_orbit(pc.impact_oscillator(1), pc.cosine("2.5"))
+
+
+@functools.cache
 def backlash() -> pc.PeriodicOrbit:
     osc = pc.backlash_oscillator(gap=1, stiffness="26.7", damping="0.1")
     orbits = pc.find_orbits(osc, pc.cosine("1.2", amplitude="1.2"), max_impacts=2, max_periods=2)
     return next(o for o in orbits if o.n_impacts == 2 and o.stability == "unstable")
 
 
+@functools.cache
 def symmetric() -> pc.PeriodicOrbit:
     walls = pc.Wall("0.3", "above", "0.7"), pc.Wall("-0.3", "below", "0.7")
     return pc.find_orbit(pc.Oscillator(1, "0.02", walls), pc.cosine("1.5"), 2, 1)
 
 
+@functools.cache
 def point_of(orbit: pc.PeriodicOrbit, path: str, ends: tuple[float, float], near: float) -> Any:
     branch = pc.continue_orbit(orbit, over={path: ends})
     return min(branch.special_points, key=lambda point: abs(point.value - near))
@@ -67,7 +74,7 @@ def proven_again(claims: Claims, said: str) -> tuple[Fraction, Fraction]:
 
 @pytest.mark.parametrize("digits", [8, 12, 25])
 def test_a_doubling_is_proven_again(digits: int) -> None:
-    point = points(WALL_0, "forcing.omega", 2.3, 2.8)["period_doubling"]
+    point = points(wall_0(), "forcing.omega", 2.3, 2.8)["period_doubling"]
 
     claims = certificate(pc.certify(point, digits=digits))
 
@@ -109,8 +116,8 @@ def test_a_graze_is_proven_again_from_both_sides(n_impacts: int) -> None:
     [
         (lambda: point_of(symmetric(), "forcing.amplitude", (0.4, 1.1), 0.593), "half an orbit"),
         (lambda: points(backlash(), "forcing.amplitude", 0.3, 2.5)["fold"], "p is extremal"),
-        (lambda: point_of(ELASTIC, "forcing.omega", (2.2, 2.9), 2.457), "are i and -i"),
-        (lambda: point_of(ELASTIC, "forcing.omega", (2.2, 2.9), 2.562), "exp(2 pi i/3)"),
+        (lambda: point_of(elastic(), "forcing.omega", (2.2, 2.9), 2.457), "are i and -i"),
+        (lambda: point_of(elastic(), "forcing.omega", (2.2, 2.9), 2.562), "exp(2 pi i/3)"),
         (
             lambda: point_of(
                 pc.find_orbit(TWO_WALLS, pc.cosine("1.5"), 2, 1),
@@ -161,17 +168,17 @@ def test_points_of_each_kind_are_proven_again(point: Any, said: str) -> None:
 
 @pytest.fixture(scope="module")
 def doubling() -> CertifiedPoint:
-    return pc.certify(points(WALL_0, "forcing.omega", 2.3, 2.8)["period_doubling"])
+    return pc.certify(points(wall_0(), "forcing.omega", 2.3, 2.8)["period_doubling"])
 
 
 @by_name
 @pytest.mark.parametrize(
     "point",
     [
-        lambda: points(WALL_0, "forcing.omega", 2.3, 2.8)["period_doubling"],
+        lambda: points(wall_0(), "forcing.omega", 2.3, 2.8)["period_doubling"],
         lambda: points(impacting(1), "oscillator.stops.0.at", 0.5, 2.5)["fold"],
         lambda: point_of(symmetric(), "forcing.amplitude", (0.4, 1.1), 0.593),
-        lambda: point_of(ELASTIC, "forcing.omega", (2.2, 2.9), 2.457),
+        lambda: point_of(elastic(), "forcing.omega", (2.2, 2.9), 2.457),
         lambda: points(impacting(1), "oscillator.stops.0.at", 0.5, 2.5)["grazing"],
     ],
     ids=["doubling", "fold", "symmetry breaking", "resonance", "graze"],
@@ -215,7 +222,7 @@ def test_the_ends_of_a_doubling_alone_do_not_tell_that_orbits_branch_off() -> No
 
 
 def test_roots_of_one_of_a_law_that_does_not_keep_areas_are_refused() -> None:
-    claims = certificate(pc.certify(point_of(ELASTIC, "forcing.omega", (2.2, 2.9), 2.457)))
+    claims = certificate(pc.certify(point_of(elastic(), "forcing.omega", (2.2, 2.9), 2.457)))
     for place, name, value in (("regions", "damping", "1/10000000000000000000000"),
                                ("bounds", "restitution", ["1", "-1/10000000000000000000000"])):  # fmt: skip
         other = copy.deepcopy(claims)
@@ -224,10 +231,10 @@ def test_roots_of_one_of_a_law_that_does_not_keep_areas_are_refused() -> None:
 
 
 def formal() -> CertifiedPoint:
-    point = points(WALL_0, "forcing.omega", 2.3, 2.8)["period_doubling"]
+    point = points(wall_0(), "forcing.omega", 2.3, 2.8)["period_doubling"]
     with pytest.warns(pc.FormalOrbitWarning):
         orbit = pc.find_orbit(
-            WALL_0.oscillator, pc.cosine(point.value), guess=(point.orbit.t0, point.orbit.v0)
+            wall_0().oscillator, pc.cosine(point.value), guess=(point.orbit.t0, point.orbit.v0)
         )
     return pc.certify(dataclasses.replace(point, orbit=orbit))
 
@@ -247,7 +254,7 @@ def corner() -> CertifiedPoint:
 
 
 def unproven() -> CertifiedPoint:
-    point = points(WALL_0, "forcing.omega", 2.3, 2.8)["period_doubling"]
+    point = points(wall_0(), "forcing.omega", 2.3, 2.8)["period_doubling"]
     return pc.certify(dataclasses.replace(point, kind="chatter"))
 
 
@@ -275,8 +282,8 @@ def claims_read(claims: Claims) -> Any:
     ("point", "slow"),
     [
         (lambda: point_of(symmetric(), "forcing.amplitude", (0.4, 1.1), 0.593), None),
-        (lambda: points(WALL_0, "forcing.omega", 2.3, 2.8)["period_doubling"], None),
-        (lambda: points(WALL_0, "forcing.omega", 2.3, 2.8)["period_doubling"], 0),
+        (lambda: points(wall_0(), "forcing.omega", 2.3, 2.8)["period_doubling"], None),
+        (lambda: points(wall_0(), "forcing.omega", 2.3, 2.8)["period_doubling"], 0),
         (lambda: points(backlash(), "forcing.amplitude", 0.3, 2.5)["fold"], None),
         (lambda: points(impacting(1), "oscillator.stops.0.at", 0.5, 2.5)["grazing"], 0),
         (
@@ -323,7 +330,7 @@ def test_what_orbits_miss_by_differs_by_the_derivative_between(
 
 def test_the_derivative_with_a_slow_event_is_that_times_its_velocity() -> None:
     claims = claims_read(
-        certificate(pc.certify(points(WALL_0, "forcing.omega", 2.3, 2.8)["period_doubling"]))
+        certificate(pc.certify(points(wall_0(), "forcing.omega", 2.3, 2.8)["period_doubling"]))
     )
     (curve,) = claims["curves"]
     at = [of(value) for value in curve["strips"][0]["middle"]]

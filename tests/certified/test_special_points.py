@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 
 import pytest
 from flint import arb, ctx
@@ -14,6 +15,12 @@ from percuss.certified.system import system_of
 IMPACTING = pc.impact_oscillator("0.7", wall="1.5", side="above", damping="0.05")
 
 
+@functools.cache
+def wall_0() -> pc.PeriodicOrbit:
+    return pc.find_orbit(pc.impact_oscillator("0.8"), pc.cosine("2.5"))
+
+
+@functools.cache
 def points(
     orbit: pc.PeriodicOrbit, path: str, low: float, high: float
 ) -> dict[str, pc.SpecialPoint]:
@@ -21,14 +28,14 @@ def points(
     return {point.kind: point for point in branch.special_points}
 
 
+@functools.cache
 def impacting(n: int) -> pc.PeriodicOrbit:
     orbits = pc.find_orbits(IMPACTING, pc.cosine("1.5"), max_impacts=1, max_periods=1)
     return next(orbit for orbit in orbits if orbit.n_impacts == n)
 
 
 def test_a_period_doubling_is_enclosed() -> None:
-    orbit = pc.find_orbit(pc.impact_oscillator("0.8"), pc.cosine("2.5"))
-    point = points(orbit, "forcing.omega", 2.3, 2.8)["period_doubling"]
+    point = points(wall_0(), "forcing.omega", 2.3, 2.8)["period_doubling"]
 
     proven = pc.certify(point)
 
@@ -110,8 +117,7 @@ def test_a_point_of_another_kind_is_left_unproven() -> None:
 
 
 def test_a_point_that_is_none_is_not_proven() -> None:
-    orbit = pc.find_orbit(pc.impact_oscillator("0.8"), pc.cosine("2.5"))
-    point = points(orbit, "forcing.omega", 2.3, 2.8)["period_doubling"]
+    point = points(wall_0(), "forcing.omega", 2.3, 2.8)["period_doubling"]
     other = dataclasses.replace(point, kind="strong_resonance", detail="third")
 
     assert not pc.certify(other, most_bits=300).exists
@@ -158,12 +164,11 @@ def test_the_image_of_a_ball_of_states_holds_the_images_of_its_ends() -> None:
 
 
 def test_a_point_of_formal_orbits_stays_formal() -> None:
-    orbit = pc.find_orbit(pc.impact_oscillator("0.8"), pc.cosine("2.5"))
-    point = points(orbit, "forcing.omega", 2.3, 2.8)["period_doubling"]
+    point = points(wall_0(), "forcing.omega", 2.3, 2.8)["period_doubling"]
     # The other root of the equations at the same frequency is no motion.
     guess = point.orbit.t0, point.orbit.v0
     with pytest.warns(pc.FormalOrbitWarning):
-        formal = pc.find_orbit(orbit.oscillator, pc.cosine(point.value), guess=guess)
+        formal = pc.find_orbit(wall_0().oscillator, pc.cosine(point.value), guess=guess)
 
     proven = pc.certify(dataclasses.replace(point, orbit=formal))
 
@@ -185,8 +190,7 @@ def test_whether_the_orbit_at_a_graze_passes_through_a_stop_is_open() -> None:
 
 
 def test_the_word_of_a_float_run_is_not_taken_for_a_proof_that_an_orbit_is_a_motion() -> None:
-    orbit = pc.find_orbit(pc.impact_oscillator("0.8"), pc.cosine("2.5"))
-    point = points(orbit, "forcing.omega", 2.3, 2.8)["period_doubling"]
+    point = points(wall_0(), "forcing.omega", 2.3, 2.8)["period_doubling"]
     changed = dataclasses.replace(point.orbit, admissible=not point.orbit.admissible)
     other = dataclasses.replace(point, orbit=changed)
 

@@ -434,7 +434,7 @@ def scores_beside_samples(n: int) -> Floats:
 
 def test_impact_times_without_a_noise_beside_samples_with_one() -> None:
     """Their noise is that of their own residuals, and the best values are those for that noise."""
-    found = scores_beside_samples(10)
+    found = scores_beside_samples(6)
     assert 0.4 < float((np.abs(found) < 1).mean()) < 0.95
     assert float(np.abs(found).max()) < 4
 

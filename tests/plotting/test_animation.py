@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import base64
+import functools
 import io
 import json
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -24,14 +26,22 @@ STOPS = (
     pc.SoftStop(at="1.2", side="above", stiffness=30),
 )
 OSC = pc.Oscillator(stiffness=1, damping="0.05", stops=STOPS)
-RUN = pc.simulate(OSC, pc.cosine(2), x0="0.3", v0=0, periods=6)
 PAIR = pc.chain(
     [1, 1],
     [0, 1, 1],
     [0, "0.03", "0.03"],
     [pc.SoftStop(at="0.4", side="above", stiffness=100, on=0)],
 )
-MOTION = pc.simulate(PAIR, pc.Loads({1: pc.cosine("0.75", "0.3")}), t_end=40)
+
+
+@functools.cache
+def run() -> pc.Trajectory:
+    return pc.simulate(OSC, pc.cosine(2), x0="0.3", v0=0, periods=6)
+
+
+@functools.cache
+def motion() -> Any:
+    return pc.simulate(PAIR, pc.Loads({1: pc.cosine("0.75", "0.3")}), t_end=40)
 
 
 def n_frames(image: Image.Image) -> int:
@@ -39,20 +49,20 @@ def n_frames(image: Image.Image) -> int:
 
 
 def test_mass_pin_and_cursors_are_where_the_run_is() -> None:
-    film = plotting.animate(RUN, duration=2)
+    film = plotting.animate(run(), duration=2)
     track, curve, portrait = film.figure.axes
     (block,) = (it for it in track.patches if isinstance(it, Rectangle) and it.get_zorder() == 4)
 
     for i in (0, 17, 50):
         film.show(i)
-        x, v = RUN(film.times[i])
+        x, v = run()(film.times[i])
         assert block.get_x() + 0.5 * block.get_width() == pytest.approx(x, abs=1e-12)
         assert (film.times[i], x) in [tuple(line.get_xydata()[0]) for line in curve.lines]
         assert (x, v) in [tuple(line.get_xydata()[0]) for line in portrait.lines]
 
 
 def test_a_soft_stop_is_pressed_in_and_an_impact_flashes() -> None:
-    film = plotting.animate(RUN, duration=8)
+    film = plotting.animate(run(), duration=8)
     track = film.figure.axes[0]
     plates = [line for line in track.lines if line.get_zorder() == 3 and line.get_linewidth() == 3]
     (star,) = (line for line in track.lines if line.get_marker() == "*")
@@ -61,10 +71,10 @@ def test_a_soft_stop_is_pressed_in_and_an_impact_flashes() -> None:
 
     for i, time in enumerate(film.times):
         film.show(i)
-        x = float(RUN(time)[0])
+        x = float(run()(time)[0])
         assert plates[0].get_xdata()[0] == max(x, 1.2)
         pressed += x > 1.2
-        recent = bool(np.any((RUN.impacts.t <= time) & (RUN.impacts.t >= time - seen)))
+        recent = bool(np.any((run().impacts.t <= time) & (run().impacts.t >= time - seen)))
         assert len(star.get_xdata()) == recent
         flashed += int(recent)
 
@@ -73,7 +83,7 @@ def test_a_soft_stop_is_pressed_in_and_an_impact_flashes() -> None:
 
 
 def test_a_structure_has_a_line_for_each_displacement_to_one_scale() -> None:
-    film = plotting.animate(MOTION, on=[0, 1, (1, -1)], duration=1)
+    film = plotting.animate(motion(), on=[0, 1, (1, -1)], duration=1)
     tracks = film.figure.axes[::2]
 
     assert len({axes.get_xlim() for axes in tracks}) == 1
@@ -81,12 +91,12 @@ def test_a_structure_has_a_line_for_each_displacement_to_one_scale() -> None:
     film.show(10)
     blocks = [next(it for it in axes.patches if it.get_zorder() == 4) for axes in tracks]
     centres = [block.get_x() + 0.5 * block.get_width() for block in blocks]
-    x = MOTION(film.times[10])[0]
+    x = motion()(film.times[10])[0]
     np.testing.assert_allclose(centres, [x[0], x[1], x[0] - x[1]], rtol=0, atol=1e-12)
 
 
 def test_a_gif_plays_at_its_rate(tmp_path: Path) -> None:
-    film = plotting.animate(RUN, window=(0, 6), duration=1, fps=20)
+    film = plotting.animate(run(), window=(0, 6), duration=1, fps=20)
 
     film.write(tmp_path / "film.gif")
 
@@ -100,7 +110,7 @@ def test_a_gif_plays_at_its_rate(tmp_path: Path) -> None:
 
 
 def test_a_page_holds_all_frames_and_asks_for_nothing_else(tmp_path: Path) -> None:
-    film = plotting.animate(RUN, window=(0, 6), duration=1, fps=10)
+    film = plotting.animate(run(), window=(0, 6), duration=1, fps=10)
 
     film.write(tmp_path / "film.html")
 
@@ -116,7 +126,7 @@ def test_a_page_holds_all_frames_and_asks_for_nothing_else(tmp_path: Path) -> No
 
 
 def test_a_film_that_is_stopped_ends_there(tmp_path: Path) -> None:
-    film = plotting.animate(RUN, duration=1)
+    film = plotting.animate(run(), duration=1)
 
     film.write(tmp_path / "film.gif", progress=lambda done, _: done < 7)
 
@@ -136,20 +146,20 @@ def test_a_film_that_is_stopped_ends_there(tmp_path: Path) -> None:
 )
 def test_what_is_no_film_is_one_sentence(options: dict[str, object], message: str) -> None:
     with pytest.raises(ParameterError, match=message):
-        plotting.animate(RUN, **options)
+        plotting.animate(run(), **options)
 
 
 def test_formats_that_cannot_be_written_are_told(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    film = plotting.animate(RUN, duration=1)
+    film = plotting.animate(run(), duration=1)
     with pytest.raises(OutputError, match=r"not one of \.gif, \.html, \.mp4"):
         film.write(tmp_path / "film.avi")
     monkeypatch.setenv("PATH", str(tmp_path))
     with pytest.raises(OutputError, match=r"MP4 needs the program ffmpeg; choose \.gif or \.html"):
         film.write(tmp_path / "film.mp4")
     with pytest.raises(ParameterError, match="7 lines; give 1 to 6"):
-        plotting.animate(MOTION, on=[0] * 7)
+        plotting.animate(motion(), on=[0] * 7)
 
 
 def test_a_study_has_its_film_drawn(tmp_path: Path) -> None:
