@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 from types import FrameType
+from typing import NamedTuple
 
 import grimp
 import pytest
@@ -38,12 +39,25 @@ MODULES_OF_A_STUDY, MODULES_THAT_CALL = 21, 5
 PUBLIC = {"_asdict", "_field_defaults", "_fields", "_make", "_replace"}
 
 
+class Names(NamedTuple):
+    """What a module reads of others' privacy, and the types that it names."""
+
+    private_reads: list[str]
+    types: list[str]
+
+
 @cache
-def modules() -> dict[Path, ast.Module]:
-    """Return the syntax trees of all modules by their path in the package."""
+def modules() -> dict[Path, Names]:
+    """Return the names of all modules by their path in the package.
+
+    No syntax tree is kept: the garbage collector would look through all of them again and again.
+    """
+    trees = (
+        (file, ast.parse(file.read_text(encoding="utf-8"))) for file in sorted(ROOT.rglob("*.py"))
+    )
     return {
-        file.relative_to(ROOT): ast.parse(file.read_text(encoding="utf-8"))
-        for file in sorted(ROOT.rglob("*.py"))
+        file.relative_to(ROOT): Names([*private_reads(tree)], [*type_names(tree)])
+        for file, tree in trees
     }
 
 
@@ -99,8 +113,8 @@ def type_names(tree: ast.Module) -> Iterator[str]:
 
 def test_no_module_reads_the_private_names_of_another() -> None:
     found: dict[str, list[str]] = {}
-    for path, tree in modules().items():
-        reads = [f"{path}:{read}" for read in private_reads(tree)]
+    for path, names in modules().items():
+        reads = [f"{path}:{read}" for read in names.private_reads]
         found.setdefault(path.parts[0], []).extend(reads)
 
     more = {name: reads for name, reads in found.items() if len(reads) > PRIVATE_READS.get(name, 0)}
@@ -108,7 +122,7 @@ def test_no_module_reads_the_private_names_of_another() -> None:
 
 
 def test_no_name_of_a_type_is_defined_twice() -> None:
-    count = Counter(name for tree in modules().values() for name in type_names(tree))
+    count = Counter(name for names in modules().values() for name in names.types)
 
     assert {name: n for name, n in count.items() if n > TYPES.get(name, 1)} == {}
 

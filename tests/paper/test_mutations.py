@@ -27,10 +27,12 @@ UNMOVED: dict[str, str] = {id: why for module in MODULES for id, why in module.U
 # takes as long by itself.
 SLOW = {
     ("eq9", "1.01 t"),
+    ("eq10", "the gaps in the other order"),
     ("eq17", "period 2 pi of odd n to pi"),
     ("eq20", "n to 2n in the share"),
     ("eq23", "sign of the wave"),
     ("eq24", "sign of the wave"),
+    ("eq26", "n^2 - 1 to n^2 + 1"),
     ("eq27", "restitution 0.999"),
     ("eq35-constant", "two starts that are nearly one"),
     ("fig9", "0.139 to 0.137"),

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, ConsoleMessage, Error, Page, ViewportSize
 from tests.web.frames import motion_tables
-from tests.web.hands import WAIT, wait_for_server
+from tests.web.hands import wait_for_server
 from tests.web.serving import served
 
 from percuss.web.app import create_app
@@ -65,7 +65,6 @@ def page(tab: Page, address: str, request: pytest.FixtureRequest) -> Iterator[Pa
     if not tab.evaluate(BEGIN):
         tab.goto("about:blank")
         tab.goto(f"http://{address}/")
-    tab.wait_for_selector(".explore[data-drawn]", timeout=WAIT)
     wait_for_server(tab)
     failed = request.session.testsfailed
     yield tab

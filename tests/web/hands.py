@@ -6,6 +6,8 @@ from playwright.sync_api import Locator, Page, expect
 
 # How long something is waited for that will come [ms].
 WAIT = 240_000
+# The page is asked again after so long [ms]: by itself at each frame, which draws frames for that.
+AGAIN = 40
 
 
 def drawn(page: Page) -> str:
@@ -14,19 +16,23 @@ def drawn(page: Page) -> str:
 
 def wait_for_drawing(page: Page, before: str) -> None:
     page.wait_for_function(
-        "before => document.querySelector('.explore').dataset.drawn !== before", arg=before
+        "before => document.querySelector('.explore').dataset.drawn !== before",
+        arg=before,
+        polling=AGAIN,
     )
     wait_for_server(page)
 
 
 def wait_for_server(page: Page) -> None:
-    """Wait for what the server tells of the motion that the page has drawn."""
+    """Wait until a motion is drawn, and for what the server tells of it."""
     page.wait_for_function(
         """() => {
           const card = document.querySelector('.facts .card:nth-child(2)');
-          return !card.classList.contains('stale') && card.querySelector('dd').textContent !== '…';
+          return document.querySelector('.explore[data-drawn]') !== null
+            && !card.classList.contains('stale') && card.querySelector('dd').textContent !== '…';
         }""",
         timeout=WAIT,
+        polling=AGAIN,
     )
 
 

@@ -10,7 +10,7 @@ import time
 from pathlib import Path
 
 import uvicorn
-from playwright.sync_api import Browser, Download, Page, expect
+from playwright.sync_api import Browser, Download, Page, Worker, expect
 from tests.web.hands import (
     WAIT,
     box_of,
@@ -24,6 +24,7 @@ from tests.web.hands import (
     slider_of,
     view_of,
     wait_for_drawing,
+    wait_for_server,
 )
 
 from percuss.web.app import create_app
@@ -205,6 +206,21 @@ def test_a_lost_connection_shows_and_comes_back(browser: Browser) -> None:
     opened.close()
     server.should_exit = True
     thread.join(20)
+
+
+def test_a_workbench_that_begins_anew_takes_the_kernels_of_the_one_before(page: Page) -> None:
+    begun: list[Worker] = []
+
+    def note(worker: Worker) -> None:
+        begun.append(worker)
+
+    page.on("worker", note)
+    page.evaluate("async () => (await import('/static/js/page.js')).begin()")
+    wait_for_server(page)
+    page.remove_listener("worker", note)
+
+    assert sum(pixels(page)) > 0
+    assert begun == []
 
 
 def test_the_scripts_are_small() -> None:

@@ -1,8 +1,7 @@
 // The points of a diagram, computed by the kernels: some of its values, in one worker of several.
 
 import { exactBetween } from "./exact.js";
-import { instantOf, lawOf } from "./local_motion.js";
-import { readStudy } from "./local_study.js";
+import { filled, spaceOf } from "./local_space.js";
 import { put } from "./state.js";
 
 // Forcing periods that are left out, as percuss.web.view_study has it.
@@ -52,14 +51,11 @@ export const faultOf = (kernels, status) => Object.entries(FAULTS).find(([name])
 
 /** Follow a motion; return its status, its observables and its points; null where it needs Python. */
 export function attractorOf(kernels, study, { points, cycle, at: level, direction, section }, kind) {
-  kernels.clear();
-  const read = readStudy(study, kernels);
-  if (read === null || read.harmonics.length !== 1) return null;
+  const found = spaceOf(kernels, study);
+  if (found === null) return null;
   const at = kernels.columns;
-  const law = lawOf(kernels, read).rows;
-  const t0 = instantOf(kernels, read, [0, 0, 0], read.t0);
-  const [start, asked, values] = [kernels.floats(3), kernels.zeros(at.ASKED_ENTRIES), kernels.zeros(at.N_OBSERVABLES)];
-  kernels.view(start).set([read.x0, read.v0, t0]);
+  const { motion, measured, stops, start } = found;
+  const asked = kernels.zeros(at.ASKED_ENTRIES);
   const wanted = kernels.view(asked);
   wanted[at.ASKED_SECTION] = at[kind];
   wanted[at.ASKED_TRANSIENT] = SETTLING;
@@ -67,12 +63,8 @@ export function attractorOf(kernels, study, { points, cycle, at: level, directio
   wanted[at.ASKED_CYCLE] = section === "cycle" ? cycle : -1;
   wanted[at.ASKED_LEVEL] = section === "place" ? level : 0;
   wanted[at.ASKED_WAY] = section === "place" ? WAYS[direction ?? "up"] : 0;
-  const out = kernels.floats(points, at.POINT_COLUMNS);
-  const status = kernels.call(
-    "attractor", law, kernels.floats(at.STATE_ENTRIES), kernels.integers(at.COUNTERS), kernels.zeros(3, 1, 2),
-    kernels.floats(at.BUFFER, at.EVENT_COLUMNS), kernels.integers(at.BUFFER, at.MARK_COLUMNS), kernels.floats(at.GRAZES, at.GRAZE_COLUMNS),
-    start, asked, kernels.zeros(at.PLAN_ENTRIES), values, kernels.floats(points, at.POINT_COLUMNS), kernels.floats(0, at.STOP_COLUMNS),
-    kernels.floats(4), kernels.zeros(5, 1, 2), out,
-  );
-  return { status, values: kernels.view(values), view: kernels.view(out) };
+  const rows = () => kernels.floats(points, at.POINT_COLUMNS);
+  const out = rows();
+  const status = kernels.call("attractor", ...motion, filled(kernels, start, 3), asked, ...measured, rows(), ...stops, out);
+  return { status, values: kernels.view(measured[1]), view: kernels.view(out) };
 }

@@ -7,10 +7,11 @@ const MOTIONS = new Set(["explore", "thumb", "beside"]);
 // What the kernels do not tell is asked of the server once a slider has rested so long [ms].
 const RESTED = 250;
 
-/** Kernels in a worker, a promise of the file's bytes given. */
+/** Kernels in a worker, a promise of the file's bytes given; `keep(kernels)` is called when idle ones are closed, which else end. */
 export class KernelsInWorker {
-  constructor(worker, bytes) {
+  constructor(worker, bytes, keep = null) {
     this.worker = worker;
+    this.keep = keep;
     this.waiting = new Map();
     this.lastId = 0;
     this.isLost = false;
@@ -34,8 +35,12 @@ export class KernelsInWorker {
     });
   }
 
-  /** End the worker; what waits for it has no answer. */
+  /** End the worker, or keep one that is idle; what waits for it has no answer. */
   close() {
+    if (this.keep !== null && this.waiting.size === 0 && !this.isLost) {
+      this.keep(this);
+      return;
+    }
     this.worker.terminate();
     this.#lose();
   }

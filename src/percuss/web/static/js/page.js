@@ -20,7 +20,9 @@ async function file(extension, request) {
 const facts = await (await fetch("/api/presets")).json();
 const scheme = location.protocol === "https:" ? "wss:" : "ws:";
 const bytes = fetch("/static/kernels.wasm").then((response) => response.arrayBuffer());
-const beginKernels = () => new KernelsInWorker(new Worker("/static/js/worker.js", { type: "module" }), bytes);
+// Kernels of a workbench that has ended, for the next one: to load them takes as long as all else.
+const idle = [];
+const beginKernels = () => idle.pop() ?? new KernelsInWorker(new Worker("/static/js/worker.js", { type: "module" }), bytes, (kernels) => idle.push(kernels));
 const connect = (onState) => new LocalRequests(beginKernels, overSocket(`${scheme}//${location.host}/api/socket`, onState));
 
 let workbench = null;

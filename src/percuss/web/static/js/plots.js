@@ -127,11 +127,12 @@ export class Plot {
     if (!isAxis(this.limits.x, false)) this.limits = { ...this.limits, x: [0, 1] };
     if (!isAxis(this.limits.y, this.isLog)) this.limits = { ...this.limits, y: this.isLog ? [1e-6, 1] : [0, 1] };
     const { x, y } = this.limits;
+    // All of it drawn once.
     this.chart.batch(() => {
       this.chart.setScale("x", { min: x[0], max: x[1] });
       this.chart.setScale("y", { min: y[0], max: y[1] });
+      this.chart.redraw(false, true);
     });
-    this.chart.redraw(false, true);
     // A description of the picture for screen readers and tests.
     this.host.dataset.limits = JSON.stringify(this.limits);
     this.root.dataset.x = this.options.x;
