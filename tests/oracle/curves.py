@@ -95,9 +95,10 @@ class Flight:
             terms.append((place, strength / ((place - up) * (place - down))))
         x = x - mpmath.fsum(alpha.real for _, alpha in terms)
         v = v - mpmath.fsum((alpha * z).real for z, alpha in terms)
-        terms.append((up, (v - down * x) / (up - down)))
-        terms.append((down, (up * x - v) / (up - down)))
-        self._terms = terms
+        own = (up, (v - down * x) / (up - down)), (down, (up * x - v) / (up - down))
+        # Of two conjugate terms one is computed, and counts twice.
+        self._terms = [*terms, (up, 2 * own[0][1])] if root.imag else [*terms, *own]
+        self._known: dict[tuple[Real, int], tuple[Real, Real]] = {}
 
     def _drives(self, apart: Real) -> list[tuple[Real, Real]]:
         drives = [(mpmath.mpc(0), mpmath.mpc(self.force.constant))]
@@ -111,10 +112,13 @@ class Flight:
         return drives
 
     def state(self, s: Real) -> tuple[Real, Real]:
-        """Return (x, v) at s."""
-        parts = [(z, alpha * mpmath.exp(z * s)) for z, alpha in self._terms]
-        x = mpmath.fsum(part.real for _, part in parts)
-        return x, mpmath.fsum((z * part).real for z, part in parts)
+        """Return (x, v) at s; searches ask for it several times."""
+        asked = s, mp.prec
+        if asked not in self._known:
+            parts = [(z, alpha * mpmath.exp(z * s)) for z, alpha in self._terms]
+            x = mpmath.fsum(part.real for _, part in parts)
+            self._known[asked] = x, mpmath.fsum((z * part).real for z, part in parts)
+        return self._known[asked]
 
     def value(self, s: Real) -> Real:
         """Return x at s."""
@@ -142,6 +146,8 @@ def taylor_of_state(
     a: Real, k: Real, force: Force, s: Real, x: Real, v: Real, order: int
 ) -> list[Real]:
     """Return the Taylor coefficients of the flight that is at (x, v) at s."""
+    if order < 2:
+        return [x, v][: order + 1]
     drive = force.taylor(s, order)
     found = [x, v]
     for n in range(order - 1):

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import mpmath
 from mpmath import mp
@@ -66,10 +67,11 @@ class Search:
         while True:
             bound = self.curve.bound(raw, ORDER + 1, h)
             remainder = bound * h ** (ORDER + 1 - m) / mpmath.factorial(ORDER + 1)
-            if _least(deflated, h) > remainder:
+            if min(_bernstein(deflated, h)) > remainder:
                 return h, True
             remainder = bound * h ** (ORDER - m) / mpmath.factorial(ORDER - m)
-            if _least(slopes, h) > remainder or _least([-c for c in slopes], h) > remainder:
+            rates = _bernstein(slopes, h)
+            if min(rates) > remainder or max(rates) < -remainder:
                 return h, True
             if h < narrow:
                 return h, False
@@ -88,16 +90,22 @@ class Search:
             s = s + step if low < s + step < high else (low + high) / 2
             if min(abs(step), high - low) < goal:
                 return s
-            height = self.g(s)
+            value, rate = self.curve.taylor(s, 1)
+            height = self.sign * (value - self.level)
             low, high = (s, high) if height > 0 else (low, s)
-            slope = self.sign * self.curve.taylor(s, 1)[1] - m * height / s
+            slope = self.sign * rate - m * height / s
         return s
 
 
-def _least(coefficients: list[Real], h: Real) -> Real:
-    """Return the least Bernstein coefficient of a polynomial on [0, h]."""
-    degree = len(coefficients) - 1
-    scaled = [c * h**j / math.comb(degree, j) for j, c in enumerate(coefficients)]
-    return min(
-        mpmath.fsum(math.comb(i, j) * scaled[j] for j in range(i + 1)) for i in range(degree + 1)
-    )
+def _bernstein(coefficients: list[Real], h: Real) -> list[Real]:
+    """Return the Bernstein coefficients of a polynomial on [0, h], between which its values are."""
+    degree, row, power = len(coefficients) - 1, [], mp.one
+    for j, c in enumerate(coefficients):
+        row.append(c * power / math.comb(degree, j))
+        power *= h
+    # The i-th is the sum of comb(i, j) row[j], found as Pascal's triangle is.
+    found = [row[0]]
+    while len(row) > 1:
+        row = [a + b for a, b in pairwise(row)]
+        found.append(row[0])
+    return found
