@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import importlib
 import sys
 from collections.abc import Iterator
@@ -44,6 +45,12 @@ def chart(store: str | None = None, engine: object = "threads", progress: Report
             engine=engine,
             progress=progress,
         )
+
+
+@functools.cache
+def whole_chart():  # type: ignore[no-untyped-def]
+    """Return the chart of threads, without a store; computed once, not to be changed."""
+    return chart()
 
 
 def exponents(  # type: ignore[no-untyped-def]

@@ -10,23 +10,18 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
-from functools import cache, partial
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from tests.ensembles.studies import chart, slow_measure
+from tests.ensembles.studies import chart, slow_measure, whole_chart
 
 import percuss as pc
 from percuss.ensembles.engines import EngineError
 
 OSC, FORCE = pc.impact_oscillator(restitution=0.8), pc.cosine(2.5)
-
-
-@cache
-def chart_of_threads() -> Any:
-    return chart()
 
 
 @pytest.fixture(scope="module")
@@ -52,11 +47,9 @@ def client_of(cluster: Any, n_workers: int) -> Iterator[Any]:
 
 
 def test_processes_give_the_bits_of_threads(tmp_path: Path) -> None:
-    threads = chart_of_threads()
-
     processes = chart(str(tmp_path / "a.zarr"), engine="processes")
 
-    assert processes.identical(threads)
+    assert processes.identical(whole_chart())
 
 
 def test_a_cluster_without_workers_is_reported_and_waited_for(
@@ -162,7 +155,7 @@ def test_a_cluster_gives_the_same_bits_though_a_worker_dies(local: Any) -> None:
 
     assert killed
     assert data.identical(expected)
-    assert by_address.identical(chart_of_threads())
+    assert by_address.identical(whole_chart())
 
 
 def test_a_function_that_cannot_be_sent_to_a_worker_is_refused() -> None:
