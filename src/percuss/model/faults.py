@@ -9,7 +9,7 @@ import dataclasses
 from collections.abc import Iterable, Mapping
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
-from functools import singledispatch
+from functools import cache, singledispatch
 from typing import Any, TypeGuard, TypeVar, cast
 
 from percuss.errors import ParameterError
@@ -132,15 +132,23 @@ def draft(kind: type[Model], /, **fields: object) -> Model:
     ['oscillator.damping', 'oscillator.stops.0.side', 'oscillator.stops.0.restitution']
     """
     value = object.__new__(kind)
-    for field in dataclasses.fields(cast("Any", kind)):
-        # Forcing keeps the period that was given under another name.
-        name = field.metadata.get("given_as", field.name)
-        if name not in fields and field.default is dataclasses.MISSING:
+    for own, name, default in _fields_of(cast("Any", kind)):
+        if name not in fields and default is dataclasses.MISSING:
             raise TypeError(f"{kind.__name__} needs {name}")
-        object.__setattr__(value, field.name, as_tuple(plain(fields.pop(name, field.default))))
+        object.__setattr__(value, own, as_tuple(plain(fields.pop(name, default))))
     if fields:
         raise TypeError(f"{kind.__name__} has no {', '.join(fields)}")
     return value
+
+
+@cache
+def _fields_of(kind: Any) -> tuple[tuple[str, str, Any], ...]:
+    """Return the fields of a part of the model: name, the name by which it is given, and default."""
+    # Forcing keeps the period that was given under another name.
+    return tuple(
+        (field.name, field.metadata.get("given_as", field.name), field.default)
+        for field in dataclasses.fields(kind)
+    )
 
 
 def raise_first(problems: Iterable[Fault]) -> None:

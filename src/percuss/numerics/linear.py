@@ -44,7 +44,11 @@ def is_finite(*arrays: Floats) -> bool:
     >>> is_finite(np.eye(2), np.array([np.inf]))
     False
     """
-    return all(bool(np.isfinite(array).all()) for array in arrays)
+    # A loop: as a generator it takes twice as long, of the most frequent question of a search.
+    for array in arrays:  # noqa: SIM110
+        if not np.isfinite(array).all():
+            return False
+    return True
 
 
 def dot(a: Floats, b: Floats) -> float:
@@ -115,14 +119,21 @@ def solve_linear(matrix: Floats, right: Floats) -> Floats:
     array([1. , 0.5])
     """
     _check(matrix, right)
-    columns = right.reshape(len(right), -1).T
-    solution = np.empty(columns.shape)
-    for i, column in enumerate(columns):
-        solution[i] = column
-        if not kernels.eliminate(np.array(matrix, np.float64, order="C"), solution[i], 0.0):
-            what = f"the {len(matrix)} linear equations are singular"
-            raise ConvergenceError(what, None, math.nan, "move a little away from this point")
-    return np.ascontiguousarray(solution.T).reshape(right.shape)
+    if right.ndim == 1:
+        solution = np.array(right, np.float64)
+        _eliminate(matrix, solution)
+        return solution
+    solutions = np.array(right.T, np.float64, order="C")
+    for column in solutions:
+        _eliminate(matrix, column)
+    return np.ascontiguousarray(solutions.T)
+
+
+def _eliminate(matrix: Floats, right: Floats) -> None:
+    """Put the solution into the right side."""
+    if not kernels.eliminate(np.array(matrix, np.float64, order="C"), right, 0.0):
+        what = f"the {len(matrix)} linear equations are singular"
+        raise ConvergenceError(what, None, math.nan, "move a little away from this point")
 
 
 def inverse(matrix: Floats) -> Floats:

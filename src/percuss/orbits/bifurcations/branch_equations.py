@@ -6,7 +6,7 @@ import dataclasses
 import math
 import re
 from collections.abc import Callable, Mapping
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Self
 
 import numpy as np
@@ -111,6 +111,11 @@ class OrbitEquations:
         self.system_at = lru_cache(SYSTEMS)(self._system_at)
         self.law_at = lru_cache(SYSTEMS)(self._law_at)
 
+    @cached_property
+    def _ratios(self) -> Floats:
+        """Units of the unknowns over those of the residuals."""
+        return np.asarray(self.scale / np.reshape(self.rows, (-1, 1)))
+
     def unknowns_of(self, orbit: PeriodicOrbit) -> Floats:
         """Return the scaled unknowns of an orbit with these events."""
         return orbit.itinerary.vector / self.scale if self.n else np.empty(0)
@@ -173,7 +178,7 @@ class OrbitEquations:
         with np.errstate(over="ignore", invalid="ignore"):
             given = unknowns * self.scale
             shoot(problem, given, residual, matrix)
-            return residual / self.rows, matrix * (self.scale / np.reshape(self.rows, (-1, 1)))
+            return residual / self.rows, matrix * self._ratios
 
     def orbit_at(self, unknowns: Floats, values: tuple[float, ...]) -> PeriodicOrbit:
         """Return the orbit of a solution."""
