@@ -252,7 +252,10 @@ def test_progress_is_told_and_can_stop_it() -> None:
         reported.append((done, total))
         return done < 3
 
-    chart = pc.response_curve(WALL, pc.cosine(2.0), {OMEGA: (2.0, 2.5)}, n_seeds=1, progress=stop)
+    chart = pc.response_curve(
+        WALL, pc.cosine(2.0), {OMEGA: (2.0, 2.5)},
+        max_impacts=1, max_periods=1, n_seeds=1, progress=stop,
+    )  # fmt: skip
 
     assert [done for done, _ in reported] == [1, 2, 3]
     assert all(done <= total for done, total in reported)
