@@ -65,12 +65,8 @@ def test_the_code_of_a_page_runs(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     mpl.use("agg")
-    from matplotlib import pyplot as plt
 
-    try:
-        page_code.run(PAGES[name])
-    finally:
-        plt.close("all")
+    page_code.run(PAGES[name])
 
     drawn = {picture.name for picture in tmp_path.glob("*.png")}
     shown = {Path(link).name for link in re.findall(r"!\[[^]]*\]\(([^)]+)\)", text_of(name))}
@@ -230,13 +226,10 @@ def test_a_script_of_the_gallery_runs_and_draws(
     mpl.use("agg")
     from matplotlib import pyplot as plt
 
-    try:
-        runpy.run_path(str(script))
-        assert plt.get_fignums()
-        for number in plt.get_fignums():
-            plt.figure(number).savefig(tmp_path / f"{number}.png")
-    finally:
-        plt.close("all")
+    runpy.run_path(str(script))
+    assert plt.get_fignums()
+    for number in plt.get_fignums():
+        plt.figure(number).savefig(tmp_path / f"{number}.png")
 
 
 def formulas() -> list[str]:

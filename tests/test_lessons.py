@@ -64,15 +64,11 @@ def test_each_lesson_has_exercises_with_solutions() -> None:
 @pytest.mark.parametrize("name", LESSONS)
 def test_a_lesson_runs_and_its_solutions_are_right(name: str) -> None:
     mpl.use("agg")
-    from matplotlib import pyplot as plt
 
     end: dict[str, Any] = {}
-    try:
-        for cell in cells_of(name):
-            if cell.cell_type == "code":
-                exec(compile(cell.source, name, "exec", ast.PyCF_ALLOW_TOP_LEVEL_AWAIT), end)  # noqa: S102  our own text
-    finally:
-        plt.close("all")
+    for cell in cells_of(name):
+        if cell.cell_type == "code":
+            exec(compile(cell.source, name, "exec", ast.PyCF_ALLOW_TOP_LEVEL_AWAIT), end)  # noqa: S102  our own text
     check: Callable[[dict[str, Any]], None] = LESSONS[name]
     check(end)
 

@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray as xr
@@ -44,7 +43,6 @@ def test_a_chart_of_fractions_shows_one_attractor_and_leaves_out_where_it_is_not
     assert [text.get_text() for text in ax.get_legend().get_texts()] == ["it does not exist"]
     bar = ax.figure.axes[-1]
     assert bar.get_ylabel() == "part of the starts that go to (0, 1), (2, 2)"
-    plt.close("all")
 
 
 def test_the_attractor_to_which_most_go_is_the_one_shown() -> None:
@@ -52,7 +50,6 @@ def test_the_attractor_to_which_most_go_is_the_one_shown() -> None:
 
     assert ax.figure.axes[-1].get_ylabel().endswith("(1, 1)")
     assert ax.get_legend() is None
-    plt.close("all")
 
 
 @pytest.mark.parametrize(
@@ -76,4 +73,3 @@ def test_over_one_parameter_the_parts_are_stacked() -> None:
     texts = [text.get_text() for text in ax.get_legend().get_texts()]
     assert texts == ["(1, 1)", "(0, 1)"]
     assert ax.get_ylim() == (0.0, 1.0)
-    plt.close("all")

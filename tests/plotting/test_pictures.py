@@ -182,7 +182,6 @@ def test_drawing_changes_no_setting_of_matplotlib(elastic: Trajectory) -> None:
     plot_motion(elastic)
 
     assert dict(mpl.rcParams) == dict(before)
-    mpl.pyplot.close("all")
 
 
 def test_drawing_on_given_axes_leaves_the_rest_of_their_figure_alone(elastic: Trajectory) -> None:
@@ -240,7 +239,6 @@ def test_a_picture_of_its_own_has_a_legend(plot, chattering: Trajectory) -> None
     (legend,) = alone.figure.legends
     assert "contact" in [text.get_text() for text in legend.get_texts()]
     assert placed.figure.legends == []
-    mpl.pyplot.close("all")
 
 
 def test_impacts_and_entries_have_markers_that_the_legend_names(
