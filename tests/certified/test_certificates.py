@@ -171,9 +171,9 @@ OF_PYTHON = {
 def test_its_modules_use_few_others_and_no_floating_point() -> None:
     assert {path.stem for path in CHECKER.glob("*.py")} == set(MODULES)
     for module, others in MODULES.items():
-        tree = ast.parse((CHECKER / f"{module}.py").read_text(encoding="utf-8"))
+        text = (CHECKER / f"{module}.py").read_text(encoding="utf-8")
         used = set()
-        for node in ast.walk(tree):
+        for node in ast.walk(ast.parse(text)):
             if isinstance(node, ast.Import):
                 used |= {name.name for name in node.names}
             elif isinstance(node, ast.ImportFrom):
@@ -181,7 +181,7 @@ def test_its_modules_use_few_others_and_no_floating_point() -> None:
             assert not (isinstance(node, ast.Constant) and isinstance(node.value, float)), module
             assert not (isinstance(node, ast.Name) and node.id == "float"), module
         assert used - OF_PYTHON == set(others.split()), module
-        assert list(private_reads(tree)) == [], module
+        assert list(private_reads(text)) == [], module
 
 
 def test_a_certificate_is_written_and_no_file_is_lost(tmp_path: Path) -> None:
