@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import math
 
+import mpmath
 import numpy as np
 import pytest
 from scipy.optimize import brentq
+from tests.oracle import event_driven as oracle
+from tests.oracle.from_model import problem_of
 
 import percuss as pc
 from percuss.orbits import Branch
@@ -107,6 +110,19 @@ def test_beyond_its_end_nothing_comes_to_rest(over_frequency: Branch) -> None:
         run = pc.simulate(end.orbit.oscillator, force, x0=0.7, v0=0.0, t_end=60.0 * period)
         last = run.contacts.start > run.t_end - 1.5 * period
         assert last.any() == sticks
+
+
+def test_its_end_is_where_a_calculation_with_40_digits_has_it(over_frequency: Branch) -> None:
+    """A hair before it the mass still comes to rest for some 1e-5; an end was once 1e-8 off."""
+    (end,) = over_frequency.special_points
+    for step, sticks in ((-2e-9, True), (2e-9, False)):
+        problem = problem_of(end.orbit.oscillator, pc.cosine(end.value + step))
+        with mpmath.workdps(50):
+            period = 2 * mpmath.pi / mpmath.mpf(end.value + step)
+            release = -period / 4
+        run = oracle.simulate(problem, 0, 0, release, t_end=release + period)
+
+        assert any(start > 0 for start in run.contacts.start) == sticks
 
 
 def test_grazes_accumulate_where_one_of_two_contacts_ends(two_walls: Branch) -> None:
