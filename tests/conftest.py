@@ -45,8 +45,8 @@ def pytest_collection() -> Generator[None, object, object]:
         return (yield)
     finally:
         gc.freeze()
-        # To count what is frozen it is walked through, a twentieth of a second at each kernel that
-        # is loaded.
+        # percuss.kernels.compile asks at each kernel whether anything is frozen. To count it, all of
+        # it is walked through, which takes a twentieth of a second.
         n_frozen = gc.get_freeze_count()
         pytest.MonkeyPatch().setattr(gc, "get_freeze_count", lambda: n_frozen)
         gc.enable()

@@ -38,10 +38,11 @@ MODULES_OF_A_STUDY, MODULES_THAT_CALL = 21, 5
 # What NamedTuple gives to all, behind an underscore that keeps it apart from the fields.
 PUBLIC = {"_asdict", "_field_defaults", "_fields", "_make", "_replace"}
 
-
-# What a module reads of others, as it may be written; a line of names in brackets is that of an import.
+# Where a module may read what is private to others, or import it, in a line or one of several in
+# brackets. It may find too much, never too little.
 MAY_READ = re.compile(
-    r"(?<!\bself)(?<!\bcls)\._\w|\bimport\b.*\b_\w|^ +_\w+(?: as \w+)?,$", re.MULTILINE
+    r"(?<![^.\w]self)(?<![^.\w]cls)\._\w|\bimport\b.*\b_\w|^ +_\w+(?: as \w+)?,?\s*(?:#.*)?$",
+    re.MULTILINE,
 )
 # Classes anywhere; type aliases and variables, which begin with a capital and have a small letter.
 TYPE = re.compile(r"^ *class (\w+)[(:\[]|^(_*[A-Z]\w*)(?:: .+?)? = ", re.MULTILINE)
@@ -195,7 +196,7 @@ def test_a_private_read_is_found_wherever_it_stands() -> None:
     """Names that the module itself defines, its own attributes and those of NamedTuple pass."""
     text = (
         "from other import _a, b\n"
-        "from other import (\n    _d,\n    e,\n)\n"
+        "from other import (\n    _d,  # why\n    e,\n)\n"
         "class Own:\n    _own = 1\n    def f(self): return self._x, b.one._own, b._fields, b._c\n"
     )
 
@@ -203,7 +204,8 @@ def test_a_private_read_is_found_wherever_it_stands() -> None:
         "1: from other import _a", "2: from other import _d", "8: b._c",
     ]  # fmt: skip
     assert list(private_reads("from a import (\n    _d as d,\n)\n")) == ["1: from a import _d"]
-    assert list(private_reads("x = a.b._c\n")) == ["1: a.b._c"]
+    for text in ("a.b._c", "a.self._c", "myself._c", "f(a)._c"):
+        assert list(private_reads(f"x = {text}\n")) == [f"1: {text}"]
 
 
 def test_a_type_is_found_wherever_it_stands() -> None:

@@ -95,9 +95,13 @@ class Flight:
             terms.append((place, strength / ((place - up) * (place - down))))
         x = x - mpmath.fsum(alpha.real for _, alpha in terms)
         v = v - mpmath.fsum((alpha * z).real for z, alpha in terms)
-        own = (up, (v - down * x) / (up - down)), (down, (up * x - v) / (up - down))
-        # Of two conjugate terms one is computed, and counts twice.
-        self._terms = [*terms, (up, 2 * own[0][1])] if root.imag else [*terms, *own]
+        own = (v - down * x) / (up - down)
+        if root.imag:
+            # Of two conjugate terms one is computed, and counts twice.
+            terms.append((up, 2 * own))
+        else:
+            terms += [(up, own), (down, (up * x - v) / (up - down))]
+        self._terms = terms
         self._known: dict[tuple[Real, int], tuple[Real, Real]] = {}
 
     def _drives(self, apart: Real) -> list[tuple[Real, Real]]:

@@ -44,7 +44,7 @@ def is_finite(*arrays: Floats) -> bool:
     >>> is_finite(np.eye(2), np.array([np.inf]))
     False
     """
-    # A loop: as a generator it takes twice as long, of the most frequent question of a search.
+    # Searches ask this most often, and a generator takes twice as long.
     for array in arrays:  # noqa: SIM110
         if not np.isfinite(array).all():
             return False
