@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
+from typing import Any
 
 import mpmath
 import numpy as np
@@ -395,3 +397,29 @@ def test_contact_whose_force_falls_steeply_is_released() -> None:
         for t in (release - 1e-9, release + 1e-9)
     ]
     assert pulls[0] < 0.0 < pulls[1]
+
+
+@pytest.mark.parametrize("end", ["t_end", "knot"])
+@pytest.mark.parametrize("stop", [pc.Wall(0, "below", 0.5), pc.SoftStop(0, "below", 1e-3)])
+@pytest.mark.parametrize("is_structure", [False, True])
+def test_a_visit_that_would_end_with_the_search_is_not_missed(
+    end: str, stop: pc.Wall | pc.SoftStop, is_structure: bool
+) -> None:
+    """x = (t - 1) (t - r) is back at the stop just where the run, or a piece of its force, ends."""
+    for power in range(15):
+        r = 1.0 + 2.0**-power
+        force = pc.Forcing(constant=2)
+        if end == "knot":
+            force = pc.record([0, r, r + 1], [2, 2, 3])
+        t_end = r if end == "t_end" else r + 1
+        start = [r], [-1.0 - r]
+        if is_structure:
+            mass = pc.Structure([1], [0], stops=[replace(stop, on=0)])
+            run: Any = pc.simulate(mass, pc.Loads({0: force}), *start, t_end=t_end)
+        else:
+            osc = pc.Oscillator(stiffness=0, stops=(stop,))
+            run = pc.simulate(osc, force, r, -1.0 - r, t_end=t_end)
+
+        events = run.impacts if isinstance(stop, pc.Wall) else run.crossings
+        # The roots lie near to each other: rounding of 1e-15 moves them by 1e-15 over their distance.
+        assert events.t[0] == pytest.approx(1.0, abs=1e-14 / (r - 1.0))

@@ -426,3 +426,22 @@ def test_a_start_on_a_wall_with_a_velocity_of_rounding_is_at_rest() -> None:
         hit = pc.simulate(still, x0=[0, 0], v0=[0, speed], t_end=1)
         assert hit.impacts.v_before[0] == pytest.approx(speed)
         assert hit.impacts.t[0] == 0.0
+
+
+def test_a_soft_stop_given_in_two_parts_is_entered_and_left_in_both() -> None:
+    """Where one part is left the other is at its edge, too: its own short visit is not passed over."""
+    force = pc.Loads({0: pc.Forcing(constant=2)})
+    parts = [pc.SoftStop(0, "below", k, on=0) for k in (1e-3, 3e-3)]
+    for seed in range(40):
+        first, second = sorted(np.random.default_rng(seed).uniform(0.5, 3.0, 2).tolist())
+        # x = (t - first) (t - second) but for the weak stop.
+        start = [first * second], [-first - second]
+        run = pc.simulate(pc.Structure([1], [0], stops=parts), force, *start, t_end=second + 1)
+        whole = pc.Structure([1], [0], stops=[pc.SoftStop(0, "below", 4e-3)])
+        expected = pc.simulate(whole, force, *start, t_end=second + 1).crossings
+
+        assert run.crossings.direction.tolist() == ["in", "in", "out", "out"]
+        assert sorted(run.crossings.stop.tolist()) == [0, 0, 1, 1]
+        rounding = 1e-14 / (second - first)
+        np.testing.assert_allclose(run.crossings.t[::2], expected.t, rtol=0, atol=rounding)
+        np.testing.assert_allclose(run.crossings.t[1::2], expected.t, rtol=0, atol=rounding)

@@ -238,7 +238,7 @@ def first_root(flight: Flight, bound: Pair, span: Pair) -> tuple[int, float, flo
         piece = (left, after)
         foot, y, v = foot_of(flight, bound, piece, dips, doubt)
         end, clearance, error = foot
-        if dips and sign * v > 0.0 and sign * (y - distance) > 0.0 and abs(clearance) <= error:
+        if end < after and abs(clearance) <= error:
             return GRAZE, end, clearance, error, after
         if clearance < -error:
             bracket = (sure, end, 0.5 * (sure + end))
@@ -268,8 +268,9 @@ def foot_of(
 ) -> tuple[tuple[float, float, float], float, float]:
     """Return the decisive point of a piece as (s, clearance, doubt), and (y, v) at its end.
 
-    It is the minimum where the clearance ``dips`` and rises again, otherwise the end. ``bound``
-    is (sign, distance); ``flight.arrival`` receives the phases at the end.
+    It is the minimum where the clearance ``dips`` and rises again, to zero within rounding at
+    least, otherwise the end. ``bound`` is (sign, distance); ``flight.arrival`` receives the phases
+    at the end.
     """
     sign, distance = bound
     left, after = piece
@@ -277,7 +278,7 @@ def foot_of(
     clearance = sign * (y - distance)
     if clearance <= 0.0:
         doubt = uncertainty(flight, after) + ULP * abs(distance)
-    elif dips and sign * v > 0.0:
+    if dips and sign * v > 0.0 and clearance >= -doubt:
         foot = lowest(flight, bound, left, after)
         y, v = move(flight, after)
         return foot, y, v

@@ -587,7 +587,8 @@ def first_root(flight: ModalFlight, i: int, span: Pair) -> tuple[int, float, flo
         error = doubt
         if y <= 0.0:
             error = uncertainty(flight, i, after)
-        elif dips and first > 0.0:
+        # A dip may end where the piece does: at t_end, at a knot, or where another guard falls.
+        if dips and first > 0.0 and y >= -error:
             foot, clearance, error = lowest(flight, i, left, after)
             move(flight, after)
             if abs(clearance) <= error:
