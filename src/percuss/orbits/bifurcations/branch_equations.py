@@ -39,6 +39,7 @@ __all__ = [
     "fastest",
     "own_value",
     "range_about",
+    "ranges_of_curve",
     "stops_that_are_moved",
 ]
 
@@ -592,6 +593,33 @@ def range_about(
         reason = f"no range that holds the {whose}'s own value {value:.12g}"
         raise ParameterError(path, given, reason)
     return first, last
+
+
+def ranges_of_curve(
+    over: Mapping[str, tuple[Phase, Phase]], names: list[str], values: list[float]
+) -> tuple[Ranges, float]:
+    """Return the ranges of two parameters, upwards, and the direction along the first.
+
+    Parameters
+    ----------
+    over
+        The parameters by their paths, and the first and last value of each.
+    names, values
+        Their long forms, and their values at the point of the curve.
+
+    Raises
+    ------
+    ParameterError
+        If they are one parameter, or a range does not hold the value.
+    """
+    if names[0] == names[1]:
+        raise ParameterError("over", tuple(over), f"twice the same parameter, {names[0]}")
+    ranges, signs = {}, []
+    for (path, given), value in zip(over.items(), values, strict=True):
+        first, last = range_about(value, path, given, "point")
+        ranges[path] = min(first, last), max(first, last)
+        signs.append(math.copysign(1.0, last - first))
+    return ranges, signs[0]
 
 
 def checked_range(

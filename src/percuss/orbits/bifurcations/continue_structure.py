@@ -25,7 +25,12 @@ from percuss.orbits.bifurcations.structure_branch import (
     structure_parameter,
 )
 from percuss.orbits.bifurcations.wall_equations import WallEquations, meets_walls_in_turn
-from percuss.orbits.continuation.follow import Segment, StepLimits, follow_both_ways
+from percuss.orbits.continuation.follow import (
+    Segment,
+    StepLimits,
+    follow_both_ways,
+    special_points_of,
+)
 from percuss.orbits.continuation.locate import changes_sign, locate
 from percuss.orbits.continuation.problem import Point, along_parameter
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
@@ -237,11 +242,6 @@ def continue_structure_orbit(
     rows, why = follow_both_ways(start, towards, _BranchDetector(), steps, reported)
     reported.close()
     orbits = tuple(cast("StructureOrbit", point.orbit) for point, _ in rows)
-    special = tuple(
-        dataclasses.replace(found, row=row)
-        for row, (_, found) in enumerate(rows)
-        if found is not None
-    )
     return StructureBranch(
         path=path,
         values=np.array([equations.values(point.z)[0] for point, _ in rows]),
@@ -250,6 +250,6 @@ def continue_structure_orbit(
         n_impacts=np.array([each.n_impacts for each in orbits]),
         amplitude=np.array([amplitudes(each) for each in orbits]),
         orbits=orbits,
-        special_points=special,
+        special_points=special_points_of(rows),
         end_reason=why,
     )
