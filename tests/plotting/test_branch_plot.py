@@ -78,7 +78,7 @@ def test_axes_name_the_parameter_and_the_quantity(branch: Branch) -> None:
     margin = plot_branch(branch, new_axes(), quantity="grazing_margin", units=Units("mm", "s"))
     multiplier = plot_branch(branch, new_axes(), quantity="multiplier")
 
-    assert ax.get_xlabel() == "forcing amplitude (mm/s^2)"
+    assert ax.get_xlabel() == "forcing amplitude (mm/s$^{2}$)"
     assert ax.get_ylabel() == "least impact velocity (mm/s)"
     assert margin.get_ylabel() == "distance to grazing (mm)"
     assert "multiplier" in multiplier.get_ylabel()

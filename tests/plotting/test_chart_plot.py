@@ -147,7 +147,7 @@ def test_a_period_of_free_motions_is_a_time() -> None:
     ax = plot_sweep(data, ax=new_axes(), units=Units("m", "s"))
 
     assert ax.get_ylabel() == "period (s)"
-    assert ax.get_xlabel() == "stiffness $k$ (1/s^2)"
+    assert ax.get_xlabel() == "stiffness $k$ (1/s$^{2}$)"
     np.testing.assert_allclose(ax.lines[0].get_ydata(), [2.0 * np.pi, np.pi], rtol=1e-12)
 
 

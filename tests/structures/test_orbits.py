@@ -98,6 +98,26 @@ def test_a_frequency_response_has_all_its_special_points() -> None:
     assert np.abs(doubled.run(0.5 * doubled.period)[0] - doubled.x0).max() > 1e-3
 
 
+def test_a_run_that_settles_leads_to_its_orbit_with_its_periods() -> None:
+    """A motion of two periods attracts beside that without a contact."""
+    loads = nlvib_loads("0.75")
+    near = pc.find_orbits(NLVIB, loads, 2, 2)[-1]
+    run = pc.simulate(NLVIB, loads, x0=near.x0 + 1e-3, v0=near.v0, periods=1200.3)
+
+    orbit = pc.find_orbit(NLVIB, loads, guess=run)
+
+    assert orbit.n_periods == 2
+    assert orbit.is_stable
+    x, v = run(run.stroboscopic(cycle=0.0).t.values[-1])
+    off = min(
+        np.abs(np.concatenate(orbit.run(k * orbit.period / 2)) - np.concatenate([x, v])).max()
+        for k in range(2)
+    )
+    assert off < 1e-8
+    # An orbit as the guess has its periods, too.
+    assert pc.find_orbit(NLVIB, loads, guess=orbit).n_periods == 2
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_the_derivative_of_a_run_is_that_of_differences(seed: int) -> None:
     random = np.random.default_rng(seed)

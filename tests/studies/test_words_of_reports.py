@@ -10,6 +10,7 @@ import pytest
 
 import percuss as pc
 from percuss.studies.kinds.basins import Basins
+from percuss.studies.kinds.motion import impact_times_words
 from percuss.studies.kinds.response import Response
 from percuss.studies.study import failure_rows
 
@@ -36,6 +37,23 @@ def test_a_response_is_reported_without_double_negations() -> None:
     assert rows["special points"] == "period doubling at 1.25, 1.5"
     assert rows["compared"] == "102 attractors of direct simulation, all of them on a branch"
     assert Response(over={}).report(response(2))["compared"].endswith("2 of them on no branch")
+
+
+def test_special_points_are_in_order_and_short_intervals_have_ends_that_differ() -> None:
+    found = response(0)
+    found.special_points.reverse()
+    found.families[2].ranges = ((22.10370986, 22.10372621), (3.0, 3.0))
+
+    rows = Response(over={}).report(found)
+
+    assert rows["special points"] == "period doubling at 1.25, 1.5"
+    assert rows["(2, 1)"] == "physical 22.10371 to 22.10373, 3; stable 1 to 1.5"
+
+
+def test_a_pattern_of_one_forcing_period_is_in_the_singular() -> None:
+    times = pc.ImpactTimes("settling", 2, 1, 0.5, 1e-3, 40)
+
+    assert impact_times_words(times) == "settling towards 2 in 1 forcing period, as exp(-0.5 t)"
 
 
 def test_basins_whose_starts_are_all_inside_a_wall_say_so() -> None:

@@ -478,7 +478,8 @@ def _(value: Structure, prefix: str | None = None) -> list[Fault]:
         else:
             problems += _direction_faults(direction, value.n, path)
     if not isinstance(value.stops, tuple):
-        return [*problems, Fault(dotted(prefix, "stops"), value.stops, "not a tuple of stops")]
+        reason = "not a sequence of stops; of one alone it is [stop]"
+        return [*problems, Fault(dotted(prefix, "stops"), value.stops, reason)]
     if len(value.stops) > MOST_STOPS:
         reason = f"more than the {MOST_STOPS} whose sets have a number each"
         return [*problems, Fault(dotted(prefix, "stops"), len(value.stops), reason)]

@@ -48,6 +48,7 @@ START = re.compile(r"start\.([xv])0\.(\d+)")
 LOAD = re.compile(r"loads\.(\d+)\.(.+)")
 HARMONIC = re.compile(r"forcing\.harmonics\.(\d+)\.(\w+)")
 TERM = re.compile(r"forcing\.(cos|sin)\.(\d+)")
+EXPONENT = re.compile(r"\^(\d+)")
 POWER = re.compile(r"(length|time|mass)(?:\^(\d+))?")
 
 
@@ -101,6 +102,8 @@ def with_unit(name: str, dimensions: str, units: Units | None) -> str:
     --------
     >>> with_unit("force", "mass length/time^2", Units("m", "s", "t"))
     'force (kN)'
+    >>> with_unit("acceleration", "length/time^2", Units("m", "s"))
+    'acceleration (m/s$^{2}$)'
     >>> with_unit("force", "length/time^2", None), with_unit("force", "length/time^2", Units("mm"))
     ('force (dimensionless)', 'force (mm)')
     >>> with_unit("rate", "1/time", Units("m", "s")), with_unit("period", "1", None)
@@ -111,7 +114,7 @@ def with_unit(name: str, dimensions: str, units: Units | None) -> str:
     if dimensions in ("", "1"):
         return name
     if dimensions == "rad" or is_unit(dimensions):
-        return f"{name} ({dimensions})"
+        return f"{name} ({_raised(dimensions)})"
     given = units or Units()
     parts = []
     for side in dimensions.split("/"):
@@ -120,7 +123,12 @@ def with_unit(name: str, dimensions: str, units: Units | None) -> str:
     known = "/".join([parts[0] or "1", *filter(None, parts[1:])])
     if dimensions == CYCLES and given.time:
         known = CYCLES
-    return f"{name} ({'dimensionless' if known == '1' else given.of(known)})"
+    return f"{name} ({'dimensionless' if known == '1' else _raised(given.of(known))})"
+
+
+def _raised(unit: str) -> str:
+    """Return a unit with its exponents as pictures show them."""
+    return EXPONENT.sub(r"$^{\1}$", unit)
 
 
 def label_axes(ax: Axes, data: xr.Dataset, across: str, upwards: str, units: Units) -> None:

@@ -22,6 +22,7 @@ from percuss.model.loads import Loads, loads_of
 from percuss.model.structure import Structure
 from percuss.model.structure_start import StructureStart, check_start
 from percuss.motion.follow_structure import followed
+from percuss.motion.impact_times import classify_impact_times
 from percuss.motion.structures import StructureTrajectory
 from percuss.motion.trajectory import Outcome
 from percuss.numerics import norm, solve_linear
@@ -241,10 +242,12 @@ def find_structure_orbit(
     structure, loads
         The structure and its loads, which have a common period.
     guess
-        (x0, v0), the state at t = 0 near which to look [length, length/time], or an orbit of a
-        similar structure. Default: the motion from rest, after 200 periods of the orbit.
+        (x0, v0), the state at t = 0 near which to look [length, length/time], a run that settles
+        on the orbit, or an orbit of a similar structure. Default: the motion from rest, after 200
+        periods of the orbit.
     n_periods
-        Periods of the loads after which it repeats.
+        Periods of the loads after which it repeats; 1 stands for those of a guess that is a run or
+        an orbit.
 
     Returns
     -------
@@ -256,7 +259,7 @@ def find_structure_orbit(
     ConvergenceError
         If Newton's method finds none near.
     ParameterError
-        If the loads have no common period, or the guess is no state.
+        If the loads have no common period, or the guess does not fit.
     """
     loads, n_periods = loads_of(structure, loads), whole("n_periods", n_periods, 1)
     system = StructureSystem.of(structure, loads)
@@ -266,12 +269,26 @@ def find_structure_orbit(
             system, np.concatenate([start.x, start.v]), n_periods * SETTLING, derivative=False
         ).image
         return structure_orbit_at(system, state, n_periods)
-    if isinstance(guess, StructureOrbit):
+    if isinstance(guess, StructureTrajectory):
+        if n_periods == 1:
+            n_periods = classify_impact_times(guess).n_periods or 1
+        guess = _last_strobe(guess)
+    elif isinstance(guess, StructureOrbit):
+        n_periods = guess.n_periods if n_periods == 1 else n_periods
         guess = guess.x0.tolist(), guess.v0.tolist()
     if not isinstance(guess, tuple | list) or len(guess) != 2:
-        raise ParameterError("guess", guess, "not a state (x0, v0) and no orbit of a structure")
+        reason = "not a state (x0, v0), and no run or orbit of a structure"
+        raise ParameterError("guess", guess, reason)
     start = check_start(structure, guess[0], guess[1])
     return structure_orbit_at(system, np.concatenate([start.x, start.v]), n_periods)
+
+
+def _last_strobe(run: StructureTrajectory) -> tuple[list[float], list[float]]:
+    """Return the state at the last whole period of the loads in a run."""
+    strobes = run.stroboscopic(cycle=0.0)
+    if not strobes.sizes["period"]:
+        raise ParameterError("guess", run, "a run without a whole period of its loads")
+    return strobes.x[-1].values.tolist(), strobes.v[-1].values.tolist()
 
 
 def structure_orbit_at(system: StructureSystem, state: Floats, n_periods: int) -> StructureOrbit:

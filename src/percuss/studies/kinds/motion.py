@@ -16,6 +16,7 @@ from percuss.model.start import end_after_periods, periods_faults, start_faults
 from percuss.model.units import FORCE
 from percuss.studies.study import Question, StudyDraft, ends_in_words, known_walls, span_in_words
 from percuss.studies.tables import Limits, StartState, shown, table
+from percuss.wording import counted
 
 if TYPE_CHECKING:
     from percuss.motion.impact_times import ImpactTimes
@@ -238,7 +239,7 @@ def _extremes_in_words(run: Trajectory) -> dict[str, str]:
 
 def impact_times_words(times: ImpactTimes) -> str:
     """Return the class of the impact times in words."""
-    pattern = f"{times.n_impacts} in {times.n_periods} forcing periods"
+    pattern = f"{times.n_impacts} in {counted(times.n_periods, 'forcing period')}"
     if not times.n_periods:
         pattern = f"every {times.n_impacts}"
     return {

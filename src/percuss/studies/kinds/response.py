@@ -78,7 +78,7 @@ class Response(Question):
                 else "formal everywhere: each orbit would pass through a stop"
             )
         places: dict[str, list[str]] = {}
-        for point in result.special_points:
+        for point in sorted(result.special_points, key=lambda point: point.value):
             places.setdefault(point.kind.replace("_", " "), []).append(f"{point.value:.9g}")
         words = [f"{kind} at {', '.join(values)}" for kind, values in places.items()]
         rows["special points"] = "\n".join(words) or "none"
