@@ -8,9 +8,7 @@ from pathlib import Path
 
 import pytest
 from tests.children import begun, interrupt
-from typer.testing import CliRunner
-
-from percuss.cli import app
+from tests.cli.commands import percuss
 
 
 @pytest.fixture(autouse=True)
@@ -19,9 +17,7 @@ def _in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None
 
 
 def paper(*arguments: str) -> tuple[int, str, str]:
-    result = CliRunner().invoke(app, ["paper", *arguments])
-    assert result.exception is None or isinstance(result.exception, SystemExit)
-    return result.exit_code, result.stdout, result.stderr
+    return percuss("paper", *arguments)
 
 
 def test_it_writes_the_report_and_prints_the_verdicts() -> None:

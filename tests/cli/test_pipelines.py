@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.cli.commands import percuss
 from tests.studies.texts import MOTION_TO_30, WALL_BELOW
 from typer.testing import CliRunner
 
@@ -52,12 +53,6 @@ def _in_a_folder_with_studies(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     # A command shows warnings as its own sentences, in one process until it ends.
     logging.getLogger("percuss").handlers.clear()
     logging.getLogger("percuss").setLevel(logging.NOTSET)
-
-
-def percuss(*arguments: str) -> tuple[int, str, str]:
-    result = CliRunner().invoke(app, list(arguments))
-    assert result.exception is None or isinstance(result.exception, SystemExit)
-    return result.exit_code, result.stdout, result.stderr
 
 
 def lines(text: str) -> list[dict[str, Any]]:

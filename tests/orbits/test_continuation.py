@@ -6,17 +6,14 @@ import math
 
 import numpy as np
 import pytest
+from tests.orbits.kinds import points
 from tests.orbits.test_reference_orbits import ROWS, agree, system
 
 import percuss as pc
-from percuss.orbits import Branch, SpecialPoint, single_impact, single_impact_orbits
+from percuss.orbits import Branch, single_impact, single_impact_orbits
 
 GAP = "oscillator.stops.0.at"
 COCO = pc.impact_oscillator("0.8", wall=1, side="above", damping="0.05")
-
-
-def points(branch: Branch, kind: str) -> list[SpecialPoint]:
-    return [point for point in branch.special_points if point.kind == kind]
 
 
 @pytest.fixture(scope="module")

@@ -6,13 +6,14 @@ import math
 
 import numpy as np
 import pytest
+from tests.orbits.kinds import points
 from tests.orbits.test_reference_orbits import ROWS, agree
 
 import percuss as pc
 from percuss.arrays import Floats
 from percuss.kernels.flight import free_response
 from percuss.model.system import law
-from percuss.orbits import Branch, Curve, SpecialPoint, single_impact
+from percuss.orbits import Branch, Curve, single_impact
 from percuss.orbits.bifurcations.branch_equations import OrbitEquations
 from percuss.orbits.bifurcations.curve_equations import return_equations
 
@@ -23,10 +24,6 @@ PLANE = {OMEGA: (0.7, 1.3), AMPLITUDE: (0.01, 1.2)}
 # Damped natural frequency: impacts that leave with any small velocity come back after half a
 # period of it, or a multiple.
 NATURAL = math.sqrt(1.0 - 0.05**2)
-
-
-def points(branch: Branch, kind: str) -> list[SpecialPoint]:
-    return [point for point in branch.special_points if point.kind == kind]
 
 
 def response(omega: Floats) -> Floats:

@@ -7,19 +7,14 @@ from typing import get_args
 
 import numpy as np
 import pytest
-from matplotlib.axes import Axes
+from tests.plotting.axes import new_axes
 
 import percuss as pc
 from percuss.orbits import Branch
 from percuss.orbits.bifurcations.special_points import SpecialPointKind
-from percuss.plotting import Units, offscreen_figure, plot_branch
+from percuss.plotting import Units, plot_branch
 from percuss.plotting.branch_plot import MARKERS
 from percuss.plotting.style import BLUE, VERMILION
-
-
-def new_axes() -> Axes:
-    ax: Axes = offscreen_figure().add_subplot()
-    return ax
 
 
 @pytest.fixture(scope="module")

@@ -80,7 +80,7 @@ class Start:
         raise_first(faults(self, ""))
 
 
-def start_of(start: object, name: str = "start") -> Start:
+def start_of(start: object) -> Start:
     """Return a start that may be given as (x0, v0) or (x0, v0, t0); None: at rest at 0.
 
     Raises
@@ -95,11 +95,10 @@ def start_of(start: object, name: str = "start") -> Start:
     """
     if isinstance(start, Start):
         return start
-    if start is not None and (isinstance(start, str) or not hasattr(start, "__iter__")):
-        raise ParameterError(name, start, "not (x0, v0) or (x0, v0, t0)")
-    numbers: tuple[Any, ...] = (0.0, 0.0) if start is None else tuple(start)
+    given: Any = (0.0, 0.0) if start is None else start
+    numbers = () if isinstance(given, str) or not hasattr(given, "__iter__") else tuple(given)
     if not 2 <= len(numbers) <= 3:
-        raise ParameterError(name, start, "not (x0, v0) or (x0, v0, t0)")
+        raise ParameterError("start", start, "not (x0, v0) or (x0, v0, t0)")
     return Start(*numbers)
 
 

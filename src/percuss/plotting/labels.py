@@ -8,6 +8,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from percuss.model.dimensions import dimensions_of
+from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads
 from percuss.model.oscillator import Oscillator
 from percuss.model.structure import Structure
@@ -16,8 +17,7 @@ from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
 
 __all__ = [
-    "label_axes", "label_of", "label_of_structure", "parameter_label", "parameter_name", "path_label",
-    "with_unit",
+    "label_axes", "label_of", "parameter_label", "parameter_name", "path_label", "with_unit",
 ]  # fmt: skip
 
 NAMES = {
@@ -131,17 +131,6 @@ def _raised(unit: str) -> str:
     return EXPONENT.sub(r"$^{\1}$", unit)
 
 
-def label_of(path: str, dimensions: str, units: Units | None) -> str:
-    r"""Return the label of an axis over a parameter.
-
-    Examples
-    --------
-    >>> label_of("start.v0", "length/time", Units("m", "s"))
-    'initial velocity $v_0$ (m/s)'
-    """
-    return with_unit(parameter_name(path), dimensions, units)
-
-
 def label_axes(ax: Axes, data: xr.Dataset, across: str, upwards: str, units: Units) -> None:
     """Name both axes after the parameters that they carry."""
     ax.set_xlabel(path_label(data, across, units))
@@ -170,24 +159,31 @@ def path_label(data: xr.Dataset, path: str, units: Units | None) -> str:
 def parameter_label(orbit: PeriodicOrbit | StructureOrbit, path: str, units: Units) -> str:
     """Return the label of an axis over the parameter of a branch or a curve of such orbits."""
     if isinstance(orbit, StructureOrbit):
-        return label_of_structure(orbit.structure, orbit.loads, path, units)
-    oscillator, forcing = orbit.system
-    if "." not in path:
-        return with_unit(path, dimensions_of(path, oscillator, forcing), units)
-    is_massive = path == "oscillator.damping" and isinstance(oscillator, Oscillator)
-    is_massive = is_massive and oscillator.mass is not None
-    n_harmonics = 0 if forcing is None else len(forcing.harmonics)
-    path_of_name = "oscillator.damping_coefficient" if is_massive else path
-    name = parameter_name(path_of_name, len(oscillator.stops), n_harmonics)
-    return with_unit(name, dimensions_of(path, oscillator, forcing), units)
+        return label_of(orbit.structure, orbit.loads, path, units)
+    return label_of(*orbit.system, path, units)
 
 
-def label_of_structure(structure: Structure, loads: Loads, path: str, units: Units) -> str:
-    """Return the label of an axis over a parameter of a structure or of its loads."""
+def label_of(
+    model: Oscillator | Structure, force: Forcing | Loads | None, path: str, units: Units
+) -> str:
+    r"""Return the label of an axis over a parameter of a model or of what drives it.
+
+    Examples
+    --------
+    >>> import percuss as pc
+    >>> label_of(pc.impact_oscillator(), pc.cosine(2), "start.v0", Units("m", "s"))
+    'initial velocity $v_0$ (m/s)'
+    """
+    dimensions = dimensions_of(path, model, force)
     if "." not in path:
-        return with_unit(path, dimensions_of(path, structure, loads), units)
-    forcings = loads.forcings
-    load = LOAD.fullmatch(path)
-    n_harmonics = len(forcings[int(load[1])].harmonics) if load else 0
-    name = parameter_name(path, len(structure.stops), n_harmonics, len(forcings))
-    return with_unit(name, dimensions_of(path, structure, loads), units)
+        return with_unit(path, dimensions, units)
+    if path == "oscillator.damping" and isinstance(model, Oscillator) and model.mass is not None:
+        # c of a mass, not a of a unit mass.
+        path = "oscillator.damping_coefficient"
+    load, n_loads = LOAD.fullmatch(path), 1
+    if isinstance(force, Loads):
+        n_loads = len(force.forcings)
+        force = force.forcings[int(load[1])] if load else None
+    n_harmonics = 0 if force is None else len(force.harmonics)
+    name = parameter_name(path, len(model.stops), n_harmonics, n_loads)
+    return with_unit(name, dimensions, units)

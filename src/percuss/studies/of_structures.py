@@ -149,8 +149,7 @@ def checked_motion(begin: StartState, limits: Limits, study: StudyDraft) -> Stru
     if limits.t_end is not None or limits.max_impacts is not None:
         t0 = start.t0 if phase_problem(start.t0) is None else 0.0
         faults.add_from_model(limit_faults(t0, limits.t_end, limits.max_impacts, run="run"))
-    for index, on in enumerate(study.draw.on or ()):
-        check_on(on, ("draw", "on", index), study, is_needed=True)
+    check_drawn(study)
     if study.draw.on is not None and not 0 < len(study.draw.on) <= MOST_SHOWN:
         reason = f"{counted(len(study.draw.on), 'displacement')}; give 1 to {MOST_SHOWN}"
         faults.add(("draw", "on"), reason)

@@ -62,6 +62,7 @@ from percuss.orbits.orbit.structure_orbit import (
     StructureOrbit,
     map_between,
     orbit_of_map,
+    period_of,
 )
 
 __all__ = ["GRAZE", "StructureGraze", "WallEquations", "graze_of", "meets_walls_in_turn"]
@@ -306,7 +307,7 @@ class WallEquations(StructureEquations, Bordered):
     def _motion(self, z: tuple[float, ...]) -> WallMotion:
         point = np.array(z)
         system = self.system_at(self.values(point))
-        opened, period = self.opened_at(system), self.n_periods * _period_of(system)
+        opened, period = self.opened_at(system), self.n_periods * period_of(system)
         n2, k = len(self.units), len(self.walls)
         state, instants = point[:n2] * self.units, point[n2 : n2 + k] * period
         moved = np.zeros((n2, n2 + k))
@@ -355,7 +356,7 @@ class WallEquations(StructureEquations, Bordered):
         """Return the orbit of a solution, which may be formal."""
         motion = self.motions(tuple(z.tolist()))
         system = self.system_at(self.values(z))
-        period = self.n_periods * _period_of(system)
+        period = self.n_periods * period_of(system)
         # Rounding may leave the last instants of a period on its other side.
         instants = [flight.end % period for flight in motion.flights] if self.walls else []
         order = sorted(range(len(instants)), key=instants.__getitem__)
@@ -457,13 +458,6 @@ def _soft_stops(system: StructureSystem, grazed: int) -> list[int]:
     """Return the numbers of the soft stops that an opened structure keeps."""
     stops = enumerate(system.structure.stops)
     return [i for i, stop in stops if isinstance(stop, SoftStop) and i != grazed]
-
-
-def _period_of(system: StructureSystem) -> float:
-    if system.period is None:
-        reason = "the loads have no common period; give Loads(..., period=...)"
-        raise ParameterError("loads.period", None, reason)
-    return system.period
 
 
 def _open_flight(opened: StructureSystem, start: Floats, begin: float, end: float) -> OpenFlight:

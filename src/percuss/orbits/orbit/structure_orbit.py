@@ -43,6 +43,7 @@ __all__ = [
     "multipliers_of_matrix",
     "orbit_of_map",
     "period_map",
+    "period_of",
     "structure_orbit_at",
 ]
 
@@ -83,7 +84,7 @@ def period_map(
     ConvergenceError
         If the motion does not reach the end.
     """
-    end = n_periods * _period_of(system)
+    end = n_periods * period_of(system)
     return map_between(system, state, (0.0, end), f"{n_periods} periods", derivative=derivative)
 
 
@@ -120,7 +121,8 @@ def map_between(
     return PeriodMap(image, matrix, record)
 
 
-def _period_of(system: StructureSystem) -> float:
+def period_of(system: StructureSystem) -> float:
+    """Return the period of the loads, or raise a `ParameterError` where they have none."""
     period = system.period
     if period is None:
         reason = "the loads have no common period; give Loads(..., period=...)"
@@ -169,7 +171,7 @@ class StructureOrbit(HasPicture):
     @property
     def period(self) -> float:
         """Its period [time]."""
-        return self.n_periods * _period_of(self.run.system)
+        return self.n_periods * period_of(self.run.system)
 
     @property
     def is_stable(self) -> bool:
@@ -346,7 +348,7 @@ def orbit_of_map(
     """Return the orbit of a state that its period map brings back."""
     structure, loads, n = system.structure, system.loads, system.structure.n
     start = StructureStart(state[:n].tolist(), state[n:].tolist())
-    end = n_periods * _period_of(system)
+    end = n_periods * period_of(system)
     run = StructureTrajectory.of_run(system, start, mapped.record, end, Outcome.reached_t_end)
     return StructureOrbit(
         structure=structure,
