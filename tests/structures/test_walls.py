@@ -152,7 +152,7 @@ def test_orbits_of_two_periods_on_a_branch_are_their_motions() -> None:
     chain = pc.chain([1, 1], [1, 1, 0], dashpots="0.05", stops=[wall])
     over = {"loads.0.omega": ("0.7", "1.2")}
     (one,) = pc.find_orbits(chain, pc.Loads({0: pc.cosine("0.9", amplitude="0.5")}), 1, 1)
-    (doubling, _) = (
+    (doubling, formal) = (
         point
         for point in pc.continue_orbit(one, over=over).special_points
         if point.kind == "period_doubling"
@@ -160,6 +160,8 @@ def test_orbits_of_two_periods_on_a_branch_are_their_motions() -> None:
 
     branch = pc.continue_orbit(pc.switch_branch(doubling), over=over)
 
+    with pytest.raises(pc.ParameterError, match="its orbit is formal, it passes through a wall"):
+        pc.switch_branch(formal)
     assert branch.special_points[0].value == pytest.approx(doubling.value, rel=1e-11)
     rows = np.flatnonzero(branch.admissible)
     assert len(rows) > 10
