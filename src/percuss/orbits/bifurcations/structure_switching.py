@@ -40,7 +40,9 @@ def switch_structure_branch(
         reason = f"a point of kind {point.kind} of a structure; no other family is known there"
         raise ParameterError("point", point.value, reason)
     if not point.orbit.admissible:
-        reason = "its orbit is formal, it passes through a wall; the family beside it is not followed"
+        reason = (
+            "its orbit is formal, it passes through a wall; the family beside it is not followed"
+        )
         raise ParameterError("point", point.value, reason)
     orbit, doubles = point.orbit, point.kind == "period_doubling"
     value = as_float(get_parameter(orbit.structure, orbit.loads, None, point.path))
