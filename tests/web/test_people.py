@@ -262,7 +262,8 @@ def test_axes_have_the_units_of_the_study(page: Page, address: str) -> None:
         ["angular frequency omega (1/s)", "amplitude (mm)"],
     ]
     view = view_of(page, "Diagram")
-    assert view.locator(".plot").first.get_attribute("data-y") == "x at whole periods (mm)"
+    # The picture comes after the view.
+    expect(view.locator(".plot").first).to_have_attribute("data-y", "x at whole periods (mm)")
 
 
 def test_a_mass_and_units_are_given_on_the_panel(page: Page, address: str) -> None:

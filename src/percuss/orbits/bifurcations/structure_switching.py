@@ -5,18 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from percuss.errors import ConvergenceError, ParameterError, PercussError
-from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import as_float
 from percuss.model.paths import get_parameter
 from percuss.numerics import directions
 from percuss.orbits.bifurcations.branch_equations import range_around
 from percuss.orbits.bifurcations.structure_branch import StructureEquations, StructureSpecialPoint
-from percuss.orbits.orbit.structure_orbit import (
-    StructureOrbit,
-    closing_error,
-    orbit_of_map,
-    period_map,
-)
+from percuss.orbits.orbit.structure_orbit import StructureOrbit, covered_twice
 
 __all__ = ["switch_structure_branch"]
 
@@ -47,13 +41,7 @@ def switch_structure_branch(
         raise ParameterError("point", point.value, reason)
     orbit, doubles = point.orbit, point.kind == "period_doubling"
     value = as_float(get_parameter(orbit.structure, orbit.loads, None, point.path))
-    if doubles:
-        system = StructureSystem.of(orbit.structure, orbit.loads)
-        state, n_periods = np.concatenate([orbit.x0, orbit.v0]), 2 * orbit.n_periods
-        mapped = period_map(system, state, n_periods)
-        cover = orbit_of_map(system, state, n_periods, mapped, closing_error(mapped, state))
-    else:
-        cover = orbit
+    cover = covered_twice(orbit) if doubles else orbit
     equations = StructureEquations(cover, {point.path: range_around(value)})
     start = equations.started(cover, [value])
     turned = orbit.monodromy * (equations.scale[None, :] / equations.scale[:, None])

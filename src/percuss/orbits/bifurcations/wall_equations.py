@@ -78,6 +78,8 @@ APART, ALIKE = 1e-9, 1e-6
 LOOKED, REFINED = 48, 4
 # The condition of a graze; speeds below this part of the unit are none at a graze.
 GRAZE, SLOW = "graze", 1e-5
+# How long a flight lasts, in words.
+UNTIL = "until its next impact"
 # Clearances below this part of the unit of length are rounding.
 ROUNDED = 1e-12
 
@@ -468,7 +470,7 @@ def _open_flight(opened: StructureSystem, start: Floats, begin: float, end: floa
     period = opened.period or 0.0
     shift = math.floor(begin / period) * period
     first, last = begin - shift, end - shift
-    image, derivative, record = map_between(opened, start, (first, last), "until its next impact")
+    image, derivative, record = map_between(opened, start, (first, last), UNTIL)
     after, before = np.empty((2, n)), np.empty((2, n))
     rates_at(record, first, True, after)
     rates_at(record, last, True, before)
@@ -513,11 +515,14 @@ def _whole_record(
     parts: list[StructureRun] = []
     struck: list[tuple[int, float, float]] = []
     for end, stop in [*passage, (period, -1)]:
-        if not end > begin and not parts:
-            continue
-        flight = _open_flight(opened, here, begin, end)
-        parts.append(flight.record)
-        here, begin = flight.image, end
+        if not end > begin:
+            if not parts:
+                continue
+            raise ConvergenceError("two impacts change their order", here, math.nan, "")
+        # From its own instant, in whichever period of the loads: the record is that of a run.
+        here, _, record = map_between(opened, here, (begin, end), UNTIL, derivative=False)
+        parts.append(record)
+        begin = end
         if stop < 0:
             break
         wall = _met_at(system, stop)

@@ -38,6 +38,7 @@ __all__ = [
     "PeriodMap",
     "StructureOrbit",
     "closing_error",
+    "covered_twice",
     "find_structure_orbit",
     "multipliers_of_matrix",
     "orbit_of_map",
@@ -325,6 +326,14 @@ def structure_orbit_at(system: StructureSystem, state: Floats, n_periods: int) -
             "no periodic orbit found near this start", state, error, "start nearer to it"
         )
     return orbit_of_map(system, state, n_periods, here, error)
+
+
+def covered_twice(orbit: StructureOrbit) -> StructureOrbit:
+    """Return an orbit as one of twice the period."""
+    system = StructureSystem.of(orbit.structure, orbit.loads)
+    state, n_periods = np.concatenate([orbit.x0, orbit.v0]), 2 * orbit.n_periods
+    mapped = period_map(system, state, n_periods)
+    return orbit_of_map(system, state, n_periods, mapped, closing_error(mapped, state))
 
 
 def orbit_of_map(
