@@ -14,11 +14,6 @@ pytest.importorskip("flint")
 KINDS = "for studies of kind motion, orbit and branch"
 
 
-@pytest.fixture(autouse=True)
-def _in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-
-
 def test_option_proves_and_stands_in_the_record() -> None:
     Path("s.toml").write_text(template_text("impact"), encoding="utf-8")
 

@@ -16,8 +16,7 @@ STUDY = f'[study]\ntitle = "A [bold] title"\n{MOTION_TO_30}'
 
 
 @pytest.fixture(autouse=True)
-def _in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+def _with_studies() -> None:
     Path("study.toml").write_text(STUDY)
 
 

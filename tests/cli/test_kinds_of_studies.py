@@ -31,8 +31,7 @@ v0 = {{from = -3, to = 3, count = 700}}
 
 
 @pytest.fixture(autouse=True)
-def _in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+def _with_studies() -> None:
     Path("branch.toml").write_text(BRANCH)
     Path("basins.toml").write_text(BASINS)
 

@@ -6,14 +6,8 @@ import sys
 import time
 from pathlib import Path
 
-import pytest
 from tests.children import begun, interrupt
 from tests.cli.commands import percuss
-
-
-@pytest.fixture(autouse=True)
-def _in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
 
 
 def paper(*arguments: str) -> tuple[int, str, str]:

@@ -44,8 +44,7 @@ SCHEMA = json.loads(
 
 
 @pytest.fixture(autouse=True)
-def _in_a_folder_with_studies(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    monkeypatch.chdir(tmp_path)
+def _with_studies() -> Iterator[None]:
     Path("a.toml").write_text(MOTION, encoding="utf-8")
     Path("b.toml").write_text(MOTION.replace("A motion", "Another"), encoding="utf-8")
     Path("sweep.toml").write_text(SWEEP, encoding="utf-8")

@@ -24,8 +24,7 @@ max_impacts = 4
 
 
 @pytest.fixture(autouse=True)
-def _in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+def _with_studies() -> None:
     Path("study.toml").write_text(CHAOTIC)
 
 

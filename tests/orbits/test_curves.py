@@ -325,12 +325,8 @@ def test_bad_input_is_named(branch: Branch, mirrored: Branch) -> None:
         follow(breaks, {GAP: (0.2, 0.5), AMPLITUDE: (0.05, 4.0)})
 
 
-def test_other_kinds_of_points_make_no_curve() -> None:
-    osc = pc.impact_oscillator(1, wall=-0.5)
-    with pytest.warns(pc.FormalOrbitWarning):
-        orbit = pc.find_orbit(osc, pc.cosine(2.6))
-    branch = pc.continue_orbit(orbit, over={OMEGA: (2.2, 3.8)})
-    resonance = points(branch, "strong_resonance")[0]
+def test_other_kinds_of_points_make_no_curve(conservative: Branch) -> None:
+    resonance = points(conservative, "strong_resonance")[0]
 
     with pytest.raises(pc.ParameterError, match="fold, period_doubling, symmetry_breaking or"):
         pc.continue_curve(resonance, {OMEGA: (2.2, 3.8), GAP: (-1.0, 0.0)})

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from percuss.model.loads import Loads
 
 __all__ = [
+    "NO_COMMON_PERIOD",
     "Start",
     "end_after_periods",
     "limit_faults",
@@ -44,6 +45,8 @@ __all__ = [
     "start_of",
     "wall_faults",
 ]
+
+NO_COMMON_PERIOD = "the loads have no common period; give loads.period, or t_end instead"
 
 
 @dataclass(frozen=True, slots=True)
@@ -241,7 +244,7 @@ def periods_faults(
     if force.exact_period is None and force.period is None:
         reason = "the forcing has no period; give forcing.period, or t_end instead"
         if not isinstance(force, Forcing):
-            reason = "the loads have no common period; give loads.period, or t_end instead"
+            reason = NO_COMMON_PERIOD
         return [Fault(name, periods, reason)]
     return []
 

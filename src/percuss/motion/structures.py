@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from percuss.arrays import Floats, Integers, row_of
 from percuss.errors import ParameterError
 from percuss.kernels import record as columns
-from percuss.kernels.structure.run import StructureRun, new_run
+from percuss.kernels.structure.run import StructureRun
 from percuss.kernels.structure.sample import evaluate
 from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import Exact, Phase, as_float, reals, whole
@@ -25,6 +25,7 @@ from percuss.model.system import System
 from percuss.motion.energetics import force_at
 from percuss.motion.extremes import Extrema, QuantityName
 from percuss.motion.instants import check_limit, span_within, strobes, times_within
+from percuss.motion.moved_structure_motion import scratch_run
 from percuss.motion.run_dataset import run_dataset
 from percuss.motion.sections import SectionDirection, section_of
 from percuss.motion.structure_observables import (
@@ -199,17 +200,9 @@ class StructureTrajectory(HasPicture):
         inside = times_within(instants, self.t0, self.t_end)
         flat = row_of(inside)
         place = np.empty((len(flat), self.structure.n, 2))
-        evaluate(self._scratch(), flat, limit == "after", place)
+        evaluate(scratch_run(self._run), flat, limit == "after", place)
         shape = (*instants.shape, self.structure.n)
         return place[:, :, 0].reshape(shape), place[:, :, 1].reshape(shape)
-
-    def _scratch(self) -> StructureRun:
-        """Return the run with arrays to write into: two threads may evaluate one result."""
-        run = self._run
-        fresh = new_run(run.sets, 0, 0)
-        return fresh._replace(
-            events=run.events, marks=run.marks, states=run.states, grazes=run.grazes
-        )
 
     def displacement(self, on: On, t: ArrayLike) -> tuple[Floats, Floats]:
         """Return y = c . x of a coordinate, direction or point, and its velocity, at times t.
@@ -349,7 +342,7 @@ class StructureTrajectory(HasPicture):
         """
         section = section_of({"at": at, "direction": direction})
         self.structure.direction(on)
-        passages = passages_of_run(self.system, self._scratch(), self.t_end, section.at, on)
+        passages = passages_of_run(self.system, scratch_run(self._run), self.t_end, section.at, on)
         return self._dataset(passages[section.sign * passages[:, 1] >= 0.0, 0], "crossing")
 
     def extremes(
@@ -399,7 +392,7 @@ class StructureTrajectory(HasPicture):
         3.0
         """
         span = span_within(between, self.t0, self.t_end)
-        return extremes_of_run(self.system, self._scratch(), span, of, stop, on)
+        return extremes_of_run(self.system, scratch_run(self._run), span, of, stop, on)
 
     def sensitivity(self, paths: Sequence[str]) -> StructureSensitivity:
         """Return the derivative of the motion by parameters, exact to rounding.
@@ -476,7 +469,7 @@ class StructureTrajectory(HasPicture):
         for c, forcing in zip(directions, self.loads.forcings, strict=True):
             loads += force_at(System(free, forcing), flat)[:, None] * c
         stops = np.zeros((len(self.structure.stops), len(flat)))
-        scratch = self._scratch()
+        scratch = scratch_run(self._run)
         for i in range(len(stops)):
             stops[i] = observable_at(self.system, scratch, flat, "stop_force", stop=i)
         data: dict[str, object] = {

@@ -39,12 +39,15 @@ __all__ = [
     "fastest",
     "own_value",
     "range_about",
+    "range_around",
     "ranges_of_curve",
     "stops_that_are_moved",
 ]
 
 Ranges = Mapping[str, tuple[float, float]]
 
+# Half the range of a parameter in which another family is looked for, as a part of its value.
+HALF_RANGE = 0.01
 # Instants at which the largest velocity of an orbit is taken.
 INSTANTS = 65
 # Systems that are kept: the differences by two parameters take five.
@@ -593,6 +596,12 @@ def range_about(
         reason = f"no range that holds the {whose}'s own value {value:.12g}"
         raise ParameterError(path, given, reason)
     return first, last
+
+
+def range_around(value: float) -> tuple[float, float]:
+    """Return the range of a parameter in which another family is looked for, and the unit of steps."""
+    half = HALF_RANGE * abs(value) or HALF_RANGE
+    return value - half, value + half
 
 
 def ranges_of_curve(

@@ -14,6 +14,7 @@ from percuss.kernels.law_columns import PERIOD
 from percuss.model.exact import Phase
 from percuss.model.faults import check_mapping
 from percuss.model.paths import long_form
+from percuss.orbits.bifurcations.bifurcation_origin import ONE_AND_THE_SAME
 from percuss.orbits.bifurcations.branch_equations import (
     OrbitEquations,
     Ranges,
@@ -184,8 +185,6 @@ def _curve(
 
 
 KINDS = ("fold", "period_doubling", "symmetry_breaking", "grazing")
-# Largest difference of the halves of a doubled orbit at its origin: it grows as a square root.
-ONE_AND_THE_SAME = 1e-4
 
 
 def equations_of(point: SpecialPoint, ranges: Ranges) -> tuple[CurveEquations, Floats]:

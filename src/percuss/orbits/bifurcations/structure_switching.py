@@ -8,13 +8,13 @@ from percuss.errors import ConvergenceError, ParameterError, PercussError
 from percuss.model.exact import as_float
 from percuss.model.paths import get_parameter
 from percuss.numerics import directions
+from percuss.orbits.bifurcations.branch_equations import range_around
 from percuss.orbits.bifurcations.structure_branch import StructureEquations, StructureSpecialPoint
 from percuss.orbits.orbit.structure_orbit import StructureOrbit, covered_twice
 
 __all__ = ["switch_structure_branch"]
 
-# Half the range of the parameter, as a part of its value, and scaled lengths of the step.
-HALF_RANGE = 0.01
+# Scaled lengths of the step.
 STEPS = (1e-2, 3e-3, 1e-3)
 # The other family is there if a step comes back with this part of its length.
 KEPT = 0.3
@@ -46,9 +46,8 @@ def switch_structure_branch(
         raise ParameterError("point", point.value, reason)
     orbit, doubles = point.orbit, point.kind == "period_doubling"
     value = as_float(get_parameter(orbit.structure, orbit.loads, None, point.path))
-    half = HALF_RANGE * (abs(value) or 1.0)
     cover = covered_twice(orbit) if doubles else orbit
-    equations = StructureEquations(cover, {point.path: (value - half, value + half)})
+    equations = StructureEquations(cover, {point.path: range_around(value)})
     start = equations.started(cover, [value])
     turned = orbit.monodromy * (equations.scale[None, :] / equations.scale[:, None])
     weakest = directions(turned + (1.0 if doubles else -1.0) * np.eye(equations.size))[1][-1]

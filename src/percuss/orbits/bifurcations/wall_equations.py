@@ -127,15 +127,12 @@ class WallMotion:
         periods.
     speeds
         (k,) velocities into the walls, in the order of the unknowns.
-    of_speeds
-        Their derivatives, (k, 2 n + k).
     """
 
     flights: tuple[OpenFlight, ...]
     residual: Floats
     derivative: Floats
     speeds: Floats
-    of_speeds: Floats
 
 
 class StructureGraze(NamedTuple):
@@ -326,7 +323,7 @@ class WallEquations(StructureEquations, Bordered):
         moved = np.zeros((n2, n2 + k))
         moved[:, :n2] = np.diag(self.units)
         here, flights, gaps, of_gaps = state, [], np.zeros(k), np.zeros((k, n2 + k))
-        speeds, of_speeds = np.zeros(k), np.zeros((k, n2 + k))
+        speeds = np.zeros(k)
         begins = instants if k else np.zeros(1)
         ends = np.append(begins[1:], begins[0] + period)
         for i, (begin, end) in enumerate(zip(begins.tolist(), ends.tolist(), strict=True)):
@@ -345,11 +342,11 @@ class WallEquations(StructureEquations, Bordered):
             gaps[j] = float((wall.normal * here[:n]).sum()) - wall.level
             of_gaps[j] = matmul(wall.normal[None, :], moved[:n])[0]
             speeds[j] = -float((wall.normal * here[n:]).sum())
-            of_speeds[j] = -matmul(wall.normal[None, :], moved[n:])[0]
+            of_speed = -matmul(wall.normal[None, :], moved[n:])[0]
             ratio, kept = wall.restitution(speeds[j])
             here = here.copy()
             here[n:] += (1.0 + ratio) * speeds[j] * wall.kick
-            moved[n:] += (1.0 + kept) * wall.kick[:, None] * of_speeds[j]
+            moved[n:] += (1.0 + kept) * wall.kick[:, None] * of_speed
         moved[:, :n2] -= np.diag(self.units)
         length = float(self.units[0])
         return WallMotion(
@@ -357,7 +354,6 @@ class WallEquations(StructureEquations, Bordered):
             np.concatenate([(here - state) / self.units, gaps / length]),
             np.concatenate([moved / self.units[:, None], of_gaps / length]),
             speeds,
-            of_speeds,
         )
 
     def _met(self, system: StructureSystem, i: int) -> _Met:
