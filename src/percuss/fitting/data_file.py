@@ -21,6 +21,7 @@ from percuss.fitting.columns import (
     converted,
     factor_of,
     force_factor,
+    kind_of,
     known_names,
     name_and_unit,
     quantity_named,
@@ -433,7 +434,9 @@ def _faults_of_head(
         plain = name_and_unit(title)[0].lower()
         close = difflib.get_close_matches(plain, POWERS, n=1, cutoff=0.85)
         if close and title not in [column.title for column in head] and close[0] not in names:
-            faults.append(f'column "{title}": did you mean "{close[0]}"?')
+            place = f'; of a structure it is named in columns, {plain} = "{title}"'
+            more = place if kind_of(plain) != plain else ""
+            faults.append(f'column "{title}": did you mean "{close[0]}"?{more}')
     if faults:
         return faults
     listed = f"; its columns are {', '.join(titles)[:200]}"
