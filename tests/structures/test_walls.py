@@ -152,7 +152,7 @@ def test_orbits_of_two_periods_on_a_branch_are_their_motions() -> None:
     chain = pc.chain([1, 1], [1, 1, 0], dashpots="0.05", stops=[wall])
     over = {"loads.0.omega": ("0.7", "1.2")}
     (one,) = pc.find_orbits(chain, pc.Loads({0: pc.cosine("0.9", amplitude="0.5")}), 1, 1)
-    (doubling, _) = (
+    (doubling, formal) = (
         point
         for point in pc.continue_orbit(one, over=over).special_points
         if point.kind == "period_doubling"
@@ -160,6 +160,8 @@ def test_orbits_of_two_periods_on_a_branch_are_their_motions() -> None:
 
     branch = pc.continue_orbit(pc.switch_branch(doubling), over=over)
 
+    with pytest.raises(pc.ParameterError, match="its orbit is formal, it passes through a wall"):
+        pc.switch_branch(formal)
     assert branch.special_points[0].value == pytest.approx(doubling.value, rel=1e-11)
     rows = np.flatnonzero(branch.admissible)
     assert len(rows) > 10
@@ -175,3 +177,25 @@ def test_orbits_of_two_periods_on_a_branch_are_their_motions() -> None:
     assert branch.end_reason.endswith(
         "near loads.0.omega = 0.7978 the orbit is the two-fold cover of a shorter one"
     )
+
+
+@pytest.mark.parametrize("kind", ["period_doubling", "torus"])
+def test_curves_of_orbits_that_meet_walls_keep_their_multipliers(kind: str) -> None:
+    """The impact that begins a period was taken to be as late at its end, whatever the multiplier."""
+    absorber = pc.vibro_impact_absorber(1, 1, "0.1", gap="0.5", restitution="0.6", damping="0.05")
+    loads = pc.Loads({0: pc.cosine("1.2", amplitude="0.3")})
+    orbit = next(o for o in pc.find_orbits(absorber, loads, 3, 1) if o.n_impacts == 3)
+    branch = pc.continue_orbit(orbit, over={"loads.0.omega": ("1.15", "1.3")})
+    point = next(one for one in branch.special_points if one.kind == kind)
+    over = {"loads.0.omega": ("1.15", "1.3"), "structure.stops.0.at": ("-0.52", "-0.48")}
+
+    curve = pc.continue_curve(point, over=over, largest_step=0.1)
+
+    assert len(curve) > 8
+    for row in range(0, len(curve), 3):
+        found = pc.find_orbit(curve[row].structure, curve[row].loads, guess=curve[row])
+        if kind == "period_doubling":
+            assert np.abs(found.multipliers + 1.0).min() < 1e-7
+        else:
+            pairs = found.multipliers[np.abs(found.multipliers.imag) > 1e-6]
+            assert np.abs(np.abs(pairs) - 1.0).min() < 1e-7

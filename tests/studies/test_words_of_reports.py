@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
 import pytest
 
 import percuss as pc
+from percuss.studies import parse_study, run_study
 from percuss.studies.kinds.basins import Basins
 from percuss.studies.kinds.motion import impact_times_words
 from percuss.studies.kinds.response import Response
@@ -75,3 +77,30 @@ def test_reasons_that_differ_in_numbers_only_are_one() -> None:
     reported = failure_rows([*reasons, "the motion grew beyond 1e150"], 10)["without answer"]
 
     assert reported == "5 of 10: x0 = 0.0: above the wall at x = -0.1 (4); other reasons: 1"
+
+
+def test_a_motion_of_a_structure_is_reported_with_its_impact_times(tmp_path: Path) -> None:
+    study = parse_study("""
+[structure]
+mass = [1]
+stiffness = [1]
+[[structure.stops]]
+type = "wall"
+at = 0
+side = "below"
+restitution = "0.8"
+[[loads]]
+[[loads.harmonics]]
+amplitude = 1
+omega = "2.1"
+[start]
+x0 = [0]
+v0 = ["0.3"]
+[run]
+periods = 40
+""")
+
+    rows = study.question.report(run_study(study, tmp_path / "out").answer)
+
+    assert rows["impact times"].startswith("settling towards 1 in 1 forcing period, as exp(")
+    assert list(rows)[-3:] == ["impact times", "outcome", "time"]

@@ -240,8 +240,8 @@ def draw_motion(
     figure.suptitle(study.title, parse_math=False)
 
 
-def report_of_motion(run: StructureTrajectory) -> dict[str, str]:
-    """Return extremes, forces and impulses of the stops, the events, and how it ended."""
+def report_of_motion(run: StructureTrajectory, times: dict[str, str]) -> dict[str, str]:
+    """Return extremes, forces and impulses of the stops, the events with their times, and the end."""
     structure = run.structure
     rows = {"record": run.beyond_record} if run.beyond_record else {}
     for on in _displacements(structure):
@@ -255,6 +255,7 @@ def report_of_motion(run: StructureTrajectory) -> dict[str, str]:
         "crossings": str(len(run.crossings)),
         "contacts": f"{len(contacts)}{first}",
         "grazes": str(len(run.grazes)),
+        **times,
         "outcome": str(run.outcome.value),
         "time": span_in_words(run.t0, run.t_end, structure.units),
     }

@@ -32,12 +32,17 @@ def switch_structure_branch(
     Raises
     ------
     ParameterError
-        If no other family starts at such a point.
+        If no other family starts at such a point, or its orbit is formal.
     ConvergenceError
         If none is found there.
     """
     if point.kind not in ("period_doubling", "branch_point"):
         reason = f"a point of kind {point.kind} of a structure; no other family is known there"
+        raise ParameterError("point", point.value, reason)
+    if not point.orbit.admissible:
+        reason = (
+            "its orbit is formal, it passes through a wall; the family beside it is not followed"
+        )
         raise ParameterError("point", point.value, reason)
     orbit, doubles = point.orbit, point.kind == "period_doubling"
     value = as_float(get_parameter(orbit.structure, orbit.loads, None, point.path))

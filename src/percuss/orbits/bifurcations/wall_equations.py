@@ -46,7 +46,7 @@ from percuss.model.structure import Structure
 from percuss.motion.follow_structure import followed
 from percuss.motion.structures import StructureTrajectory
 from percuss.motion.trajectory import Outcome
-from percuss.numerics import determinant, matmul, solve_linear
+from percuss.numerics import determinant, dot, matmul, solve_linear
 from percuss.orbits.bifurcations.borders import Bordered
 from percuss.orbits.bifurcations.force_jumps import Crossing
 from percuss.orbits.bifurcations.jumps_of_loads import JumpsOfLoads
@@ -290,16 +290,29 @@ class WallEquations(StructureEquations, Bordered):
         speeds = motion.speeds / float(self.units[-1])
         if self.graze is not None:
             return {GRAZE: float(speeds[self.grazed])}
-        matrix, n = motion.derivative, len(self.units)
-        # The instants eliminated, it is the derivative of the map over the period, less 1.
-        moved = matrix[:n, :n]
-        if self.walls:
-            moved = moved - matmul(matrix[:n, n:], solve_linear(matrix[n:, n:], matrix[n:, :n]))
-        of_matrix = tests_of_matrix(moved + np.eye(n))
+        of_matrix = tests_of_matrix(self._of_map(motion))
         return of_matrix | {
-            "multiplier 1": determinant(matrix),
+            "multiplier 1": determinant(motion.derivative),
             "multiplier -1": of_matrix["multiplier -1"] * float(np.prod(speeds)),
         }
+
+    def _of_map(self, motion: WallMotion) -> Floats:
+        """Return the derivative of the map over the period, from the first impact on.
+
+        With the instants eliminated, the state moves by N s in a period, if the first impact is as
+        late at its end as at its beginning, by -b . s. At a fixed time the state is then s + a b . s,
+        of the rate of change a after the impact: the map moves that by N s.
+        """
+        matrix, n = motion.derivative, len(self.units)
+        moved = matrix[:n, :n]
+        if self.walls:
+            later = solve_linear(matrix[n:, n:], matrix[n:, :n])
+            moved = moved - matmul(matrix[:n, n:], later)
+            first, last = motion.flights[0], motion.flights[-1]
+            rate = first.after * (last.end - first.begin) / self.units
+            along = matmul(moved, rate[:, None])
+            moved = moved - along * later[:1] / (1.0 + dot(later[0], rate))
+        return moved + np.eye(n)
 
     def _motion(self, z: tuple[float, ...]) -> WallMotion:
         point = np.array(z)

@@ -192,12 +192,9 @@ class Motion(Question):
         if hasattr(result, "structure"):
             from percuss.studies.of_structures import report_of_motion
 
-            return report_of_motion(result)
-        from percuss.motion.impact_times import classify_impact_times
-
+            return report_of_motion(result, _times_in_words(result))
         contacts = result.contacts
         first = f", the first from t = {contacts.start[0]:.10g}" if len(contacts) else ""
-        entries = len(result.crossings) > 0 and len(result.impacts) == 0
         record = {"record": result.beyond_record} if result.beyond_record else {}
         return (
             record
@@ -207,9 +204,7 @@ class Motion(Question):
                 "crossings": str(len(result.crossings)),
                 "contacts": f"{len(contacts)}{first}",
                 "grazes": str(len(result.grazes)),
-                "entry times" if entries else "impact times": impact_times_words(
-                    classify_impact_times(result)
-                ),
+                **_times_in_words(result),
                 "outcome": str(result.outcome.value),
                 "time": span_in_words(result.t0, result.t_end, result.oscillator.units),
             }
@@ -235,6 +230,15 @@ def _extremes_in_words(run: Trajectory) -> dict[str, str]:
         if extrema.peak > 0.0:
             rows[f"force of stop {stop}"] = ends_in_words(extrema, osc.units, force)
     return rows
+
+
+def _times_in_words(run: Trajectory | StructureTrajectory) -> dict[str, str]:
+    """Return the class of the times of the impacts, without any of the entries into soft stops."""
+    from percuss.motion.impact_times import classify_impact_times
+
+    entries = len(run.crossings) > 0 and len(run.impacts) == 0
+    words = impact_times_words(classify_impact_times(run))
+    return {"entry times" if entries else "impact times": words}
 
 
 def impact_times_words(times: ImpactTimes) -> str:
