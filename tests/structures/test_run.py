@@ -342,3 +342,9 @@ def test_masses_beside_it_change_nothing_however_many_the_modes(is_coupled: bool
     assert len(alone.impacts.t) > 3
     assert together.crossings.t == pytest.approx(alone.crossings.t, abs=1e-11)
     assert together.impacts.t == pytest.approx(alone.impacts.t, abs=1e-11)
+
+
+def test_one_coordinate_is_told_in_the_singular() -> None:
+    run = pc.simulate(pc.Structure(1, 1), v0=1, t_end=1)
+
+    assert repr(run).startswith("<StructureTrajectory: 1 coordinate, ")

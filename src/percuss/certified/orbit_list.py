@@ -26,7 +26,7 @@ from percuss.errors import ConvergenceError, ParameterError
 from percuss.model.exact import Exact, whole
 from percuss.model.force_record import refuse_record
 from percuss.model.forcing import Forcing
-from percuss.model.oscillator import Oscillator
+from percuss.model.oscillator import Oscillator, stops_in_words
 from percuss.motion.simulate import simulate
 from percuss.orbits.finding.find import find_orbit
 from percuss.progress import Progress, Report
@@ -443,7 +443,7 @@ def list_orbits(
 def _event_of(system: BallSystem, osc: Oscillator, stop: int) -> OrbitEvent:
     """Return the event of an impact on a stop, or an entry into it."""
     if whole("stop", stop, 0) >= len(osc.stops):
-        raise ParameterError("stop", stop, f"the oscillator has {len(osc.stops)} stops")
+        raise ParameterError("stop", stop, stops_in_words(osc))
     for number, bound in enumerate(system.bounds):
         if bound.wall == stop or stop in bound.edges:
             is_below = osc.stops[stop].side == "below"

@@ -28,6 +28,7 @@ from percuss.fitting.columns import (
     unit_of,
 )
 from percuss.model.units import Units
+from percuss.wording import counted
 
 __all__ = [
     "columns_of_file",
@@ -507,5 +508,5 @@ def _twice(t: Floats, lines: Sequence[int]) -> list[str]:
 
 
 def _too_short(line: int, cells: Sequence[str], width: int, separator: str | None) -> str:
-    count = "1 cell" if len(cells) == 1 else f"{len(cells)} cells"
+    count = counted(len(cells), "cell")
     return f"line {line}: {count} between {NAMED[separator]}, where the names have {width}"

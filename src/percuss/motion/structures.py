@@ -38,6 +38,7 @@ from percuss.motion.tables import Contacts, Crossings, EventColumn, Grazes, Impa
 from percuss.motion.trajectory import Outcome, beyond_record_of, happened
 from percuss.numerics import matmul
 from percuss.pictures import HasPicture
+from percuss.wording import counted
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -144,7 +145,7 @@ class StructureTrajectory(HasPicture):
 
     def __repr__(self) -> str:
         """Return what happened in a line."""
-        return f"<StructureTrajectory: {self.structure.n} coordinates, {happened(self)}>"
+        return f"<StructureTrajectory: {counted(self.structure.n, 'coordinate')}, {happened(self)}>"
 
     @property
     def beyond_record(self) -> str:

@@ -225,9 +225,9 @@ class StructureOrbit(HasPicture):
         """Return the orbit in a line."""
         largest = float(np.abs(self.multipliers).max())
         kind = "stable" if self.is_stable else "unstable"
-        periods = "1 period" if self.n_periods == 1 else f"{self.n_periods} periods"
         return (
-            f"<StructureOrbit: {self.structure.n} coordinates, {periods} = {self.period:.6g}, "
+            f"<StructureOrbit: {counted(self.structure.n, 'coordinate')}, "
+            f"{counted(self.n_periods, 'period')} = {self.period:.6g}, "
             f"{counted(self.n_impacts, 'impact')}; {kind}, largest multiplier {largest:.6g}"
             f"{'' if self.admissible else '; formal: it passes through a wall'}>"
         )
