@@ -221,6 +221,39 @@ class StructureTrajectory(HasPicture):
         x, v = self(t)
         return (x * c).sum(axis=-1), (v * c).sum(axis=-1)
 
+    def acceleration(self, on: On, t: ArrayLike) -> Floats:
+        """Return y'' of a coordinate, direction or point at times t; impulses of walls are none.
+
+        Parameters
+        ----------
+        on
+            A coordinate, a direction or the name of a point.
+        t
+            Times in the run, of any shape [time].
+
+        Returns
+        -------
+        array
+            Of t's shape [length/time^2], after an event at its instant.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such coordinate or point, or a time lies outside the run.
+
+        Examples
+        --------
+        >>> import percuss as pc
+        >>> two = pc.chain(masses=[1, 2], springs=[1, 1, 1])
+        >>> run = pc.simulate(two, x0=[1, -1], t_end=9)
+        >>> run.acceleration(1, 0.0), run.acceleration((1, -1), [0.0])
+        (array(1.5), array([-4.5]))
+        """
+        times = reals("t", t)
+        flat = row_of(times_within(times, self.t0, self.t_end))
+        own = observable_at(self.system, scratch_run(self._run), flat, "acceleration", on=on)
+        return own.reshape(times.shape)
+
     def energy(self, t: ArrayLike) -> Floats:
         """Return the kinetic energy and that of all springs, of soft stops in touch too.
 
