@@ -21,6 +21,7 @@ from tests.certified.checker import (
     leaves,
     theorem_of,
 )
+from tests.certified.motions import backlash, corner_of_two_stops
 from tests.certified.test_special_points import impacting, points, wall_0
 
 import percuss as pc
@@ -43,13 +44,6 @@ SPRING_AND_WALL = pc.Oscillator(
 @functools.cache
 def elastic() -> pc.PeriodicOrbit:
     return pc.find_orbit(pc.impact_oscillator(1), pc.cosine("2.5"))
-
-
-@functools.cache
-def backlash() -> pc.PeriodicOrbit:
-    osc = pc.backlash_oscillator(gap=1, stiffness="26.7", damping="0.1")
-    orbits = pc.find_orbits(osc, pc.cosine("1.2", amplitude="1.2"), max_impacts=2, max_periods=2)
-    return next(o for o in orbits if o.n_impacts == 2 and o.stability == "unstable")
 
 
 @functools.cache
@@ -247,10 +241,7 @@ def soft_graze() -> CertifiedPoint:
 
 
 def corner() -> CertifiedPoint:
-    stops = pc.SoftStop("1.1", "above", 4), pc.SoftStop("1.2", "above", 9)
-    orbit = pc.find_orbit(pc.Oscillator(1, "0.05", stops), pc.cosine("1.5", amplitude=4), 2, 1)
-    branch = pc.continue_orbit(orbit, over={"oscillator.stops.1.at": (1.5, 0.9)})
-    return pc.certify(next(point for point in branch.special_points if point.kind == "corner"))
+    return pc.certify(corner_of_two_stops())
 
 
 def unproven() -> CertifiedPoint:

@@ -5,6 +5,7 @@ import functools
 
 import pytest
 from flint import arb, ctx
+from tests.certified.motions import backlash
 
 import percuss as pc
 from percuss.certified.ball_arithmetic import Undecided
@@ -124,10 +125,7 @@ def test_a_point_that_is_none_is_not_proven() -> None:
 
 
 def test_a_fold_of_an_orbit_with_several_events_is_enclosed() -> None:
-    osc = pc.backlash_oscillator(gap=1, stiffness="26.7", damping="0.1")
-    orbits = pc.find_orbits(osc, pc.cosine("1.2", amplitude="1.2"), max_impacts=2, max_periods=2)
-    unstable = next(o for o in orbits if o.n_impacts == 2 and o.stability == "unstable")
-    point = points(unstable, "forcing.amplitude", 0.3, 2.5)["fold"]
+    point = points(backlash(), "forcing.amplitude", 0.3, 2.5)["fold"]
     assert len(point.orbit.itinerary) == 4
 
     proven = pc.certify(point)
@@ -138,10 +136,7 @@ def test_a_fold_of_an_orbit_with_several_events_is_enclosed() -> None:
 
 
 def test_events_that_newtons_steps_take_out_of_order_are_no_fault() -> None:
-    osc = pc.backlash_oscillator(gap=1, stiffness="26.7", damping="0.1")
-    orbits = pc.find_orbits(osc, pc.cosine("1.2", amplitude="1.2"), max_impacts=2, max_periods=2)
-    unstable = next(o for o in orbits if o.n_impacts == 2 and o.stability == "unstable")
-    point = points(unstable, "forcing.amplitude", 0.3, 2.5)["grazing"]
+    point = points(backlash(), "forcing.amplitude", 0.3, 2.5)["grazing"]
 
     proven = pc.certify(point)
 

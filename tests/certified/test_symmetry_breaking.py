@@ -19,6 +19,7 @@ from tests.certified.checker import (
     leaves,
     theorem_of,
 )
+from tests.certified.motions import corner_of_two_stops
 
 import percuss as pc
 from percuss.certified import CertifiedBranch, certificate
@@ -231,12 +232,7 @@ def test_an_orbit_without_mirrored_halves_is_refused() -> None:
 
 
 def test_a_corner_is_the_place_of_the_other_stop_exactly() -> None:
-    stops = pc.SoftStop("1.1", "above", 4), pc.SoftStop("1.2", "above", 9)
-    orbit = pc.find_orbit(pc.Oscillator(1, "0.05", stops), pc.cosine("1.5", amplitude=4), 2, 1)
-    branch = pc.continue_orbit(orbit, over={"oscillator.stops.1.at": (1.5, 0.9)})
-    corner = next(point for point in branch.special_points if point.kind == "corner")
-
-    proven = pc.certify(corner)
+    proven = pc.certify(corner_of_two_stops())
 
     assert proven.exists, proven
     assert proven.value.contains("1.1")

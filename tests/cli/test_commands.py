@@ -6,26 +6,18 @@ import re
 from pathlib import Path
 
 import pytest
+from tests.cli.commands import percuss
 from tests.studies.texts import MOTION_TO_30
-from typer.testing import CliRunner
 
 import percuss as pc
-from percuss.cli import app
 from percuss.studies import load_study, parse_study, template_names, template_text
 
 STUDY = f'[study]\ntitle = "A [bold] title"\n{MOTION_TO_30}'
 
 
 @pytest.fixture(autouse=True)
-def _in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+def _with_studies() -> None:
     Path("study.toml").write_text(STUDY)
-
-
-def percuss(*arguments: str) -> tuple[int, str, str]:
-    result = CliRunner().invoke(app, list(arguments))
-    assert result.exception is None or isinstance(result.exception, SystemExit)
-    return result.exit_code, result.stdout, result.stderr
 
 
 def test_run_writes_into_a_folder_of_the_studys_name_and_reports() -> None:

@@ -11,11 +11,10 @@ from pathlib import Path
 
 import pytest
 from tests.children import begun, interrupt
+from tests.cli.commands import percuss
 from tests.studies.texts import WALL_ABOVE
-from typer.testing import CliRunner
 
 import percuss as pc
-from percuss.cli import app
 from percuss.cli.terminal import ProgressBar
 from percuss.io import load_netcdf
 
@@ -32,16 +31,9 @@ v0 = {{from = -3, to = 3, count = 700}}
 
 
 @pytest.fixture(autouse=True)
-def _in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+def _with_studies() -> None:
     Path("branch.toml").write_text(BRANCH)
     Path("basins.toml").write_text(BASINS)
-
-
-def percuss(*arguments: str) -> tuple[int, str, str]:
-    result = CliRunner().invoke(app, list(arguments))
-    assert result.exception is None or isinstance(result.exception, SystemExit)
-    return result.exit_code, result.stdout, result.stderr
 
 
 def test_a_branch_is_reported_with_its_special_points() -> None:

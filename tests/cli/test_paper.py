@@ -6,22 +6,12 @@ import sys
 import time
 from pathlib import Path
 
-import pytest
 from tests.children import begun, interrupt
-from typer.testing import CliRunner
-
-from percuss.cli import app
-
-
-@pytest.fixture(autouse=True)
-def _in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+from tests.cli.commands import percuss
 
 
 def paper(*arguments: str) -> tuple[int, str, str]:
-    result = CliRunner().invoke(app, ["paper", *arguments])
-    assert result.exception is None or isinstance(result.exception, SystemExit)
-    return result.exit_code, result.stdout, result.stderr
+    return percuss("paper", *arguments)
 
 
 def test_it_writes_the_report_and_prints_the_verdicts() -> None:

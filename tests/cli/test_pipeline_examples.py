@@ -38,9 +38,8 @@ def run(command: list[str]) -> None:
 
 
 @pytest.fixture(autouse=True)
-def _in_a_folder_with_the_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    shutil.copy(FOLDER / "chart.toml", tmp_path)
-    monkeypatch.chdir(tmp_path)
+def _with_the_study() -> None:
+    shutil.copy(FOLDER / "chart.toml", "chart.toml")
 
 
 def test_the_job_array_ends_in_the_results() -> None:

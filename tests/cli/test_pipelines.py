@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.cli.commands import percuss
 from tests.studies.texts import MOTION_TO_30, WALL_BELOW
 from typer.testing import CliRunner
 
@@ -43,8 +44,7 @@ SCHEMA = json.loads(
 
 
 @pytest.fixture(autouse=True)
-def _in_a_folder_with_studies(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    monkeypatch.chdir(tmp_path)
+def _with_studies() -> Iterator[None]:
     Path("a.toml").write_text(MOTION, encoding="utf-8")
     Path("b.toml").write_text(MOTION.replace("A motion", "Another"), encoding="utf-8")
     Path("sweep.toml").write_text(SWEEP, encoding="utf-8")
@@ -52,12 +52,6 @@ def _in_a_folder_with_studies(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     # A command shows warnings as its own sentences, in one process until it ends.
     logging.getLogger("percuss").handlers.clear()
     logging.getLogger("percuss").setLevel(logging.NOTSET)
-
-
-def percuss(*arguments: str) -> tuple[int, str, str]:
-    result = CliRunner().invoke(app, list(arguments))
-    assert result.exception is None or isinstance(result.exception, SystemExit)
-    return result.exit_code, result.stdout, result.stderr
 
 
 def lines(text: str) -> list[dict[str, Any]]:

@@ -122,7 +122,6 @@ def test_a_title_that_the_terminal_has_no_letters_for_is_shown_with_marks_in_the
     title = "Übung \u22121 ω"
     text = f'[study]\ntitle = "{title}"\n{LONG}'.replace("5_000_000", "3")
     (tmp_path / "study.toml").write_text(text, encoding="utf-8")
-    monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "argv", ["percuss", "run", "study.toml"])
     written = io.BytesIO()
     monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(written, encoding=encoding))

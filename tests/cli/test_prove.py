@@ -7,11 +7,10 @@ from fractions import Fraction
 from pathlib import Path
 
 import pytest
+from tests.cli.commands import percuss
 from tests.studies.texts import WALL_BELOW
-from typer.testing import CliRunner
 
 import percuss as pc
-from percuss.cli import app
 from percuss.studies import template_text
 
 CHAOTIC = f"""\
@@ -25,15 +24,12 @@ max_impacts = 4
 
 
 @pytest.fixture(autouse=True)
-def _in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+def _with_studies() -> None:
     Path("study.toml").write_text(CHAOTIC)
 
 
 def prove(*arguments: str) -> tuple[int, str, str]:
-    result = CliRunner().invoke(app, ["prove", *arguments])
-    assert result.exception is None or isinstance(result.exception, SystemExit)
-    return result.exit_code, result.stdout, result.stderr
+    return percuss("prove", *arguments)
 
 
 def test_the_motion_of_a_study_has_a_certificate_beside_it() -> None:

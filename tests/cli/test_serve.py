@@ -16,9 +16,8 @@ from percuss.web import serve as serve_module
 
 
 @pytest.fixture(autouse=True)
-def served(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[Any]:
-    """The link and the sockets served in a folder of its own, by a server that ends at once."""
-    monkeypatch.chdir(tmp_path)
+def served(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+    """The link and the sockets served, by a server that ends at once."""
     found: list[Any] = []
 
     class Ended:

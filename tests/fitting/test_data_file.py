@@ -188,3 +188,32 @@ def test_an_instant_that_is_there_twice_is_told_once() -> None:
 def test_one_column_is_not_named_for_two_quantities() -> None:
     with pytest.raises(ValueError, match=r'^"x" is named for displacement and velocity$'):
         columns_of_text("t,x\n0,1\n", columns={"displacement": "x", "velocity": "x"})
+
+
+@pytest.mark.parametrize(
+    ("head", "name", "value"),
+    [
+        ("Tip (m/s2)", "acceleration_tip", 2000),
+        ("Tip (g)", "acceleration_tip", 2 * 9806.65),
+        ("Laser, um", "displacement_2", 0.002),
+        ("Laser", "velocity_2", 2),
+        ("Cell (N)", "stop_force_1", 2000),
+    ],
+)
+def test_columns_of_a_structure_are_converted_too(head: str, name: str, value: float) -> None:
+    """Their names go on with a coordinate or a point, and their units were passed over."""
+    found = read(
+        f"t (s);{head}\n1;2\n",
+        Units("mm", "s", "kg"),
+        **{name: head.split(" ", maxsplit=1)[0].strip(",")},
+    )
+    assert found[name] == pytest.approx([value])
+    with pytest.raises(ValueError, match="km/h is no unit of"):
+        read("t (s);Tip (km/h)\n1;2\n", SI, acceleration_tip="Tip")
+
+
+def test_a_column_named_as_of_a_structure_says_where_its_name_goes() -> None:
+    with pytest.raises(
+        ValueError, match='of a structure it is named in columns, acceleration_2 = "acceleration_2"'
+    ):
+        read("t,acceleration_2\n1,2\n")

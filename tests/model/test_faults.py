@@ -78,6 +78,10 @@ ABOVE = Wall(1.0, "above")
             lambda: Oscillator(stops=(SoftStop(-1.0, "above", 3.0), BELOW)),
             "stops.0.at = -1.0: behind the wall below at x = 0.0, where it would always act",
         ),
+        (
+            lambda: Oscillator(stops=ABOVE),  # type: ignore[arg-type]
+            "stops = Wall(at=1.0, side='above', restitution=1.0): not a sequence of stops; of one alone it is [stop]",
+        ),
         (lambda: Harmonic(math.nan, 1.0), "amplitude = nan: not finite"),
         (lambda: Harmonic(1.0, 1.0, "right"), "phase = 'right': not a number"),
         (lambda: sine(1.0, phase=math.inf), "phase = inf: not finite"),

@@ -146,6 +146,13 @@ def test_an_unknown_path_is_refused_with_the_nearest_ones(
     assert reason in caught.value.reason
 
 
+def test_the_damping_ratio_is_refused_with_the_coefficient_that_it_sets() -> None:
+    massive = Oscillator.from_mass(2, stiffness=18, damping_ratio="0.1")
+
+    with pytest.raises(ParameterError, match=r"ratio only sets oscillator\.damping_coefficient"):
+        get_parameter(massive, None, None, "oscillator.damping_ratio")
+
+
 def test_a_parameter_named_in_both_its_forms_is_refused() -> None:
     changes = {"forcing.omega": 1.0, "forcing.harmonics.0.omega": 2.0}
 

@@ -64,3 +64,30 @@ def test_few_times_show_nothing_and_times_must_increase() -> None:
         pc.classify_impact_times([1.0, 3.0, 2.0], WALL)
     with pytest.raises(pc.ParameterError, match="oscillator"):
         pc.classify_impact_times([1.0, 2.0, 3.0])
+
+
+def test_impact_times_of_a_structure_are_classified_as_those_of_an_oscillator() -> None:
+    """One mass, given by matrices: the same times, and the same class of them."""
+    force, wall = pc.cosine("2.1"), pc.Wall(at=0, side="below", restitution="0.8")
+    one = pc.Structure(1, 1, stops=[pc.Wall(at=0, side="below", restitution="0.8", on=0)])
+
+    run = pc.simulate(one, pc.Loads({0: force}), v0=0.3, periods=40)
+
+    answer = pc.classify_impact_times(run)
+    as_oscillator = pc.classify_impact_times(
+        pc.simulate(pc.Oscillator(1, 0, (wall,)), force, v0=0.3, periods=40)
+    )
+    assert (answer.kind, answer.n_impacts, answer.n_periods) == ("settling", 1, 1)
+    assert answer.rate == pytest.approx(as_oscillator.rate, rel=1e-6)
+
+
+def test_entries_of_a_structure_into_soft_stops_count_where_there_are_no_impacts() -> None:
+    stop = pc.SoftStop(at="0.2", side="above", stiffness=50, on=1)
+    chain = pc.chain([1, 1], [1, 1, 0], dashpots="0.2", stops=[stop])
+
+    run = pc.simulate(chain, pc.Loads({0: pc.cosine(1)}), periods=200)
+
+    answer = pc.classify_impact_times(run)
+    assert len(run.impacts) == 0
+    assert answer.kind == "periodic"
+    assert answer.n_impacts >= 1

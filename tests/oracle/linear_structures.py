@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 from flint import arb, arb_mat, ctx, fmpq
+from tests.oracle.random_structures import chain_matrix
 
 import percuss as pc
 from percuss.arrays import Floats
@@ -118,7 +119,7 @@ def rayleigh(mass: Floats, stiffness: Floats, a: float, b: float) -> Rows:
 
 
 def _matrices(rng: np.random.Generator, kind: str, n: int) -> tuple[Any, Any, Any]:
-    mass, stiffness = np.diag(rng.uniform(0.3, 2.0, n)), _chain(rng.uniform(0.5, 6.0, n + 1))
+    mass, stiffness = np.diag(rng.uniform(0.3, 2.0, n)), chain_matrix(rng.uniform(0.5, 6.0, n + 1))
     damping: Any = float(rng.choice([0.0, 0.05])) * stiffness
     rates = rng.uniform(0.5, 8.0, n)
     if kind in ("proportional", "overdamped"):
@@ -138,7 +139,7 @@ def _matrices(rng: np.random.Generator, kind: str, n: int) -> tuple[Any, Any, An
     elif kind == "free masses":
         joints = rng.uniform(0.5, 6.0, n + 1) * (rng.random(n + 1) < 0.5)
         joints[0] = joints[-1] = 0.0
-        stiffness = _chain(joints)
+        stiffness = chain_matrix(joints)
         damping = 0.1 * stiffness
         if rng.random() < 0.5:
             damping = damping + _symmetric(rng.uniform(0.0, 0.1, (n, n)))
@@ -148,7 +149,7 @@ def _matrices(rng: np.random.Generator, kind: str, n: int) -> tuple[Any, Any, An
     elif kind == "unstable":
         joints = rng.uniform(0.5, 6.0, n + 1)
         joints[0] = -rng.uniform(0.1, 3.0)
-        stiffness = _chain(joints)
+        stiffness = chain_matrix(joints)
         damping = 0.02 * stiffness + float(rng.choice([0.0, 0.2])) * np.diag(rng.random(n))
     elif kind in ("equal frequencies", "nearly equal frequencies"):
         mass, turn = np.eye(n), np.linalg.qr(rng.normal(size=(n, n)))[0]
@@ -207,9 +208,3 @@ def _positive(rng: np.random.Generator, n: int) -> Floats:
 def _skew(rng: np.random.Generator, n: int, size: float) -> Floats:
     upper = np.triu(rng.uniform(-size, size, (n, n)), 1)
     return upper - upper.T
-
-
-def _chain(joints: Floats) -> Floats:
-    n = len(joints) - 1
-    matrix = np.diag(joints[:-1] + joints[1:])
-    return matrix - np.diag(joints[1:n], 1) - np.diag(joints[1:n], -1)

@@ -71,7 +71,7 @@ def _matrices(rng: np.random.Generator, kind: str, n: int) -> tuple[Floats, Floa
         springs[-1] = 0.0
     elif kind != "proportional damping":
         dashpots = rng.uniform(0.0, 0.4, n + 1) * (rng.random(n + 1) < 0.6)
-    mass, stiffness, damping = np.diag(masses), _chain(springs), _chain(dashpots)
+    mass, stiffness, damping = np.diag(masses), chain_matrix(springs), chain_matrix(dashpots)
     # Springs between any two masses.
     for _ in range(n // 3):
         i, j = rng.choice(n, 2, replace=False)
@@ -90,7 +90,7 @@ def _matrices(rng: np.random.Generator, kind: str, n: int) -> tuple[Floats, Floa
     return mass, damping, stiffness
 
 
-def _chain(joints: Floats) -> Floats:
+def chain_matrix(joints: Floats) -> Floats:
     n = len(joints) - 1
     matrix = np.diag(joints[:-1] + joints[1:])
     return matrix - np.diag(joints[1:n], 1) - np.diag(joints[1:n], -1)

@@ -70,3 +70,12 @@ def test_a_search_that_is_cut_short_has_no_estimate() -> None:
     assert orbits.n_searches == 5
     assert math.isnan(orbits.unseen_estimate)
     assert "unseen" not in repr(orbits)
+
+
+def test_an_estimate_of_almost_nothing_is_told_as_such() -> None:
+    assert (
+        FoundOrbits([], 2.4e-12, 206)
+        .completeness()
+        .endswith("from 206 starts; fewer than 0.01 more are estimated to be unseen")
+    )
+    assert "some 0.25 more" in FoundOrbits([], 0.25, 206).completeness()

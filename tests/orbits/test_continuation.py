@@ -6,30 +6,20 @@ import math
 
 import numpy as np
 import pytest
+from tests.orbits.kinds import points
 from tests.orbits.test_reference_orbits import ROWS, agree, system
 
 import percuss as pc
-from percuss.orbits import Branch, SpecialPoint, single_impact, single_impact_orbits
+from percuss.orbits import Branch, single_impact, single_impact_orbits
 
 GAP = "oscillator.stops.0.at"
 COCO = pc.impact_oscillator("0.8", wall=1, side="above", damping="0.05")
-
-
-def points(branch: Branch, kind: str) -> list[SpecialPoint]:
-    return [point for point in branch.special_points if point.kind == kind]
 
 
 @pytest.fixture(scope="module")
 def coco() -> Branch:
     orbit = pc.find_orbit(COCO, pc.cosine(1))
     return pc.continue_orbit(orbit, over={"forcing.amplitude": (1, 0.05)})
-
-
-@pytest.fixture(scope="module")
-def mirrored() -> Branch:
-    stops = (pc.Wall(0.3, "above", 0.7), pc.Wall(-0.3, "below", 0.7))
-    orbit = pc.find_orbit(pc.Oscillator(1.0, 0.02, stops), pc.cosine(1.5), 2, 1)
-    return pc.continue_orbit(orbit, over={"forcing.amplitude": (0.05, 4.0)})
 
 
 def test_coco_the_family_turns_at_a_fold_and_grazes(coco: Branch) -> None:
@@ -133,17 +123,11 @@ def test_symmetry_breaking_between_two_walls(mirrored: Branch) -> None:
     np.testing.assert_allclose(point.orbit.impacts.v_before.sum(), 0.0, atol=1e-8)
 
 
-def test_strong_resonances_of_a_conservative_family() -> None:
-    osc = pc.impact_oscillator(1, wall=-0.5)
-    with pytest.warns(pc.FormalOrbitWarning):
-        orbit = pc.find_orbit(osc, pc.cosine(2.6))
-
-    branch = pc.continue_orbit(orbit, over={"forcing.omega": (2.2, 3.8)})
-
-    located = points(branch, "strong_resonance")
+def test_strong_resonances_of_a_conservative_family(conservative: Branch) -> None:
+    located = points(conservative, "strong_resonance")
     assert len(located) == 2
     for point, trace in zip(located, [0.0, -1.0], strict=True):
-        both = single_impact_orbits(osc, pc.cosine(point.value))
+        both = single_impact_orbits(conservative[0].oscillator, pc.cosine(point.value))
         apart = [abs(np.trace(each.monodromy) - trace) for each in both]
         assert min(apart) < 1e-8
 

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from tests.orbits.kinds import points
 
 import percuss as pc
 from percuss.arrays import Floats
@@ -16,10 +17,6 @@ Complex = NDArray[np.complex128]
 
 OMEGA, AMPLITUDE = "forcing.omega", "forcing.amplitude"
 GAP = "oscillator.stops.0.at"
-
-
-def points(branch: Branch, kind: str) -> list[SpecialPoint]:
-    return [point for point in branch.special_points if point.kind == kind]
 
 
 def test_curves_of_folds_at_a_soft_stop_end_in_a_cusp(soft: Branch) -> None:

@@ -6,13 +6,14 @@ import math
 
 import numpy as np
 import pytest
+from tests.orbits.kinds import points
 from tests.orbits.test_reference_orbits import ROWS, agree
 
 import percuss as pc
 from percuss.arrays import Floats
 from percuss.kernels.flight import free_response
 from percuss.model.system import law
-from percuss.orbits import Branch, Curve, SpecialPoint, single_impact
+from percuss.orbits import Branch, Curve, single_impact
 from percuss.orbits.bifurcations.branch_equations import OrbitEquations
 from percuss.orbits.bifurcations.curve_equations import return_equations
 
@@ -23,10 +24,6 @@ PLANE = {OMEGA: (0.7, 1.3), AMPLITUDE: (0.01, 1.2)}
 # Damped natural frequency: impacts that leave with any small velocity come back after half a
 # period of it, or a multiple.
 NATURAL = math.sqrt(1.0 - 0.05**2)
-
-
-def points(branch: Branch, kind: str) -> list[SpecialPoint]:
-    return [point for point in branch.special_points if point.kind == kind]
 
 
 def response(omega: Floats) -> Floats:
@@ -328,12 +325,8 @@ def test_bad_input_is_named(branch: Branch, mirrored: Branch) -> None:
         follow(breaks, {GAP: (0.2, 0.5), AMPLITUDE: (0.05, 4.0)})
 
 
-def test_other_kinds_of_points_make_no_curve() -> None:
-    osc = pc.impact_oscillator(1, wall=-0.5)
-    with pytest.warns(pc.FormalOrbitWarning):
-        orbit = pc.find_orbit(osc, pc.cosine(2.6))
-    branch = pc.continue_orbit(orbit, over={OMEGA: (2.2, 3.8)})
-    resonance = points(branch, "strong_resonance")[0]
+def test_other_kinds_of_points_make_no_curve(conservative: Branch) -> None:
+    resonance = points(conservative, "strong_resonance")[0]
 
     with pytest.raises(pc.ParameterError, match="fold, period_doubling, symmetry_breaking or"):
         pc.continue_curve(resonance, {OMEGA: (2.2, 3.8), GAP: (-1.0, 0.0)})

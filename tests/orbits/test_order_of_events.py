@@ -6,13 +6,9 @@ import math
 
 import numpy as np
 import pytest
+from tests.orbits.kinds import points
 
 import percuss as pc
-from percuss.orbits import Branch, SpecialPoint
-
-
-def points(branch: Branch, kind: str) -> list[SpecialPoint]:
-    return [point for point in branch.special_points if point.kind == kind]
 
 
 @pytest.mark.parametrize("amplitude", [3, "0.7"])

@@ -35,13 +35,6 @@ def single() -> Branch:
     return pc.continue_orbit(orbit, over={OMEGA: (2.6, 2.75)})
 
 
-@pytest.fixture(scope="module")
-def mirrored() -> Branch:
-    stops = (pc.Wall(0.3, "above", 0.7), pc.Wall(-0.3, "below", 0.7))
-    orbit = pc.find_orbit(pc.Oscillator(1.0, 0.02, stops), pc.cosine(1.5), 2, 1)
-    return pc.continue_orbit(orbit, over={AMPLITUDE: (0.05, 2.0)})
-
-
 def test_a_doubling_leads_to_an_orbit_that_closes_after_two_rounds(single: Branch) -> None:
     doubled = pc.switch_branch(point_of(single, "period_doubling"))
 

@@ -68,15 +68,9 @@ def test_real_multipliers_whose_product_is_one_are_no_torus() -> None:
     assert branch.special_points == ()
 
 
-def test_a_conservative_family_has_no_torus_points() -> None:
-    osc = pc.impact_oscillator(1, wall=-0.5)
-    with pytest.warns(pc.FormalOrbitWarning):
-        orbit = pc.find_orbit(osc, pc.cosine(2.6))
-
-    branch = pc.continue_orbit(orbit, over={"forcing.omega": (2.2, 3.8)})
-
-    assert torus_points(branch) == []
-    assert "strong_resonance" in other_kinds(branch)
+def test_a_conservative_family_has_no_torus_points(conservative: pc.Branch) -> None:
+    assert torus_points(conservative) == []
+    assert "strong_resonance" in other_kinds(conservative)
 
 
 def test_elastic_impacts_lose_their_stability_at_no_damping() -> None:

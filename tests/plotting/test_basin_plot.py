@@ -7,18 +7,14 @@ import pytest
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
+from tests.plotting.axes import new_axes
 
 import percuss as pc
-from percuss.plotting import Units, offscreen_figure, plot_basins, plot_fractions
+from percuss.plotting import Units, plot_basins, plot_fractions
 from percuss.plotting.basin_plot import CLASS_COLOURS, NO_START, UNDECIDED, _pale, class_names
 
 OSC = pc.impact_oscillator(restitution=0.7, wall="1.45789", side="above", damping=0.05)
 FORCE = pc.cosine(1.5)
-
-
-def new_axes() -> Axes:
-    ax: Axes = offscreen_figure().add_subplot()
-    return ax
 
 
 def texts(ax: Axes) -> list[str]:

@@ -7,19 +7,14 @@ from typing import get_args
 
 import numpy as np
 import pytest
-from matplotlib.axes import Axes
+from tests.plotting.axes import new_axes
 
 import percuss as pc
 from percuss.orbits import Branch
 from percuss.orbits.bifurcations.special_points import SpecialPointKind
-from percuss.plotting import Units, offscreen_figure, plot_branch
+from percuss.plotting import Units, plot_branch
 from percuss.plotting.branch_plot import MARKERS
 from percuss.plotting.style import BLUE, VERMILION
-
-
-def new_axes() -> Axes:
-    ax: Axes = offscreen_figure().add_subplot()
-    return ax
 
 
 @pytest.fixture(scope="module")
@@ -83,7 +78,7 @@ def test_axes_name_the_parameter_and_the_quantity(branch: Branch) -> None:
     margin = plot_branch(branch, new_axes(), quantity="grazing_margin", units=Units("mm", "s"))
     multiplier = plot_branch(branch, new_axes(), quantity="multiplier")
 
-    assert ax.get_xlabel() == "forcing amplitude (mm/s^2)"
+    assert ax.get_xlabel() == "forcing amplitude (mm/s$^{2}$)"
     assert ax.get_ylabel() == "least impact velocity (mm/s)"
     assert margin.get_ylabel() == "distance to grazing (mm)"
     assert "multiplier" in multiplier.get_ylabel()

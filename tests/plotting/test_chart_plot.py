@@ -7,17 +7,13 @@ import pytest
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgba
+from tests.plotting.axes import new_axes
 
 import percuss as pc
-from percuss.plotting import Units, offscreen_figure, plot_chart, plot_sweep
+from percuss.plotting import Units, plot_chart, plot_sweep
 from percuss.plotting.chart_plot import PERIODS
 
 A, B = "forcing.harmonics.0.omega", "start.v0"
-
-
-def new_axes() -> Axes:
-    ax: Axes = offscreen_figure().add_subplot()
-    return ax
 
 
 def chart(name: str, values: list[list[float]], units: str = "1") -> xr.Dataset:
@@ -151,7 +147,7 @@ def test_a_period_of_free_motions_is_a_time() -> None:
     ax = plot_sweep(data, ax=new_axes(), units=Units("m", "s"))
 
     assert ax.get_ylabel() == "period (s)"
-    assert ax.get_xlabel() == "stiffness $k$ (1/s^2)"
+    assert ax.get_xlabel() == "stiffness $k$ (1/s$^{2}$)"
     np.testing.assert_allclose(ax.lines[0].get_ydata(), [2.0 * np.pi, np.pi], rtol=1e-12)
 
 

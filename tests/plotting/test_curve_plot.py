@@ -4,18 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from matplotlib.axes import Axes
+from tests.plotting.axes import new_axes
 
 import percuss as pc
 from percuss.orbits import Curve
-from percuss.plotting import offscreen_figure, plot_curves
+from percuss.plotting import plot_curves
 
 PLANE = {"forcing.omega": (0.97, 1.03), "forcing.amplitude": (0.05, 1.0)}
-
-
-def new_axes() -> Axes:
-    ax: Axes = offscreen_figure().add_subplot()
-    return ax
 
 
 @pytest.fixture(scope="module")

@@ -30,6 +30,16 @@ def test_a_design_shows_its_values_between_the_ends_of_their_ranges() -> None:
     assert places == pytest.approx(shares)
 
 
+def test_the_damping_of_a_mass_is_called_its_coefficient() -> None:
+    osc = pc.Oscillator.from_mass(2, 1, damping_coefficient="0.2")
+    free = {"oscillator.damping": (0.1, 1)}
+    best = pc.design("peak_displacement", osc, pc.cosine(2), free=free, restarts=0)
+
+    ax = plotting.plot_design(best, Figure().add_subplot())
+
+    assert "damping $c$ (dimensionless)" in [text.get_text() for text in ax.texts]
+
+
 def test_what_is_no_design_is_refused() -> None:
     with pytest.raises(ParameterError, match="design"):
         plotting.plot_design(pc.Oscillator())

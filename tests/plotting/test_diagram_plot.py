@@ -9,17 +9,13 @@ import pytest
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
+from tests.plotting.axes import new_axes
 
 import percuss as pc
-from percuss.plotting import Units, offscreen_figure, plot_diagram
+from percuss.plotting import Units, plot_diagram
 from percuss.plotting.diagram_plot import COLOURS
 
 GAP = "oscillator.stops.0.at"
-
-
-def new_axes() -> Axes:
-    ax: Axes = offscreen_figure().add_subplot()
-    return ax
 
 
 def colour_at(ax: Axes, x: float, y: float) -> tuple[float, ...] | None:

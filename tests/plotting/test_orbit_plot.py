@@ -7,11 +7,11 @@ import pytest
 from matplotlib import pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
+from tests.plotting.axes import new_axes
 
 import percuss as pc
 from percuss.plotting import (
     Units,
-    offscreen_figure,
     plot_manifolds,
     plot_multipliers,
     plot_orbit,
@@ -20,11 +20,6 @@ from percuss.plotting import (
 from percuss.plotting.style import figure_of
 
 COCO = pc.impact_oscillator(0.8, wall=1.0, side="above", damping=0.05)
-
-
-def new_axes() -> Axes:
-    ax: Axes = offscreen_figure().add_subplot()
-    return ax
 
 
 @pytest.fixture(scope="module")

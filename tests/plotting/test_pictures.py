@@ -12,6 +12,7 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgba
 from matplotlib.patches import Rectangle
+from tests.plotting.axes import new_axes
 
 import percuss as pc
 from percuss import plotting
@@ -30,11 +31,6 @@ from percuss.plotting.style import ORANGE, PURPLE, VERMILION
 
 ALL = [plot_displacement, plot_velocity, plot_phase_portrait, plot_impact_velocities]
 RUNS = ["elastic", "grazing", "chattering", "between_stops"]
-
-
-def new_axes() -> Axes:
-    ax: Axes = offscreen_figure().add_subplot()
-    return ax
 
 
 def hatched(ax: Axes) -> list[Rectangle]:

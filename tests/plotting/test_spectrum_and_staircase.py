@@ -8,16 +8,12 @@ import numpy as np
 import pytest
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgba
+from tests.plotting.axes import new_axes
 
 import percuss as pc
 from percuss.motion.trajectory import Trajectory
-from percuss.plotting import Units, offscreen_figure, plot_spectrum, plot_staircase
+from percuss.plotting import Units, plot_spectrum, plot_staircase
 from percuss.plotting.style import BLUE, ORANGE
-
-
-def new_axes() -> Axes:
-    ax: Axes = offscreen_figure().add_subplot()
-    return ax
 
 
 def curve(ax: Axes) -> np.ndarray:

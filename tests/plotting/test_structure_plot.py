@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from matplotlib.axes import Axes
+from tests.plotting.axes import new_axes
 
 import percuss as pc
 from percuss import plotting
@@ -21,11 +21,6 @@ STOPS = (
 THREE = pc.chain([2, 1, "1.5"], [3, 2, 1, 2], dashpots="0.05", stops=STOPS)
 LOADS = pc.Loads({0: pc.cosine("1.3", amplitude=3), 2: pc.cosine("0.7", amplitude=2)})
 RUN = pc.simulate(THREE, LOADS, v0=[1, -2, 0], t_end=30)
-
-
-def new_axes() -> Axes:
-    ax: Axes = plotting.offscreen_figure().add_subplot()
-    return ax
 
 
 def test_a_direction_has_the_stops_of_its_line_at_their_places() -> None:

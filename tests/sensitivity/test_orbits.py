@@ -72,6 +72,18 @@ def difference(orbit: pc.PeriodicOrbit, path: str) -> dict[str, Any]:
     }
 
 
+def check_orbit(
+    orbit: pc.PeriodicOrbit, derivatives: pc.OrbitSensitivity, p: int, wanted: dict[str, Any]
+) -> None:
+    np.testing.assert_allclose(derivatives.period[p], wanted["period"], **CLOSE)
+    np.testing.assert_allclose(derivatives.impacts.v_after[:, p], wanted["v_after"], **CLOSE)
+    # Of the multipliers, which have a root where two meet, their sum and product have none.
+    trace = derivatives.multipliers[:, p].sum()
+    determinant = (orbit.multipliers[::-1] * derivatives.multipliers[:, p]).sum()
+    np.testing.assert_allclose(trace, wanted["trace"], **CLOSE)
+    np.testing.assert_allclose(determinant, wanted["determinant"], **CLOSE)
+
+
 @pytest.mark.parametrize("case", CASES)
 def test_forced_orbits(case: str) -> None:
     osc, force, own = CASES[case]
@@ -80,15 +92,9 @@ def test_forced_orbits(case: str) -> None:
     derivatives = orbit.sensitivity(paths)
     for p, path in enumerate(paths):
         wanted = difference(orbit, path)
-        np.testing.assert_allclose(derivatives.period[p], wanted["period"], **CLOSE)
+        check_orbit(orbit, derivatives, p, wanted)
         np.testing.assert_allclose(derivatives.impacts.t[:, p], wanted["t"], **CLOSE)
         np.testing.assert_allclose(derivatives.impacts.v_before[:, p], wanted["v_before"], **CLOSE)
-        np.testing.assert_allclose(derivatives.impacts.v_after[:, p], wanted["v_after"], **CLOSE)
-        # Of the multipliers, which have a root where two meet, their sum and product have none.
-        trace = derivatives.multipliers[:, p].sum()
-        determinant = (orbit.multipliers[::-1] * derivatives.multipliers[:, p]).sum()
-        np.testing.assert_allclose(trace, wanted["trace"], **CLOSE)
-        np.testing.assert_allclose(determinant, wanted["determinant"], **CLOSE)
         np.testing.assert_allclose(derivatives.of("max_displacement")[p], wanted["max"], **CLOSE)
 
 
@@ -142,14 +148,7 @@ def test_the_period_of_a_limit_cycle() -> None:
     np.testing.assert_allclose(derivatives.period[2], 0.0, atol=1e-13)
     np.testing.assert_allclose(derivatives.v0[2], orbit.v0, rtol=1e-12)
     for p, path in enumerate(paths[:2]):
-        wanted = difference(orbit, path)
-        np.testing.assert_allclose(derivatives.period[p], wanted["period"], **CLOSE)
-        np.testing.assert_allclose(derivatives.impacts.v_after[:, p], wanted["v_after"], **CLOSE)
-        # Of the multipliers, which have a root where two meet, their sum and product have none.
-        trace = derivatives.multipliers[:, p].sum()
-        determinant = (orbit.multipliers[::-1] * derivatives.multipliers[:, p]).sum()
-        np.testing.assert_allclose(trace, wanted["trace"], **CLOSE)
-        np.testing.assert_allclose(determinant, wanted["determinant"], **CLOSE)
+        check_orbit(orbit, derivatives, p, difference(orbit, path))
 
 
 def test_a_frequency_moved_alone_has_no_orbit() -> None:

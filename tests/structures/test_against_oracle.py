@@ -8,12 +8,10 @@ from collections.abc import Iterable
 
 import numpy as np
 import pytest
-from tests.oracle.random_problems import random_motion
 from tests.oracle.random_structures import StructureMotion, near_graze, random_structure
 from tests.oracle.structures import StructureRun, simulate_structure, structure_problem
 
 import percuss as pc
-from percuss.model import as_float
 from percuss.motion.structures import StructureTrajectory
 
 # Slower impacts belong to a chatter's tail, which the oracle lists further than percuss.
@@ -144,32 +142,6 @@ def test_a_wall_is_hit_or_missed_as_40_digits_say(seeds: range) -> None:
 
     assert wrong == []
     assert max(far) < 1e-14
-
-
-@pytest.mark.nightly
-def test_one_coordinate_moves_as_the_oscillator() -> None:
-    """By day `test_edges` has the same for motions of its own."""
-    for seed in range(300):
-        motion = random_motion(seed)
-        osc, (x, v, t) = motion.oscillator, motion.start
-        stops = [
-            stop
-            if isinstance(stop, pc.Wall)
-            else pc.SoftStop(stop.at, stop.side, stop.stiffness, 2 * as_float(stop.damping))
-            for stop in osc.stops
-        ]
-        structure = pc.Structure(1, osc.stiffness, 2 * as_float(osc.damping), stops)
-
-        # Elastic hops on a wall can be any number.
-        one = pc.simulate(osc, motion.forcing, x, v, t, t_end=t + 8, max_impacts=300)
-        run = pc.simulate(structure, motion.forcing, x0=x, v0=v, t0=t, t_end=one.t_end)
-
-        fast = np.abs(one.impacts.v_before) > SLOW
-        own = np.abs(run.impacts.v_before) > SLOW
-        np.testing.assert_allclose(run.impacts.t[own], one.impacts.t[fast], atol=INSTANT)
-        np.testing.assert_allclose(run.crossings.t, one.crossings.t, atol=INSTANT)
-        np.testing.assert_allclose(run.contacts.start, one.contacts.start, atol=1e-9)
-        np.testing.assert_allclose(run.contacts.release, one.contacts.release, atol=1e-9)
 
 
 def test_energy_is_lost_at_impacts_alone() -> None:

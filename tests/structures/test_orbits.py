@@ -98,6 +98,58 @@ def test_a_frequency_response_has_all_its_special_points() -> None:
     assert np.abs(doubled.run(0.5 * doubled.period)[0] - doubled.x0).max() > 1e-3
 
 
+def test_a_run_that_settles_leads_to_its_orbit_with_its_periods() -> None:
+    """A motion of two periods attracts beside that without a contact."""
+    loads = nlvib_loads("0.75")
+    near = pc.find_orbits(NLVIB, loads, 2, 2)[-1]
+    run = pc.simulate(NLVIB, loads, x0=near.x0 + 1e-3, v0=near.v0, periods=1200.3)
+
+    orbit = pc.find_orbit(NLVIB, loads, guess=run)
+
+    assert orbit.n_periods == 2
+    assert orbit.is_stable
+    x, v = run(run.stroboscopic(cycle=0.0).t.values[-1])
+    off = min(
+        np.abs(np.concatenate(orbit.run(k * orbit.period / 2)) - np.concatenate([x, v])).max()
+        for k in range(2)
+    )
+    assert off < 1e-8
+    # An orbit as the guess has its periods, too.
+    assert pc.find_orbit(NLVIB, loads, guess=orbit).n_periods == 2
+
+
+def test_a_doubled_branch_ends_at_the_doublings_at_both_ends() -> None:
+    """It went on with the same orbits half a period later: each of its points came twice or more."""
+    over = {"loads.0.omega": (0.6, 0.9)}
+    shorter, doubled = pc.find_orbits(NLVIB, nlvib_loads("0.75"), 2, 2)[1::2]
+    expected = [
+        point.value
+        for point in pc.continue_orbit(shorter, over=over).special_points
+        if point.kind == "period_doubling"
+    ]
+
+    branch = pc.continue_orbit(doubled, over=over)
+
+    kinds = [point.kind for point in branch.special_points]
+    assert sorted(kinds) == ["fold", "period_doubling", "period_doubling"]
+    assert (kinds[0], kinds[-1]) == ("period_doubling", "period_doubling")
+    ends = [branch.special_points[0], branch.special_points[-1]]
+    assert sorted(point.value for point in ends) == pytest.approx(sorted(expected), rel=1e-11)
+    assert branch.end_reason.count("the orbit is the two-fold cover of a shorter one") == 2
+    for point in ends:
+        # The shorter orbit doubles there; the row is the same motion for two of its periods.
+        assert (point.status, point.orbit.n_periods, branch[point.row].n_periods) == (
+            "located",
+            1,
+            2,
+        )
+        assert np.abs(point.orbit.multipliers + 1.0).min() < 1e-7
+        half = np.concatenate(branch[point.row].run(0.5 * branch[point.row].period))
+        start = np.concatenate([branch[point.row].x0, branch[point.row].v0])
+        assert np.abs(half - start).max() < 1e-9
+    assert pc.switch_branch(ends[0]).n_periods == 2
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_the_derivative_of_a_run_is_that_of_differences(seed: int) -> None:
     random = np.random.default_rng(seed)

@@ -342,3 +342,40 @@ def test_masses_beside_it_change_nothing_however_many_the_modes(is_coupled: bool
     assert len(alone.impacts.t) > 3
     assert together.crossings.t == pytest.approx(alone.crossings.t, abs=1e-11)
     assert together.impacts.t == pytest.approx(alone.impacts.t, abs=1e-11)
+
+
+def test_one_coordinate_is_told_in_the_singular() -> None:
+    run = pc.simulate(pc.Structure(1, 1), v0=1, t_end=1)
+
+    assert repr(run).startswith("<StructureTrajectory: 1 coordinate, ")
+
+
+def test_the_acceleration_is_that_of_a_structure_of_one_mass_and_of_an_oscillator() -> None:
+    """In flight, beyond a soft stop and on a wall that holds it; of the shape of the times."""
+    stops = (
+        pc.SoftStop("0.3", "above", 40, "0.5"),
+        pc.Wall(0, "below", "0.4"),
+    )
+    osc = pc.Oscillator.from_mass(2, stiffness=3, damping_coefficient="0.4", stops=stops)
+    held: list[pc.Wall | pc.SoftStop] = [
+        pc.SoftStop("0.3", "above", 40, "0.5", on=0),
+        pc.Wall(0, "below", "0.4", on=0),
+    ]
+    one = pc.Structure(2, 3, "0.4", stops=held)
+    force = pc.cosine("0.9", amplitude=4, constant=-1)
+    t = np.linspace(0, 40, 1202).reshape(2, 601)
+
+    run = pc.simulate(osc, force, x0="0.1", t_end=40)
+
+    same = pc.simulate(one, pc.Loads({0: force}), x0="0.1", t_end=40)
+    own = run.acceleration(t)
+    assert own.shape == t.shape
+    assert np.abs(own - same.acceleration(0, t)).max() < 1e-9
+    # Held by the wall, in flight, and pressed by the stop.
+    first = run.contacts.start[0]
+    assert run.acceleration(first + 1e-3) == 0.0
+    x, v = run(t)
+    pressed = np.where(x > 0.3, 40 * (x - 0.3) + 0.5 * v, 0.0)
+    exact = (4 * np.cos(0.9 * t) - 1 - 3 * x - 0.4 * v - pressed) / 2
+    free = x > 1e-6
+    assert np.abs(own - exact)[free].max() < 1e-10

@@ -144,3 +144,58 @@ def test_curves_of_folds_are_those_of_the_oscillator() -> None:
 
     assert ends[0] == pytest.approx(ends[1], abs=1e-9)
     assert ends[0][0] == 1.02
+
+
+def test_orbits_of_two_periods_on_a_branch_are_their_motions() -> None:
+    """Impacts in the second period of the loads were listed a period early: all was wrong there."""
+    wall = pc.Wall("0.3", "above", "0.7", on=1)
+    chain = pc.chain([1, 1], [1, 1, 0], dashpots="0.05", stops=[wall])
+    over = {"loads.0.omega": ("0.7", "1.2")}
+    (one,) = pc.find_orbits(chain, pc.Loads({0: pc.cosine("0.9", amplitude="0.5")}), 1, 1)
+    (doubling, formal) = (
+        point
+        for point in pc.continue_orbit(one, over=over).special_points
+        if point.kind == "period_doubling"
+    )
+
+    branch = pc.continue_orbit(pc.switch_branch(doubling), over=over)
+
+    with pytest.raises(pc.ParameterError, match="its orbit is formal, it passes through a wall"):
+        pc.switch_branch(formal)
+    assert branch.special_points[0].value == pytest.approx(doubling.value, rel=1e-11)
+    rows = np.flatnonzero(branch.admissible)
+    assert len(rows) > 10
+    for orbit in (branch[int(row)] for row in rows[1:-1:4]):
+        assert orbit.n_periods == 2
+        run = pc.simulate(chain, orbit.loads, x0=orbit.x0, v0=orbit.v0, t_end=orbit.period)
+        assert orbit.run.impacts.t == pytest.approx(run.impacts.t, abs=1e-9)
+        assert np.abs(np.concatenate(run(run.t_end)) - [*orbit.x0, *orbit.v0]).max() < 1e-9
+        found = pc.find_orbit(chain, orbit.loads, guess=orbit)
+        assert found.n_periods == 2
+        assert np.abs(found.multipliers - orbit.multipliers).max() < 1e-6
+    # Where the orbits are formal, the shorter one is, too: the end is near its doubling.
+    assert branch.end_reason.endswith(
+        "near loads.0.omega = 0.7978 the orbit is the two-fold cover of a shorter one"
+    )
+
+
+@pytest.mark.parametrize("kind", ["period_doubling", "torus"])
+def test_curves_of_orbits_that_meet_walls_keep_their_multipliers(kind: str) -> None:
+    """The impact that begins a period was taken to be as late at its end, whatever the multiplier."""
+    absorber = pc.vibro_impact_absorber(1, 1, "0.1", gap="0.5", restitution="0.6", damping="0.05")
+    loads = pc.Loads({0: pc.cosine("1.2", amplitude="0.3")})
+    orbit = next(o for o in pc.find_orbits(absorber, loads, 3, 1) if o.n_impacts == 3)
+    branch = pc.continue_orbit(orbit, over={"loads.0.omega": ("1.15", "1.3")})
+    point = next(one for one in branch.special_points if one.kind == kind)
+    over = {"loads.0.omega": ("1.15", "1.3"), "structure.stops.0.at": ("-0.52", "-0.48")}
+
+    curve = pc.continue_curve(point, over=over, largest_step=0.1)
+
+    assert len(curve) > 8
+    for row in range(0, len(curve), 3):
+        found = pc.find_orbit(curve[row].structure, curve[row].loads, guess=curve[row])
+        if kind == "period_doubling":
+            assert np.abs(found.multipliers + 1.0).min() < 1e-7
+        else:
+            pairs = found.multipliers[np.abs(found.multipliers.imag) > 1e-6]
+            assert np.abs(np.abs(pairs) - 1.0).min() < 1e-7

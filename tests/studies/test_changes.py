@@ -67,7 +67,11 @@ def test_values_lists_and_tables_are_changed_and_others_stay() -> None:
         ),
         (
             "oscillator.stops.1.at=1",
-            "oscillator.stops.1: --set names an element that is not there; there are 0 to 0",
+            "oscillator.stops.1: --set names an element that is not there; there is none beyond 0",
+        ),
+        (
+            "oscillator.stops.at=1",
+            "oscillator.stops: --set names 'at' of a list; name an element first, by its number",
         ),
         (
             "oscillator.damping.x=1",
@@ -82,4 +86,18 @@ def test_a_wrong_change_is_one_sentence(change: str, message: str) -> None:
         changed(change)
 
     assert message in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("path", ['over."forcing.omega"', "over.forcing.omega"])
+def test_a_key_of_the_file_that_has_dots_needs_no_quotes(path: str) -> None:
+    study = changed(f"{path}.count=7")
+
+    assert isinstance(study.question, Sweep)
+    assert study.question.over["forcing.omega"].count == 7
+    # The fault of a change is in no line of the file.
+    with pytest.raises(
+        pc.StudyError, match=r'^study\.toml: over\."?forcing\.omega"?\.count'
+    ) as error:
+        changed(f"{path}.count=1.5")
     assert "\n" not in str(error.value)

@@ -2,12 +2,23 @@
 
 from __future__ import annotations
 
+import base64
+import json
+
 from playwright.sync_api import Locator, Page, expect
 
 # How long something is waited for that will come [ms].
 WAIT = 240_000
 # The page is asked again after so long [ms]: by itself at each frame, which draws frames for that.
 AGAIN = 40
+
+
+def follow_link(page: Page, address: str, state: object) -> None:
+    """Go to a link of a state, and wait until its motion is drawn."""
+    text = base64.urlsafe_b64encode(json.dumps(state).encode()).decode().rstrip("=")
+    page.goto("about:blank")
+    page.goto(f"http://{address}/#{text}")
+    page.wait_for_selector(".explore[data-drawn]", timeout=WAIT)
 
 
 def drawn(page: Page) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import json
 from typing import Any
 
@@ -15,6 +14,7 @@ from tests.web.hands import (
     box_of,
     drag,
     drawn,
+    follow_link,
     middle,
     open_preset,
     set_box,
@@ -267,10 +267,7 @@ def test_what_an_expression_sets_no_hand_moves(
         "view": "explore",
         "study": {**study, "parameters": {"h": "0.1"}, "start": {"x0": "h", "v0": 0}},
     }
-    text = base64.urlsafe_b64encode(json.dumps(state).encode()).decode().rstrip("=")
-    page.goto("about:blank")
-    page.goto(f"http://{address}/#{text}")
-    page.wait_for_selector(".explore[data-drawn]", timeout=WAIT)
+    follow_link(page, address, state)
 
     assert displacement(page) == pytest.approx(0.1, abs=1e-6)
     expect(page.locator(".explore .handle")).to_be_hidden()

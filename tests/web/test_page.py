@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import json
 import socket
 import threading
@@ -16,6 +15,7 @@ from tests.web.hands import (
     box_of,
     drawn,
     fact,
+    follow_link,
     link_of,
     open_preset,
     pixels,
@@ -131,10 +131,7 @@ SHAPES: list[object] = [
 
 def test_a_link_of_another_shape_begins_with_the_first_motion(page: Page, address: str) -> None:
     for state in SHAPES:
-        text = base64.urlsafe_b64encode(json.dumps(state).encode()).decode().rstrip("=")
-        page.goto("about:blank")
-        page.goto(f"http://{address}/#{text}")
-        page.wait_for_selector(".explore[data-drawn]", timeout=WAIT)
+        follow_link(page, address, state)
 
         expect(box_of(page, "forcing.harmonics.0.omega")).to_have_value("2.8")
 
@@ -148,10 +145,7 @@ def test_a_link_with_strange_settings_opens(page: Page, address: str) -> None:
         "basins": [1, 2],
         "ranges": {"start.v0": [2, 1]},
     }
-    text = base64.urlsafe_b64encode(json.dumps(state).encode()).decode().rstrip("=")
-    page.goto("about:blank")
-    page.goto(f"http://{address}/#{text}")
-    page.wait_for_selector(".explore[data-drawn]", timeout=WAIT)
+    follow_link(page, address, state)
     view = view_of(page, "Diagram")
 
     expect(view.get_by_role("button", name="Compute", exact=True)).to_be_visible()

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import base64
 import copy
-import json
 import runpy
 from pathlib import Path
 from typing import Any
@@ -13,7 +11,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
 from tests.web.frames import read_frame
-from tests.web.hands import WAIT, box_of, drawn, set_box, slider_of, wait_for_drawing
+from tests.web.hands import box_of, drawn, follow_link, set_box, slider_of, wait_for_drawing
 
 import percuss as pc
 from percuss.errors import StudyError
@@ -100,10 +98,7 @@ def test_the_widget_begins_with_the_parameters_of_a_model() -> None:
 
 def test_a_link_with_parameters_opens_with_a_slider_for_each(page: Page, address: str) -> None:
     state = {"view": "explore", "study": BALL}
-    text = base64.urlsafe_b64encode(json.dumps(state).encode()).decode().rstrip("=")
-    page.goto("about:blank")
-    page.goto(f"http://{address}/#{text}")
-    page.wait_for_selector(".explore[data-drawn]", timeout=WAIT)
+    follow_link(page, address, state)
 
     expect(box_of(page, "parameters.w")).to_have_value("1.7")
     expect(box_of(page, "forcing.harmonics.0.amplitude")).to_have_value("w**2")

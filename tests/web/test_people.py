@@ -19,6 +19,7 @@ from tests.web.hands import (
     drawn,
     field,
     fill,
+    follow_link,
     link_of,
     set_box,
     slider_of,
@@ -46,10 +47,7 @@ OPTIONS = {"path": "forcing.harmonics.0.omega", "low": 2.4, "high": 2.6, "values
 
 
 def opened(page: Page, address: str, study: dict[str, Any]) -> None:
-    text = base64.urlsafe_b64encode(json.dumps({"view": "explore", "study": study}).encode())
-    page.goto("about:blank")
-    page.goto(f"http://{address}/#{text.decode().rstrip('=')}")
-    page.wait_for_selector(".explore[data-drawn]", timeout=WAIT)
+    follow_link(page, address, {"view": "explore", "study": study})
 
 
 def study_in(page: Page) -> dict[str, Any]:
@@ -264,7 +262,8 @@ def test_axes_have_the_units_of_the_study(page: Page, address: str) -> None:
         ["angular frequency omega (1/s)", "amplitude (mm)"],
     ]
     view = view_of(page, "Diagram")
-    assert view.locator(".plot").first.get_attribute("data-y") == "x at whole periods (mm)"
+    # The picture comes after the view.
+    expect(view.locator(".plot").first).to_have_attribute("data-y", "x at whole periods (mm)")
 
 
 def test_a_mass_and_units_are_given_on_the_panel(page: Page, address: str) -> None:

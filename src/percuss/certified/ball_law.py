@@ -22,6 +22,7 @@ from percuss.certified.numbers import (
     exact_value,
     in_balls,
     is_exact,
+    ratio_of,
     time_ball,
     upper,
 )
@@ -311,7 +312,7 @@ class BallLaw:
         own = record.record.period
         if force is None or exact is None or own is None:
             raise unknown
-        turns = _ratio(angle(exact), angle(own))
+        turns = ratio_of(angle(exact), angle(own))
         if turns is None or turns.denominator != 1:
             raise unknown
         wave = record.record.omega
@@ -339,7 +340,7 @@ class BallLaw:
         if omega == wave:
             return Fraction(1)
         are_numbers = omega.is_exact and wave.is_exact and self.system.moved is None
-        return _ratio(angle(omega), angle(wave)) if are_numbers else None
+        return ratio_of(angle(omega), angle(wave)) if are_numbers else None
 
     def _mass(self, path: str | None, value: Number | None) -> Number:
         """Return the mass by which forces per unit mass are multiplied; 1 without one."""
@@ -528,14 +529,6 @@ def _makes_turns(omega: Expression | None, tone: Tone, period: PiTimes) -> bool:
         return False
     times, plus = omega.angle()
     return not plus and (tone.times * times * period.plus / 2).denominator == 1
-
-
-def _ratio(one: tuple[Fraction, Fraction], other: tuple[Fraction, Fraction]) -> Fraction | None:
-    """Return the rational by which a number is another, None if it is no such multiple."""
-    (times, plus), (by, more) = one, other
-    if times * more != plus * by:
-        return None
-    return times / by if by else plus / more
 
 
 def _lines(

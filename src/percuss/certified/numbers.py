@@ -10,7 +10,7 @@ from typing import Any, TypeAlias, cast
 from flint import arb, ctx, fmpq
 
 from percuss.errors import ParameterError
-from percuss.model.exact import Phase, angle
+from percuss.model.exact import Exact, Phase, angle, as_fraction
 from percuss.model.expression import Expression
 
 __all__ = [
@@ -19,6 +19,7 @@ __all__ = [
     "between",
     "constant_of",
     "cos_sin",
+    "exact_range",
     "exact_value",
     "in_balls",
     "is_exact",
@@ -26,6 +27,7 @@ __all__ = [
     "order_of",
     "power",
     "precision",
+    "ratio_of",
     "rational",
     "span",
     "time_ball",
@@ -154,6 +156,26 @@ def cos_sin(times: Fraction, plus: Fraction) -> tuple[arb, arb]:
     else:
         sine, cosine = (arb.pi() * ball(times) + ball(plus)).sin_cos()
     return cosine, sine
+
+
+def exact_range(name: str, given: tuple[Exact, Exact]) -> tuple[Fraction, Fraction]:
+    """Return two exact numbers, the first below the second, or raise a `ParameterError`."""
+    try:
+        low, high = (as_fraction(value) for value in given)
+    except (TypeError, ValueError) as error:
+        raise ParameterError(name, given, "not two numbers") from error
+    if not low < high:
+        raise ParameterError(name, given, "the first is not below the second")
+    return low, high
+
+
+def ratio_of(one: tuple[Fraction, Fraction], other: tuple[Fraction, Fraction]) -> Fraction | None:
+    """Return the rational by which an angle is another, None if it is no such multiple."""
+    (times, plus), (by, more) = one, other
+    if times * more != plus * by:
+        # No multiple: pi is irrational.
+        return None
+    return times / by if by else plus / more
 
 
 def order_of(time: Phase, other: Phase) -> int:

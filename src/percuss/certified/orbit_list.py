@@ -16,17 +16,17 @@ from percuss.certified.ball_arithmetic import Ball, Undecided
 from percuss.certified.ball_law import law_of
 from percuss.certified.certify import certify
 from percuss.certified.covering import ImpactSurface
-from percuss.certified.numbers import ball, precision
+from percuss.certified.numbers import ball, exact_range, precision
 from percuss.certified.orbit_result import CertifiedOrbit
 from percuss.certified.return_equations import Missed, ReturnEquations, SurfaceBox
 from percuss.certified.set_flight import event_at
 from percuss.certified.shooting import OrbitEvent
 from percuss.certified.system import BallSystem, system_of
 from percuss.errors import ConvergenceError, ParameterError
-from percuss.model.exact import Exact, as_fraction, whole
+from percuss.model.exact import Exact, whole
 from percuss.model.force_record import refuse_record
 from percuss.model.forcing import Forcing
-from percuss.model.oscillator import Oscillator
+from percuss.model.oscillator import Oscillator, stops_in_words
 from percuss.motion.simulate import simulate
 from percuss.orbits.finding.find import find_orbit
 from percuss.progress import Progress, Report
@@ -416,13 +416,13 @@ def list_orbits(
         raise ParameterError("forcing.period", None, "a list of orbits needs a periodic forcing")
     refuse_record(force, "a list of orbits")
     event = _event_of(system_of(osc, force), osc, stop)
-    low, high = _range("speeds", speeds)
+    low, high = exact_range("speeds", speeds)
     if not low > 0:
         reason = (
             "reaches to 0, where impacts graze and the map is not continuous; give a least speed "
         )
         raise ParameterError("speeds", speeds, f"{reason}above 0")
-    begin, end = _range("cycle", cycle)
+    begin, end = exact_range("cycle", cycle)
     if begin < 0 or end > 1:
         raise ParameterError("cycle", cycle, "not within 0 and 1")
     system = system_of(osc, force)
@@ -440,21 +440,10 @@ def list_orbits(
     return _listed(search, osc, force, stop, ((low, high), (begin, end)))
 
 
-def _range(name: str, given: tuple[Exact, Exact]) -> tuple[Fraction, Fraction]:
-    """Return two exact numbers, the first below the second."""
-    try:
-        low, high = (as_fraction(value) for value in given)
-    except (TypeError, ValueError) as error:
-        raise ParameterError(name, given, "not two numbers") from error
-    if not low < high:
-        raise ParameterError(name, given, "the first is not below the second")
-    return low, high
-
-
 def _event_of(system: BallSystem, osc: Oscillator, stop: int) -> OrbitEvent:
     """Return the event of an impact on a stop, or an entry into it."""
     if whole("stop", stop, 0) >= len(osc.stops):
-        raise ParameterError("stop", stop, f"the oscillator has {len(osc.stops)} stops")
+        raise ParameterError("stop", stop, stops_in_words(osc))
     for number, bound in enumerate(system.bounds):
         if bound.wall == stop or stop in bound.edges:
             is_below = osc.stops[stop].side == "below"

@@ -15,7 +15,15 @@ from typing import NamedTuple
 from flint import arb
 
 from percuss.certified.ball_arithmetic import Undecided
-from percuss.certified.numbers import Number, ball, constant_of, is_exact, order_of, time_ball
+from percuss.certified.numbers import (
+    Number,
+    ball,
+    constant_of,
+    is_exact,
+    order_of,
+    ratio_of,
+    time_ball,
+)
 from percuss.certified.system import Angle
 from percuss.model.exact import Phase, PiTimes, angle, as_float, as_fraction
 from percuss.model.force_record import ForceRecord
@@ -234,12 +242,8 @@ class BallRecord:
         if knot is None:
             return None
         (times, plus), (at, more) = angle(time), angle(knot)
-        times, plus = times - at, plus - more
         length, rest = (value / self._rational_pace for value in self._duration(piece))
-        if times * rest != plus * length:
-            # No multiple: pi is irrational.
-            return None
-        return times / length if length else plus / rest
+        return ratio_of((times - at, plus - more), (length, rest))
 
     @cached_property
     def extremes(self) -> arb:

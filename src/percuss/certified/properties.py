@@ -161,10 +161,9 @@ class Monodromy:
 
     Attributes
     ----------
-    matrix
-        Of instant and velocity after the first event, or of (x, v) without events.
     trace, determinant
-        The determinant from its closed form.
+        Of instant and velocity after the first event, or of (x, v) without events; the determinant
+        from its closed form.
     conservative
         Whether the determinant is 1 exactly.
     multipliers
@@ -173,7 +172,6 @@ class Monodromy:
         "asymptotic", "elliptic", "parabolic", "unstable" or "undecided".
     """
 
-    matrix: BallMatrix
     trace: arb
     determinant: arb
     conservative: bool
@@ -186,7 +184,7 @@ class Monodromy:
         trace = matrix[0][0] + matrix[1][1]
         multipliers = multipliers_of(trace, determinant)
         stability = stability_of(trace, determinant, conservative=conservative)
-        return cls(matrix, trace, determinant, conservative, multipliers, stability)
+        return cls(trace, determinant, conservative, multipliers, stability)
 
 
 def monodromy_of(equations: Shooting, states: States) -> tuple[Monodromy, list[arb]]:

@@ -19,7 +19,7 @@ from percuss.certified.ball_arithmetic import Undecided
 from percuss.certified.ball_law import law_of
 from percuss.certified.certify import certify
 from percuss.certified.cloud import Cloud
-from percuss.certified.numbers import between, precision
+from percuss.certified.numbers import between, exact_range, precision
 from percuss.certified.orbit_result import CertifiedOrbit
 from percuss.certified.pieces import Moment
 from percuss.certified.set_flight import SlowEvents, next_passage, search_set
@@ -35,7 +35,7 @@ from percuss.certified.step import (
 from percuss.certified.system import BallSystem, system_of
 from percuss.certified.trapping import Trap, traps_about
 from percuss.errors import ParameterError
-from percuss.model.exact import Exact, Phase, as_fraction, real, whole
+from percuss.model.exact import Exact, Phase, real, whole
 from percuss.model.force_record import refuse_record
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
@@ -450,12 +450,7 @@ def _row(fates: _Fates, cells: list[_Cell]) -> _Row:
 
 def _edges(name: str, given: tuple[Exact, Exact], n: int) -> list[float]:
     """Return the ends of n cells, floats."""
-    try:
-        low, high = (as_fraction(value) for value in given)
-    except (TypeError, ValueError) as error:
-        raise ParameterError(name, given, "not two numbers") from error
-    if not low < high:
-        raise ParameterError(name, given, "the first is not below the second")
+    low, high = exact_range(name, given)
     return [float(low + (high - low) * Fraction(k, n)) for k in range(n + 1)]
 
 

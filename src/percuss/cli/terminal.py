@@ -16,6 +16,7 @@ from rich.table import Table
 from rich.text import Text
 
 from percuss.progress import PATIENCE, RENEWED_IN_A_LOG
+from percuss.wording import counted
 
 if TYPE_CHECKING:
     # A second of import, and each command prints only one of them.
@@ -35,12 +36,11 @@ RUNNING = "simulating"
 INTERRUPTED = "interrupted; writing what was done (Ctrl-C again drops it)"
 TERMINATED = "ended by SIGTERM; writing what was done (once more drops it)"
 WRITING = "SIGTERM has come while the results are written; once more drops them"
-COLOURS = {"holds": "green", "corrected": "yellow", "fails": "red", "undecided": "magenta"}
-WORDS: dict[VerdictKind, str] = {
-    "holds": "holds",
-    "corrected": "corrected",
-    "fails": "fails",
-    "undecided": "undecided",
+COLOURS: dict[VerdictKind, str] = {
+    "holds": "green",
+    "corrected": "yellow",
+    "fails": "red",
+    "undecided": "magenta",
 }
 # So many records, and no more, are printed with their claims whatever their verdicts.
 FEW = 12
@@ -222,13 +222,11 @@ def print_verdicts(result: PaperResult) -> None:
     if result.figures:
         names = (item.name for item in result.items if item.kind == "figure")
         drawn = ", ".join(name for name in names if name in result.figures)
-        noun = "figure" if len(result.figures) == 1 else "figures"
-        console.print(f"{len(result.figures)} {noun}: {drawn}", soft_wrap=True)
+        console.print(f"{counted(len(result.figures), 'figure')}: {drawn}", soft_wrap=True)
     if claims:
         count = Counter(claim.kind for claim in claims)
-        words = ", ".join(f"{count[kind]} {word}" for kind, word in WORDS.items())
-        noun = "statement" if len(claims) == 1 else "statements"
-        console.print(f"{len(claims)} {noun}: {words}")
+        words = ", ".join(f"{count[kind]} {kind}" for kind in COLOURS)
+        console.print(f"{counted(len(claims), 'statement')}: {words}")
     _print_findings(console, result)
     _print_claims(console, claims)
     for item, reason in result.missing.items():
@@ -259,7 +257,7 @@ def _print_claims(console: Console, claims: list[Claim]) -> None:
     table.add_column("verdict", no_wrap=True)
     table.add_column("claim")
     for claim in shown:
-        verdict = Text(f"{WORDS[claim.kind]}, {claim.grade}", style=COLOURS[claim.kind])
+        verdict = Text(f"{claim.kind}, {claim.grade}", style=COLOURS[claim.kind])
         table.add_row(Text(claim.reference), verdict, Text(claim.claim))
     if shown:
         console.print(table)

@@ -6,7 +6,7 @@ import contextlib
 import inspect
 import logging
 import os
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -127,7 +127,7 @@ def run_job(job: Job, execution: Execution, *, is_read_from_disk: bool = False) 
 def _answer(job: Job, keeper: Store | _Memory, execution: Execution) -> Answer:
     """Compute the missing chunks and return the whole answer."""
     todo, spans = _todo(keeper, execution.part), chunks_of(job)
-    size = sum(last - first for first, last in _of_part(spans, execution.part))
+    size = _points(job, _of_part(range(len(spans)), execution.part))
     progress = ChunkProgress(execution.progress, job, size, _points(job, todo), keeper.renew)
     is_interrupted = False
     chunks = _chunks(job, todo, execution, progress)
@@ -176,12 +176,12 @@ def _answer(job: Job, keeper: Store | _Memory, execution: Execution) -> Answer:
 
 def _todo(keeper: Store | _Memory, part: ArrayPart | None) -> list[int]:
     """Return the numbers of the chunks that are left to this process."""
-    return [i for i in keeper.todo() if part is None or i % part.count == part.number - 1]
+    return _of_part(keeper.todo(), part)
 
 
-def _of_part(spans: list[tuple[int, int]], part: ArrayPart | None) -> list[tuple[int, int]]:
+def _of_part(chunks: Iterable[int], part: ArrayPart | None) -> list[int]:
     """Return the chunks of a part: every n-th, so that all have their share of the slow ones."""
-    return spans if part is None else spans[part.number - 1 :: part.count]
+    return [i for i in chunks if part is None or i % part.count == part.number - 1]
 
 
 def _begin_in_words(job: Job, size: int, n_todo: int, execution: Execution) -> str:

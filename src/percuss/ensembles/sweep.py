@@ -42,6 +42,7 @@ from percuss.motion.sections import PoincareSection, SectionGiven, section_of
 from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import beyond_record_of
 from percuss.progress import Report
+from percuss.wording import counted
 
 if TYPE_CHECKING:
     # A second of import, which no worker needs.
@@ -198,11 +199,10 @@ def sweep(
         warn_of_some("points", answer.reasons.values(), work.size, first)
     if nowhere and answer.complete:
         verb = "has" if len(nowhere) == 1 else "have"
-        counted = "1 point" if work.size == 1 else f"{work.size:,} points"
         # A function of the user may return NaN without a reason.
         silent = ["it returned NaN"] * (work.size - len(answer.reasons))
         warn_of_failures(
-            f"{' and '.join(nowhere)} {verb} no answer for any of {counted}",
+            f"{' and '.join(nowhere)} {verb} no answer for any of {counted(work.size, 'point')}",
             [*answer.reasons.values(), *silent],
         )
     # The columns of its store are the whole result: no other file is needed.

@@ -18,6 +18,7 @@ __all__ = [
     "converted",
     "factor_of",
     "force_factor",
+    "kind_of",
     "known_names",
     "name_and_unit",
     "quantity_named",
@@ -88,6 +89,18 @@ def quantity_named(name: str) -> str | None:
     return plain if stem == "stop_force" and number.isdigit() else None
 
 
+def kind_of(quantity: str | None) -> str:
+    """Return what a quantity is of, without the number of its stop, its coordinate or its point.
+
+    Examples
+    --------
+    >>> kind_of("stop_force_1"), kind_of("acceleration_tip"), kind_of("t"), kind_of("force")
+    ('stop_force', 'acceleration', 't', 'force')
+    """
+    name = quantity or ""
+    return next((kind for kind in POWERS if kind != "t" and name.startswith(f"{kind}_")), name)
+
+
 def known_names() -> str:
     """Return the names of quantities as a list in words."""
     return ", ".join(name for name in POWERS if name != "t")
@@ -111,7 +124,7 @@ def name_and_unit(cell: str, quantity: str | None = None) -> tuple[str, str]:
         parsed = unit_of(unit.strip(), known) if name.strip() else None
         if parsed is None:
             continue
-        if parsed[1] in DIMENSIONS_OF_HEADS.get(known or "", ()):
+        if parsed[1] in DIMENSIONS_OF_HEADS.get(kind_of(known), ()):
             return name.strip(), unit.strip()
         # A word or a letter at the end of any name may be a unit by chance.
         if sign not in "_ " and known in (None, "force") and not said[1]:
@@ -125,7 +138,7 @@ def unit_of(text: str, quantity: str | None) -> UnitOfColumn | None:
     >>> unit_of("mm/s", None), unit_of("m/s²", None), unit_of("kN", None)
     ((0.001, (0, 1, -1)), (1.0, (0, 1, -2)), (1000.0, (1, 1, -2)))
     """
-    if quantity == "acceleration" and text in ("g", "gn", "g0"):
+    if kind_of(quantity) == "acceleration" and text in ("g", "gn", "g0"):
         return GRAVITY, _ACCELERATION
     text = text.replace("²", "^2").replace("μ", "µ").replace("·", " ").replace("**", "^")
     factor, powers = 1.0, [0, 0, 0]
@@ -152,7 +165,7 @@ def _base_unit(name: str) -> UnitOfColumn | None:
 
 def factor_of(column: FileColumn, units: Units | None) -> tuple[float, str]:
     """Return the factor that converts a column into the units of the model, or a fault."""
-    quantity = "stop_force" if column.quantity.startswith("stop_force") else column.quantity
+    quantity = kind_of(column.quantity)
     if column.unit in NO_UNIT or quantity not in POWERS:
         return 1.0, ""
     has_units = _has_units(units)

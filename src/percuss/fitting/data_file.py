@@ -21,12 +21,14 @@ from percuss.fitting.columns import (
     converted,
     factor_of,
     force_factor,
+    kind_of,
     known_names,
     name_and_unit,
     quantity_named,
     unit_of,
 )
 from percuss.model.units import Units
+from percuss.wording import counted
 
 __all__ = [
     "columns_of_file",
@@ -433,7 +435,9 @@ def _faults_of_head(
         plain = name_and_unit(title)[0].lower()
         close = difflib.get_close_matches(plain, POWERS, n=1, cutoff=0.85)
         if close and title not in [column.title for column in head] and close[0] not in names:
-            faults.append(f'column "{title}": did you mean "{close[0]}"?')
+            place = f'; of a structure it is named in columns, {plain} = "{title}"'
+            more = place if kind_of(plain) != plain else ""
+            faults.append(f'column "{title}": did you mean "{close[0]}"?{more}')
     if faults:
         return faults
     listed = f"; its columns are {', '.join(titles)[:200]}"
@@ -504,5 +508,5 @@ def _twice(t: Floats, lines: Sequence[int]) -> list[str]:
 
 
 def _too_short(line: int, cells: Sequence[str], width: int, separator: str | None) -> str:
-    count = "1 cell" if len(cells) == 1 else f"{len(cells)} cells"
+    count = counted(len(cells), "cell")
     return f"line {line}: {count} between {NAMED[separator]}, where the names have {width}"

@@ -4,21 +4,6 @@ from __future__ import annotations
 
 from percuss.lazy import lazy_names
 
-__all__ = [
-    "OutputFiles",
-    "Record",
-    "check_output",
-    "load_netcdf",
-    "load_record",
-    "make_record",
-    "motion_text",
-    "parse_record",
-    "save_certificate",
-    "save_csv",
-    "save_figure",
-    "save_netcdf",
-]
-
 # NetCDF needs xarray, which takes a second to import: each name loads its own module.
 _MODULES = {
     "OutputFiles": "files",
@@ -35,5 +20,6 @@ _MODULES = {
     "save_netcdf": "netcdf",
 }
 
+__all__ = list(_MODULES)
 
 __getattr__, __dir__ = lazy_names(__name__, _MODULES)

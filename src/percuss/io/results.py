@@ -162,9 +162,6 @@ def structure_orbit_columns(orbits: Sequence[StructureOrbit]) -> Columns:
 
 def branch_columns(branch: Branch) -> Columns:
     """Return a branch as a table, one row an orbit."""
-    special = np.full(len(branch), "", dtype=object)
-    for point in branch.special_points:
-        special[point.row] = point.kind
     velocities = {
         f"impact_velocity_{i}": column for i, column in enumerate(branch.impact_velocity.T)
     }
@@ -177,15 +174,12 @@ def branch_columns(branch: Branch) -> Columns:
         "stability": branch.stability,
         "admissible": branch.admissible,
         "grazing_margin": branch.grazing_margin,
-        "special_point": special,
+        "special_point": _kinds_in_rows(branch),
     }
 
 
 def structure_branch_columns(branch: StructureBranch) -> Columns:
     """Return a branch of a structure as a table, one row an orbit."""
-    special = np.full(len(branch), "", dtype=object)
-    for point in branch.special_points:
-        special[point.row] = point.kind
     amplitudes = {f"amplitude_{i}": column for i, column in enumerate(branch.amplitude.T)}
     return {
         branch.path: branch.values,
@@ -193,7 +187,7 @@ def structure_branch_columns(branch: StructureBranch) -> Columns:
         "n_impacts": branch.n_impacts,
         "is_stable": branch.is_stable,
         "admissible": branch.admissible,
-        "special_point": special,
+        "special_point": _kinds_in_rows(branch),
         **_of_multipliers(branch.multipliers),
     }
 
@@ -268,14 +262,19 @@ def structure_response_columns(response: Response) -> Columns:
 
 def structure_curve_columns(curve: StructureCurve) -> Columns:
     """Return a curve of a structure as a table, one row an orbit."""
-    special = np.full(len(curve), "", dtype=object)
-    for point in curve.special_points:
-        special[point.row] = point.kind
     return {
         **dict(zip(curve.paths, curve.values.T, strict=True)),
-        "special_point": special,
+        "special_point": _kinds_in_rows(curve),
         **_of_multipliers(curve.multipliers),
     }
+
+
+def _kinds_in_rows(followed: Branch | StructureBranch | StructureCurve) -> NDArray[Any]:
+    """Return the kind of the special point of each row, empty where it is none."""
+    kinds = np.full(len(followed), "", dtype=object)
+    for point in followed.special_points:
+        kinds[point.row] = point.kind
+    return kinds
 
 
 def _of_multipliers(multipliers: Complexes) -> dict[str, NDArray[Any]]:

@@ -33,7 +33,7 @@ NOTHING = 1e-200
 
 def chain(
     masses: Iterable[Exact],
-    springs: Iterable[Exact],
+    springs: Exact | Iterable[Exact],
     dashpots: Exact | Iterable[Exact] = 0,
     stops: Iterable[Stop] = (),
     *,
@@ -47,7 +47,7 @@ def chain(
         The n masses [mass], > 0.
     springs
         Stiffnesses [force/length] of the n + 1 springs: from the ground to the first mass, between
-        the masses, and from the last to the ground; 0 for none.
+        the masses, and from the last to the ground; 0 for none; or one number for all.
     dashpots
         Coefficients [force time/length] of the n + 1 dashpots beside them, of any sign; or one
         number for all.
@@ -68,14 +68,14 @@ def chain(
 
     Examples
     --------
-    >>> chain(masses=[1, 1], springs=[0, 1, 1]).stiffness
-    ((1.0, -1.0), (-1.0, 2.0))
+    >>> chain(masses=[1, 1], springs=[0, 1, 1]).stiffness, chain([1, 1], springs=2).stiffness
+    (((1.0, -1.0), (-1.0, 2.0)), ((4.0, -2.0), (-2.0, 4.0)))
     """
     m = exact_numbers("masses", masses)
     raise_first(fault for i, mass in enumerate(m) for fault in positive_faults(f"masses.{i}", mass))
     n = len(m) + 1
     elements = f"the {n} gaps from ground to ground"
-    stiffness = one_each("springs", exact_numbers("springs", springs), n, elements)
+    stiffness = one_each("springs", springs, n, elements)
     damping = one_each("dashpots", dashpots, n, elements)
     return Structure(m, _tridiagonal(stiffness), _tridiagonal(damping), stops, units)
 

@@ -522,7 +522,8 @@ def _(value: Oscillator, prefix: str | None = None) -> list[Fault]:
         problems += positive_faults(dotted(prefix, "mass"), value.mass)
     problems += _units_faults(value, prefix)
     if not isinstance(value.stops, tuple):
-        return [*problems, Fault(dotted(prefix, "stops"), value.stops, "not a tuple of stops")]
+        reason = "not a sequence of stops; of one alone it is [stop]"
+        return [*problems, Fault(dotted(prefix, "stops"), value.stops, reason)]
     wrong = faults_of_each_stop(value.stops, prefix, _faults_of_on)
     problems += wrong or stops_faults(dict(enumerate(value.stops)), prefix)
     if problems or value.mass is None:

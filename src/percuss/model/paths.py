@@ -522,6 +522,8 @@ def _unknown(path: str, known: list[str], force: AnyForce, tables: list[str]) ->
         wanted = f"{name}.harmonics.0.{own}"
         if wanted in known:
             return f"one of {len(forcing.harmonics)} harmonics; write {wanted} for the first"
+    if own == "damping_ratio" and f"{name}.damping_coefficient" in known:
+        return f"no such parameter: the ratio only sets {name}.damping_coefficient; write that"
     alike = difflib.get_close_matches(str(path), known, n=3, cutoff=0.6)
     meant = _of_that_word(str(path), known)
     # A single word resembles no whole path, but may be the last word of one.

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from percuss.model.loads import Loads
 
 __all__ = [
+    "NO_COMMON_PERIOD",
     "Start",
     "end_after_periods",
     "limit_faults",
@@ -44,6 +45,8 @@ __all__ = [
     "start_of",
     "wall_faults",
 ]
+
+NO_COMMON_PERIOD = "the loads have no common period; give loads.period, or t_end instead"
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +83,7 @@ class Start:
         raise_first(faults(self, ""))
 
 
-def start_of(start: object, name: str = "start") -> Start:
+def start_of(start: object) -> Start:
     """Return a start that may be given as (x0, v0) or (x0, v0, t0); None: at rest at 0.
 
     Raises
@@ -95,11 +98,10 @@ def start_of(start: object, name: str = "start") -> Start:
     """
     if isinstance(start, Start):
         return start
-    if start is not None and (isinstance(start, str) or not hasattr(start, "__iter__")):
-        raise ParameterError(name, start, "not (x0, v0) or (x0, v0, t0)")
-    numbers: tuple[Any, ...] = (0.0, 0.0) if start is None else tuple(start)
+    given: Any = (0.0, 0.0) if start is None else start
+    numbers = () if isinstance(given, str) or not hasattr(given, "__iter__") else tuple(given)
     if not 2 <= len(numbers) <= 3:
-        raise ParameterError(name, start, "not (x0, v0) or (x0, v0, t0)")
+        raise ParameterError("start", start, "not (x0, v0) or (x0, v0, t0)")
     return Start(*numbers)
 
 
@@ -242,7 +244,7 @@ def periods_faults(
     if force.exact_period is None and force.period is None:
         reason = "the forcing has no period; give forcing.period, or t_end instead"
         if not isinstance(force, Forcing):
-            reason = "the loads have no common period; give loads.period, or t_end instead"
+            reason = NO_COMMON_PERIOD
         return [Fault(name, periods, reason)]
     return []
 

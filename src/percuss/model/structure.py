@@ -37,6 +37,7 @@ from percuss.model.faults import (
 from percuss.model.oscillator import On, Stop, Wall, faults_of_each_stop, plain_on, stops_faults
 from percuss.model.units import Units
 from percuss.numerics import cholesky
+from percuss.wording import counted
 
 __all__ = [
     "MatrixRows",
@@ -204,13 +205,9 @@ class Structure:
             stops = ", ".join(map(_stop_in_words, self.stops))
         points = ", ".join(name for name, _ in self.points)
         damped = "damped" if any(map(any, self.damping)) else "undamped"
-        size = "1 coordinate" if self.n == 1 else f"{self.n} coordinates"
-        return (
-            "; ".join(
-                [f"<Structure: {size}, {damped}", stops, *([f"points {points}"] if points else [])]
-            )
-            + ">"
-        )
+        size = f"{counted(self.n, 'coordinate')}, {damped}"
+        parts = [size, stops, *([f"points {points}"] if points else [])]
+        return f"<Structure: {'; '.join(parts)}>"
 
     def text(self) -> str:
         """Return the call that makes the structure, with every number as it was given.
@@ -335,8 +332,7 @@ def _counted_stops(stops: tuple[Stop, ...]) -> str:
     """Return how many stops of each kind there are."""
     walls = sum(isinstance(stop, Wall) for stop in stops)
     numbers = {"wall": walls, "soft stop": len(stops) - walls}
-    counts = (f"{n} {name}{'' if n == 1 else 's'}" for name, n in numbers.items() if n)
-    return ", ".join(counts) or "no stops"
+    return ", ".join(counted(n, name) for name, n in numbers.items() if n) or "no stops"
 
 
 def _stop_in_words(stop: Stop) -> str:
@@ -478,7 +474,8 @@ def _(value: Structure, prefix: str | None = None) -> list[Fault]:
         else:
             problems += _direction_faults(direction, value.n, path)
     if not isinstance(value.stops, tuple):
-        return [*problems, Fault(dotted(prefix, "stops"), value.stops, "not a tuple of stops")]
+        reason = "not a sequence of stops; of one alone it is [stop]"
+        return [*problems, Fault(dotted(prefix, "stops"), value.stops, reason)]
     if len(value.stops) > MOST_STOPS:
         reason = f"more than the {MOST_STOPS} whose sets have a number each"
         return [*problems, Fault(dotted(prefix, "stops"), len(value.stops), reason)]

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Callable
 from typing import cast
 
 import numpy as np
 
 from percuss.arrays import Floats
-from percuss.errors import LimitWarning, ParameterError
+from percuss.errors import ParameterError
 from percuss.kernels import record as columns
 from percuss.kernels.structure import march as engine
 from percuss.kernels.structure import run as state
@@ -26,7 +25,6 @@ from percuss.model.structure_start import StructureStart
 from percuss.motion.structures import StructureTrajectory, as_far_as_filled
 from percuss.motion.trajectory import Outcome
 from percuss.progress import RunProgress
-from percuss.wording import counted
 
 __all__ = ["follow_structure", "followed"]
 
@@ -66,12 +64,6 @@ def follow_structure(
     end = as_float(t_end)
     progress_of_run = RunProgress(progress, begin, end, limit)
     run, outcome = followed(system, (start.x, start.v, begin), end, limit, progress_of_run)
-    if outcome is Outcome.reached_max_impacts and max_impacts is None:
-        message = (
-            f"the run ended at t = {run.state[columns.T]:.10g} after {counted(limit, 'impact')}, the limit "
-            "without max_impacts; give max_impacts to follow it further"
-        )
-        warnings.warn(message, LimitWarning, stacklevel=3)
     lasts = None if periods is None else cast("Exact", plain(periods))
     given = cast("Phase", plain(t_end))
     return StructureTrajectory.of_run(system, start, run, given, outcome, lasts)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
@@ -12,11 +13,12 @@ from percuss.arrays import Floats
 from percuss.errors import ParameterError
 from percuss.model.exact import as_float
 from percuss.model.forcing import Forcing
-from percuss.model.oscillator import Oscillator, Wall
+from percuss.model.oscillator import Oscillator, Stop, Wall
 from percuss.model.restitution import is_elastic
 from percuss.motion.eigenset import resonant_frequency
 from percuss.motion.growth import CERTAIN, Growth, fit_power_law
 from percuss.motion.patterns import FEWEST, REPETITIONS, ROUNDINGS, TOLERANCE, find_pattern
+from percuss.motion.structures import StructureTrajectory
 from percuss.motion.trajectory import Trajectory
 
 __all__ = ["ImpactTimes", "PatternKind", "classify_impact_times"]
@@ -69,11 +71,14 @@ class ImpactTimes:
 
 
 def classify_impact_times(
-    run: Trajectory | ArrayLike, osc: Oscillator | None = None, force: Forcing | None = None
+    run: Trajectory | StructureTrajectory | ArrayLike,
+    osc: Oscillator | None = None,
+    force: Forcing | None = None,
 ) -> ImpactTimes:
     """Classify the set that the impact times of a run form.
 
-    Without walls, the entries into soft stops are taken. A transient may come first: a period is
+    Without impacts, the entries into soft stops are taken; of a structure the times at all its
+    stops, of which the free motion has no eigenset. A transient may come first: a period is
     believed if the last three repetitions agree, within 1e-8 of the mean interval or the rounding
     of the times. Before they do, and where there are losses, the pattern is named that the times
     settle to: the smallest whose deviations fall geometrically over twelve repetitions at least.
@@ -110,26 +115,35 @@ def classify_impact_times(
     >>> answer = classify_impact_times(run)
     >>> answer.kind, answer.n_impacts, answer.n_periods, round(answer.rate * 2 * np.pi / 2.1, 2)
     ('settling', 1, 1, 0.22)
+
+    An absorber of a tenth of the mass strikes the walls of its cavity four times a period:
+
+    >>> absorber = pc.vibro_impact_absorber(1, 1, "0.1", gap="0.5", restitution="0.6", damping="0.2")
+    >>> run = pc.simulate(absorber, pc.Loads({0: pc.cosine(1, amplitude="0.3")}), periods=300)
+    >>> answer = classify_impact_times(run)
+    >>> answer.kind, answer.n_impacts, answer.n_periods
+    ('periodic', 4, 1)
     """
-    if isinstance(run, Trajectory):
-        osc, force = run.oscillator, run.forcing
-        times = run.impacts.t
-        if len(times) == 0:
-            times = run.crossings.t[run.crossings.direction == "in"]
-    elif osc is None:
-        raise ParameterError("osc", None, "an array of times needs the oscillator they are of")
+    if isinstance(run, StructureTrajectory):
+        times, period, spacing = _times_of(run), run.loads.period, None
+        is_damped, stops = bool(run.structure.damping_matrix.any()), run.structure.stops
     else:
-        times = np.asarray(run, dtype=np.float64)
-        if times.ndim != 1 or not (np.diff(times) > 0.0).all():
-            raise ParameterError("run", times.shape, "not one array of increasing times")
-    period = force.period if force is not None else None
-    spacing = _spacing(osc)
+        if isinstance(run, Trajectory):
+            osc, force, times = run.oscillator, run.forcing, _times_of(run)
+        elif osc is None:
+            raise ParameterError("osc", None, "an array of times needs the oscillator they are of")
+        else:
+            times = np.asarray(run, dtype=np.float64)
+            if times.ndim != 1 or not (np.diff(times) > 0.0).all():
+                raise ParameterError("run", times.shape, "not one array of increasing times")
+        period, spacing = force.period if force is not None else None, _spacing(osc)
+        is_damped, stops = as_float(osc.damping) != 0.0, osc.stops
     if len(times) < FEWEST:
         return ImpactTimes("too_few", 0, 0, np.nan, np.nan, len(times))
     on_eigenset = None if spacing is None else _eigenset(times, spacing, period)
     if on_eigenset is not None:
         return on_eigenset
-    is_dissipative = _changes_areas(osc)
+    is_dissipative = is_damped or _change_areas(stops)
     # First, since late in an approach the intervals differ by less than any tolerance. A power of
     # the time belongs to conservative motion; with losses the deviations fall geometrically.
     approaching = None if spacing is None or is_dissipative else _approaching(times, spacing)
@@ -148,11 +162,18 @@ def classify_impact_times(
     return ImpactTimes("no_period_found", 0, 0, np.nan, np.nan, len(times))
 
 
-def _changes_areas(osc: Oscillator) -> bool:
-    """Return whether areas of the phase plane change: by damping, dashpots or restitution."""
-    return as_float(osc.damping) != 0.0 or any(
+def _times_of(run: Trajectory | StructureTrajectory) -> Floats:
+    """Return the times of the impacts, or without any those of the entries into soft stops."""
+    impacts, entries = run.impacts.t, run.crossings.t[run.crossings.direction == "in"]
+    times: Floats = impacts if len(impacts) else entries
+    return times
+
+
+def _change_areas(stops: Iterable[Stop]) -> bool:
+    """Return whether stops change areas of the phase plane: by dashpots or restitution."""
+    return any(
         not is_elastic(stop.restitution) if isinstance(stop, Wall) else as_float(stop.damping) != 0
-        for stop in osc.stops
+        for stop in stops
     )
 
 

@@ -24,7 +24,7 @@ from percuss.motion.instants import check_limit, times_within
 from percuss.motion.moved_motion import AnyMotion, MovedEvents
 from percuss.motion.tables import Limit
 
-__all__ = ["AnyStructureMotion", "MovedStructureMotion", "rates_at", "scratch_of"]
+__all__ = ["AnyStructureMotion", "MovedStructureMotion", "rates_at", "scratch_of", "scratch_run"]
 
 
 class AnyStructureMotion(AnyMotion, Protocol):
@@ -115,12 +115,15 @@ class MovedStructureMotion(MovedEvents):
         return motion[:, 0].reshape(shape), motion[:, 1].reshape(shape)
 
 
-def scratch_of(varied: VariedRun) -> VariedRun:
+def scratch_run(run: StructureRun) -> StructureRun:
     """Return a run with arrays to write into: two threads may evaluate one result."""
-    run = varied.run
     fresh = new_run(run.sets, 0, 0)
-    own = fresh._replace(events=run.events, marks=run.marks, states=run.states, grazes=run.grazes)
-    return varied._replace(run=own)
+    return fresh._replace(events=run.events, marks=run.marks, states=run.states, grazes=run.grazes)
+
+
+def scratch_of(varied: VariedRun) -> VariedRun:
+    """Return a run with its change, with arrays to write into; see `scratch_run`."""
+    return varied._replace(run=scratch_run(varied.run))
 
 
 def rates_at(varied: VariedRun, t: float, *, after: bool = True) -> Floats:

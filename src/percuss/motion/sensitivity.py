@@ -159,7 +159,7 @@ class Sensitivity(MovedMotion):
         moved = MovedLaw(self.moved.paths, change, begin, stops)
         jumps = np.full_like(self.varied.jumps, np.nan)
         if len(jumps):
-            jumps[0] = -_rebound(self.run, self.grazes, 0) * self.grazes.speed[0]
+            jumps[0] = -_rebound(self.run, self.grazes) * self.grazes.speed[0]
         varied = self.varied._replace(change=change, jumps=jumps)
         return _carried(self.run, moved, varied, begin, self.grazes)
 
@@ -300,9 +300,9 @@ def _at_graze(run: AnyOscillatorMotion, t: float, stop: int) -> tuple[float, flo
     return into, into * force, restitution_at(law, region, bound, 0.0)
 
 
-def _rebound(run: AnyOscillatorMotion, grazes: MovedGrazes, k: int) -> float:
-    """Return how much an impact at a graze changes the velocity, per speed."""
-    into, _, restitution = _at_graze(run, float(grazes.t[k]), int(grazes.stop[k]))
+def _rebound(run: AnyOscillatorMotion, grazes: MovedGrazes) -> float:
+    """Return how much an impact at the first graze changes the velocity, per speed."""
+    into, _, restitution = _at_graze(run, float(grazes.t[0]), int(grazes.stop[0]))
     return into * (1.0 + restitution)
 
 

@@ -42,7 +42,7 @@ from percuss.model.structure import Structure
 from percuss.model.structure_start import StructureStart, structure_start
 from percuss.model.system import System, region_rows
 from percuss.motion.reach import free_until
-from percuss.motion.trajectory import Outcome, Trajectory
+from percuss.motion.trajectory import AnyRun, Outcome, Trajectory
 from percuss.progress import RunProgress
 from percuss.wording import counted
 
@@ -197,9 +197,11 @@ def simulate(
 
         _refuse_both(start, x0, v0, t0)
         begin_there = structure_start(osc, start, x0, v0, t0)
-        return follow_structure(
+        run = follow_structure(
             osc, force, begin_there, t_end, periods, max_impacts, MOST_IMPACTS, progress
         )
+        _warn_at_limit(run, max_impacts)
+        return run
     system, begins = System.of(osc, force), _start(start, x0, v0, t0)
     x0, v0, t0 = begins.x0, begins.v0, begins.t0
     raise_first(wall_faults(osc, "x0" if start is None else "start.x0", x0))
@@ -221,15 +223,21 @@ def simulate(
         last = march.last_moderate(end)
         if outcome is Outcome.overflow or last < end:
             stopped, outcome = last, Outcome.overflow
-    if outcome is Outcome.reached_max_impacts and max_impacts is None:
-        message = (
-            f"the run ended at t = {march.last_time:.10g} after {counted(limit, 'impact')}, the limit "
-            "without max_impacts; give max_impacts to follow it further"
-        )
-        warnings.warn(message, LimitWarning, stacklevel=2)
     reached = outcome in (Outcome.reached_t_end, Outcome.at_rest)
     lasts = None if periods is None or not reached else cast("Exact", plain(periods))
-    return Trajectory.of_record(system, march.record(), stopped, outcome, begins, lasts)
+    motion = Trajectory.of_record(system, march.record(), stopped, outcome, begins, lasts)
+    _warn_at_limit(motion, max_impacts)
+    return motion
+
+
+def _warn_at_limit(run: AnyRun, max_impacts: int | None) -> None:
+    """Warn that a run has ended at the limit of impacts where the caller gave none."""
+    if run.outcome is Outcome.reached_max_impacts and max_impacts is None:
+        message = (
+            f"the run ended at t = {run.t_end:.10g} after {counted(MOST_IMPACTS, 'impact')}, the limit "
+            "without max_impacts; give max_impacts to follow it further"
+        )
+        warnings.warn(message, LimitWarning, stacklevel=3)
 
 
 def _start(start: object, x0: Exact, v0: Exact, t0: Phase) -> Start:

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from percuss.arrays import Floats, Integers, row_of
 from percuss.errors import ParameterError
 from percuss.kernels import record as columns
-from percuss.kernels.structure.run import StructureRun, new_run
+from percuss.kernels.structure.run import StructureRun
 from percuss.kernels.structure.sample import evaluate
 from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import Exact, Phase, as_float, reals, whole
@@ -25,6 +25,7 @@ from percuss.model.system import System
 from percuss.motion.energetics import force_at
 from percuss.motion.extremes import Extrema, QuantityName
 from percuss.motion.instants import check_limit, span_within, strobes, times_within
+from percuss.motion.moved_structure_motion import scratch_run
 from percuss.motion.run_dataset import run_dataset
 from percuss.motion.sections import SectionDirection, section_of
 from percuss.motion.structure_observables import (
@@ -37,6 +38,7 @@ from percuss.motion.tables import Contacts, Crossings, EventColumn, Grazes, Impa
 from percuss.motion.trajectory import Outcome, beyond_record_of, happened
 from percuss.numerics import matmul
 from percuss.pictures import HasPicture
+from percuss.wording import counted
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -143,7 +145,7 @@ class StructureTrajectory(HasPicture):
 
     def __repr__(self) -> str:
         """Return what happened in a line."""
-        return f"<StructureTrajectory: {self.structure.n} coordinates, {happened(self)}>"
+        return f"<StructureTrajectory: {counted(self.structure.n, 'coordinate')}, {happened(self)}>"
 
     @property
     def beyond_record(self) -> str:
@@ -199,17 +201,9 @@ class StructureTrajectory(HasPicture):
         inside = times_within(instants, self.t0, self.t_end)
         flat = row_of(inside)
         place = np.empty((len(flat), self.structure.n, 2))
-        evaluate(self._scratch(), flat, limit == "after", place)
+        evaluate(scratch_run(self._run), flat, limit == "after", place)
         shape = (*instants.shape, self.structure.n)
         return place[:, :, 0].reshape(shape), place[:, :, 1].reshape(shape)
-
-    def _scratch(self) -> StructureRun:
-        """Return the run with arrays to write into: two threads may evaluate one result."""
-        run = self._run
-        fresh = new_run(run.sets, 0, 0)
-        return fresh._replace(
-            events=run.events, marks=run.marks, states=run.states, grazes=run.grazes
-        )
 
     def displacement(self, on: On, t: ArrayLike) -> tuple[Floats, Floats]:
         """Return y = c . x of a coordinate, direction or point, and its velocity, at times t.
@@ -226,6 +220,39 @@ class StructureTrajectory(HasPicture):
         c = self.structure.direction(on)
         x, v = self(t)
         return (x * c).sum(axis=-1), (v * c).sum(axis=-1)
+
+    def acceleration(self, on: On, t: ArrayLike) -> Floats:
+        """Return y'' of a coordinate, direction or point at times t; impulses of walls are none.
+
+        Parameters
+        ----------
+        on
+            A coordinate, a direction or the name of a point.
+        t
+            Times in the run, of any shape [time].
+
+        Returns
+        -------
+        array
+            Of t's shape [length/time^2], after an event at its instant.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such coordinate or point, or a time lies outside the run.
+
+        Examples
+        --------
+        >>> import percuss as pc
+        >>> two = pc.chain(masses=[1, 2], springs=[1, 1, 1])
+        >>> run = pc.simulate(two, x0=[1, -1], t_end=9)
+        >>> run.acceleration(1, 0.0), run.acceleration((1, -1), [0.0])
+        (array(1.5), array([-4.5]))
+        """
+        times = reals("t", t)
+        flat = row_of(times_within(times, self.t0, self.t_end))
+        own = observable_at(self.system, scratch_run(self._run), flat, "acceleration", on=on)
+        return own.reshape(times.shape)
 
     def energy(self, t: ArrayLike) -> Floats:
         """Return the kinetic energy and that of all springs, of soft stops in touch too.
@@ -349,7 +376,7 @@ class StructureTrajectory(HasPicture):
         """
         section = section_of({"at": at, "direction": direction})
         self.structure.direction(on)
-        passages = passages_of_run(self.system, self._scratch(), self.t_end, section.at, on)
+        passages = passages_of_run(self.system, scratch_run(self._run), self.t_end, section.at, on)
         return self._dataset(passages[section.sign * passages[:, 1] >= 0.0, 0], "crossing")
 
     def extremes(
@@ -399,7 +426,7 @@ class StructureTrajectory(HasPicture):
         3.0
         """
         span = span_within(between, self.t0, self.t_end)
-        return extremes_of_run(self.system, self._scratch(), span, of, stop, on)
+        return extremes_of_run(self.system, scratch_run(self._run), span, of, stop, on)
 
     def sensitivity(self, paths: Sequence[str]) -> StructureSensitivity:
         """Return the derivative of the motion by parameters, exact to rounding.
@@ -476,7 +503,7 @@ class StructureTrajectory(HasPicture):
         for c, forcing in zip(directions, self.loads.forcings, strict=True):
             loads += force_at(System(free, forcing), flat)[:, None] * c
         stops = np.zeros((len(self.structure.stops), len(flat)))
-        scratch = self._scratch()
+        scratch = scratch_run(self._run)
         for i in range(len(stops)):
             stops[i] = observable_at(self.system, scratch, flat, "stop_force", stop=i)
         data: dict[str, object] = {

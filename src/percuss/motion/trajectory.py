@@ -490,6 +490,36 @@ class Trajectory(HasPicture):
         stops = np.arange(len(self.oscillator.stops))
         return self._dataset(data, {"t": times, "stop": stops})
 
+    def acceleration(self, t: ArrayLike) -> Floats:
+        """Return x'' at times t, the sum of all forces by the mass; impulses of walls are none.
+
+        Parameters
+        ----------
+        t
+            Times in the run, of any shape [time].
+
+        Returns
+        -------
+        array
+            Of t's shape [length/time^2]; 0 while a wall holds the mass.
+
+        Raises
+        ------
+        ParameterError
+            If a time lies outside the run.
+
+        Examples
+        --------
+        >>> import percuss as pc
+        >>> run = pc.simulate(pc.Oscillator(stiffness=4), x0=0.5, t_end=9.0)
+        >>> run.acceleration(0.0)
+        array(-2.)
+        """
+        times = np.asarray(t, dtype=np.float64)
+        forces = self.forces(times.reshape(-1))
+        whole = forces.spring + forces.damping + forces.forcing + forces.stops.sum("stop")
+        return np.asarray(whole.values.reshape(times.shape) / self.system.mass)
+
     def energy(self, t: ArrayLike) -> Floats:
         """Return the mechanical energy at times t; per unit mass where there is no mass.
 

@@ -4,41 +4,6 @@ from __future__ import annotations
 
 from percuss.lazy import lazy_names
 
-__all__ = [
-    "Film",
-    "Units",
-    "animate",
-    "offscreen_figure",
-    "plot_basins",
-    "plot_branch",
-    "plot_chart",
-    "plot_confidence",
-    "plot_coordinates",
-    "plot_curves",
-    "plot_design",
-    "plot_diagram",
-    "plot_displacement",
-    "plot_enclosure",
-    "plot_fit",
-    "plot_fractions",
-    "plot_impact_velocities",
-    "plot_manifolds",
-    "plot_mode_shapes",
-    "plot_motion",
-    "plot_multipliers",
-    "plot_orbit",
-    "plot_pareto",
-    "plot_phase_portrait",
-    "plot_profiles",
-    "plot_response",
-    "plot_singularity_set",
-    "plot_spectrum",
-    "plot_staircase",
-    "plot_sweep",
-    "plot_velocity",
-    "plot_velocity_gap",
-]
-
 # matplotlib is slow to import: it loads with the first of these that is used.
 _MODULES = {
     "Film": "animation",
@@ -75,5 +40,6 @@ _MODULES = {
     "plot_velocity_gap": "response_plot",
 }
 
+__all__ = list(_MODULES)
 
 __getattr__, __dir__ = lazy_names(__name__, _MODULES)

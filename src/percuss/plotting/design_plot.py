@@ -7,14 +7,12 @@ from typing import Any
 from matplotlib.axes import Axes
 
 from percuss.ensembles.measures import outcome_dimensions
-from percuss.model.dimensions import dimensions_of
-from percuss.model.loads import Loads
 from percuss.model.oscillator import Oscillator
 from percuss.model.structure import Structure
 from percuss.model.units import Units
 from percuss.optimization.design import Design
 from percuss.optimization.pareto import ParetoFront
-from percuss.plotting.labels import label_of_structure, parameter_name, with_unit
+from percuss.plotting.labels import label_of, with_unit
 from percuss.plotting.style import BLACK, BLUE, GREY, check_kind, picture, shared_docs, units_of
 
 LINE: dict[str, Any] = {"marker": "o", "markersize": 4.5, "linewidth": 1.0, "color": BLUE}
@@ -63,26 +61,13 @@ def plot_design(
             )
             ax.annotate(f"{low:.6g}", (0.0, row), xytext=(-8.0, -3.0), ha="right", **BESIDE)
             ax.annotate(f"{high:.6g}", (1.0, row), xytext=(8.0, -3.0), ha="left", **BESIDE)
-            name = _name(design, path, units)
+            name = label_of(osc, design.forcing, path, units) if "." in path else path
             ax.annotate(name, (0.5, row), xytext=(0.0, -15.0), ha="center", **BESIDE)
         ax.set(xticks=[], yticks=[], xlim=(-0.08, 1.08), ylim=(len(paths) - 0.4, -0.6))
         ax.spines[:].set_visible(False)
         goal = f"{design.goal} " if isinstance(design.goal, str) else ""
         ax.set_xlabel(f"{goal}{_label(design.outcome, osc, units)}: {design.value:.6g}")
     return ax
-
-
-def _name(design: Design, path: str, units: Units) -> str:
-    """Return the name of a free parameter with its unit."""
-    osc, force = design.oscillator, design.forcing
-    if "." not in path:
-        return path
-    if isinstance(force, Loads):
-        assert isinstance(osc, Structure)
-        return label_of_structure(osc, force, path, units)
-    n_harmonics = 0 if force is None else len(force.harmonics)
-    name = parameter_name(path, len(osc.stops), n_harmonics)
-    return with_unit(name, dimensions_of(path, osc, force), units)
 
 
 @shared_docs

@@ -16,8 +16,6 @@ from percuss.errors import ParameterError
 from percuss.fitting.measured import quantity_dimensions
 from percuss.fitting.result import Fit
 from percuss.fitting.summaries import impacts_of, motion_of
-from percuss.model.dimensions import dimensions_of
-from percuss.model.oscillator import Oscillator
 from percuss.model.paths import long_form
 from percuss.model.units import Units
 from percuss.plotting.labels import label_of, with_unit
@@ -268,13 +266,8 @@ def plot_profiles(
 
 
 def _label(fit: Fit, path: str, units: Units) -> str:
-    """Return the label of a parameter; one with a name of its own has no dimensions."""
-    dimensions = dimensions_of(path, fit.oscillator, fit.forcing) if "." in path else ""
-    osc = fit.oscillator
-    if path == "oscillator.damping" and isinstance(osc, Oscillator) and osc.mass is not None:
-        # c of a mass, not a of a unit mass.
-        path = "oscillator.damping_coefficient"
-    return label_of(path, dimensions, units)
+    """Return the label of a parameter; one with a name of its own has that alone."""
+    return label_of(fit.oscillator, fit.forcing, path, units) if "." in path else path
 
 
 def _pair(fit: Fit, parameters: tuple[str, str] | None) -> tuple[str, str] | None:

@@ -8,6 +8,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from percuss.model.dimensions import dimensions_of
+from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads
 from percuss.model.oscillator import Oscillator
 from percuss.model.structure import Structure
@@ -16,8 +17,7 @@ from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
 
 __all__ = [
-    "label_axes", "label_of", "label_of_structure", "parameter_label", "parameter_name", "path_label",
-    "with_unit",
+    "label_axes", "label_of", "parameter_label", "parameter_name", "path_label", "with_unit",
 ]  # fmt: skip
 
 NAMES = {
@@ -48,6 +48,7 @@ START = re.compile(r"start\.([xv])0\.(\d+)")
 LOAD = re.compile(r"loads\.(\d+)\.(.+)")
 HARMONIC = re.compile(r"forcing\.harmonics\.(\d+)\.(\w+)")
 TERM = re.compile(r"forcing\.(cos|sin)\.(\d+)")
+EXPONENT = re.compile(r"\^(\d+)")
 POWER = re.compile(r"(length|time|mass)(?:\^(\d+))?")
 
 
@@ -101,6 +102,8 @@ def with_unit(name: str, dimensions: str, units: Units | None) -> str:
     --------
     >>> with_unit("force", "mass length/time^2", Units("m", "s", "t"))
     'force (kN)'
+    >>> with_unit("acceleration", "length/time^2", Units("m", "s"))
+    'acceleration (m/s$^{2}$)'
     >>> with_unit("force", "length/time^2", None), with_unit("force", "length/time^2", Units("mm"))
     ('force (dimensionless)', 'force (mm)')
     >>> with_unit("rate", "1/time", Units("m", "s")), with_unit("period", "1", None)
@@ -111,7 +114,7 @@ def with_unit(name: str, dimensions: str, units: Units | None) -> str:
     if dimensions in ("", "1"):
         return name
     if dimensions == "rad" or is_unit(dimensions):
-        return f"{name} ({dimensions})"
+        return f"{name} ({_raised(dimensions)})"
     given = units or Units()
     parts = []
     for side in dimensions.split("/"):
@@ -120,18 +123,12 @@ def with_unit(name: str, dimensions: str, units: Units | None) -> str:
     known = "/".join([parts[0] or "1", *filter(None, parts[1:])])
     if dimensions == CYCLES and given.time:
         known = CYCLES
-    return f"{name} ({'dimensionless' if known == '1' else given.of(known)})"
+    return f"{name} ({'dimensionless' if known == '1' else _raised(given.of(known))})"
 
 
-def label_of(path: str, dimensions: str, units: Units | None) -> str:
-    r"""Return the label of an axis over a parameter.
-
-    Examples
-    --------
-    >>> label_of("start.v0", "length/time", Units("m", "s"))
-    'initial velocity $v_0$ (m/s)'
-    """
-    return with_unit(parameter_name(path), dimensions, units)
+def _raised(unit: str) -> str:
+    """Return a unit with its exponents as pictures show them."""
+    return EXPONENT.sub(r"$^{\1}$", unit)
 
 
 def label_axes(ax: Axes, data: xr.Dataset, across: str, upwards: str, units: Units) -> None:
@@ -162,24 +159,31 @@ def path_label(data: xr.Dataset, path: str, units: Units | None) -> str:
 def parameter_label(orbit: PeriodicOrbit | StructureOrbit, path: str, units: Units) -> str:
     """Return the label of an axis over the parameter of a branch or a curve of such orbits."""
     if isinstance(orbit, StructureOrbit):
-        return label_of_structure(orbit.structure, orbit.loads, path, units)
-    oscillator, forcing = orbit.system
-    if "." not in path:
-        return with_unit(path, dimensions_of(path, oscillator, forcing), units)
-    is_massive = path == "oscillator.damping" and isinstance(oscillator, Oscillator)
-    is_massive = is_massive and oscillator.mass is not None
-    n_harmonics = 0 if forcing is None else len(forcing.harmonics)
-    path_of_name = "oscillator.damping_coefficient" if is_massive else path
-    name = parameter_name(path_of_name, len(oscillator.stops), n_harmonics)
-    return with_unit(name, dimensions_of(path, oscillator, forcing), units)
+        return label_of(orbit.structure, orbit.loads, path, units)
+    return label_of(*orbit.system, path, units)
 
 
-def label_of_structure(structure: Structure, loads: Loads, path: str, units: Units) -> str:
-    """Return the label of an axis over a parameter of a structure or of its loads."""
+def label_of(
+    model: Oscillator | Structure, force: Forcing | Loads | None, path: str, units: Units
+) -> str:
+    r"""Return the label of an axis over a parameter of a model or of what drives it.
+
+    Examples
+    --------
+    >>> import percuss as pc
+    >>> label_of(pc.impact_oscillator(), pc.cosine(2), "start.v0", Units("m", "s"))
+    'initial velocity $v_0$ (m/s)'
+    """
+    dimensions = dimensions_of(path, model, force)
     if "." not in path:
-        return with_unit(path, dimensions_of(path, structure, loads), units)
-    forcings = loads.forcings
-    load = LOAD.fullmatch(path)
-    n_harmonics = len(forcings[int(load[1])].harmonics) if load else 0
-    name = parameter_name(path, len(structure.stops), n_harmonics, len(forcings))
-    return with_unit(name, dimensions_of(path, structure, loads), units)
+        return with_unit(path, dimensions, units)
+    if path == "oscillator.damping" and isinstance(model, Oscillator) and model.mass is not None:
+        # c of a mass, not a of a unit mass.
+        path = "oscillator.damping_coefficient"
+    load, n_loads = LOAD.fullmatch(path), 1
+    if isinstance(force, Loads):
+        n_loads = len(force.forcings)
+        force = force.forcings[int(load[1])] if load else None
+    n_harmonics = 0 if force is None else len(force.harmonics)
+    name = parameter_name(path, len(model.stops), n_harmonics, n_loads)
+    return with_unit(name, dimensions, units)

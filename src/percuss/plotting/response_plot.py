@@ -36,6 +36,7 @@ from percuss.plotting.style import (
     shared_docs,
     units_of,
 )
+from percuss.wording import counted
 
 ResponseQuantity: TypeAlias = Literal["amplitude", "largest_displacement", "impact_velocity"]
 
@@ -263,7 +264,7 @@ def _explain(ax: Axes, response: Response, *, formal: bool) -> None:
     periods = sorted({family.n_periods for family in families if family.n_impacts})
     for n in periods:
         colour = _colour_of_period(n)
-        text = "1 forcing period" if n == 1 else f"{n} forcing periods"
+        text = counted(n, "forcing period")
         handles.append(Line2D([], [], color=colour, linewidth=1.7, label=text))
     if any(_colour(branch) == GREY for branch in response.branches):
         handles.append(Line2D([], [], color=GREY, linewidth=1.7, label="without impacts"))

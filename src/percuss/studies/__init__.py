@@ -4,41 +4,6 @@ from __future__ import annotations
 
 from percuss.lazy import lazy_names
 
-__all__ = [
-    "Basins",
-    "Branch",
-    "Certify",
-    "Curve",
-    "Design",
-    "Diagram",
-    "Draw",
-    "Fit",
-    "FitRecord",
-    "Limits",
-    "Lyapunov",
-    "Motion",
-    "Orbit",
-    "Orbits",
-    "Response",
-    "Save",
-    "Sought",
-    "Span",
-    "Steps",
-    "Study",
-    "StudyFault",
-    "StudyResult",
-    "Sweep",
-    "kind_names",
-    "load_study",
-    "output_files",
-    "parse_study",
-    "run_study",
-    "study_schema",
-    "study_text",
-    "template_names",
-    "template_text",
-]
-
 # Running needs xarray and matplotlib, a template needs neither: each name loads its own module.
 _MODULES = {
     "Basins": "kinds.basins",
@@ -75,5 +40,6 @@ _MODULES = {
     "template_text": "templates",
 }
 
+__all__ = list(_MODULES)
 
 __getattr__, __dir__ = lazy_names(__name__, _MODULES)

@@ -449,8 +449,7 @@ def _counted(study: StudyDraft, count: int | None) -> Iterator[tuple[str, Path, 
     if "over" in study.document and not study.faults.is_wrong("over"):
         wanted = {1: "one is needed", 2: "two are needed", None: "at least one is needed"}[count]
         if (count is not None and len(entries) != count) or not entries:
-            given = "1 parameter" if len(entries) == 1 else f"{len(entries)} parameters"
-            study.faults.add(("over",), f"{given}; {wanted}")
+            study.faults.add(("over",), f"{counted(len(entries), 'parameter')}; {wanted}")
             return
     yield from entries
 

@@ -37,8 +37,8 @@ class ChangedValue:
     def of(cls, text: str) -> ChangedValue | None:
         """Return the change that a text asks for; None if it is not ``path=value``.
 
-        The value is TOML, as in the file; what is no TOML is a text: ``1/3`` is ``"1/3"``. Keys
-        with dots stand in quotes: ``over."forcing.omega".count=401``.
+        The value is TOML, as in the file; what is no TOML is a text: ``1/3`` is ``"1/3"``. New
+        keys with dots stand in quotes: ``over."forcing.omega"=[1, 2]``.
 
         Examples
         --------
@@ -105,10 +105,11 @@ def changed_document(
         if change is None:
             faults.add((), f"--set {text}: {NO_CHANGE}")
             continue
-        document = _with(document, change.path, change.value, (), faults)
-        faults.lines[change.path] = 0
+        changed = _with_own_keys(document, change.path)
+        document = _with(document, changed, change.value, (), faults)
+        faults.lines[changed] = 0
         for path in [*faults.lines]:
-            if len(path) > len(change.path) and path[: len(change.path)] == change.path:
+            if len(path) > len(changed) and path[: len(changed)] == changed:
                 del faults.lines[path]
     return document
 
@@ -119,9 +120,15 @@ def _with(table: Any, path: Path, value: Any, at: Path, faults: StudyFaults) -> 
         return value
     key, here = path[0], (*at, path[0])
     if isinstance(table, list):
-        if not isinstance(key, int) or key >= len(table):
-            places = f"0 to {len(table) - 1}" if table else "none: the list is empty"
-            faults.add(here, f"--set names an element that is not there; there are {places}")
+        if not isinstance(key, int):
+            faults.add(
+                at, f"--set names {key!r} of a list; name an element first, by its number from 0"
+            )
+            return table
+        if key >= len(table):
+            last = len(table) - 1
+            places = f"there is none beyond {last}" if table else "the list is empty"
+            faults.add(here, f"--set names an element that is not there; {places}")
             return table
         inner = _with(table[key], path[1:], value, here, faults)
         return [*table[:key], inner, *table[key + 1 :]]
@@ -133,3 +140,15 @@ def _with(table: Any, path: Path, value: Any, at: Path, faults: StudyFaults) -> 
         faults.add(here, unknown_key(name, list(table)))
         return table
     return {**table, name: _with(table.get(name, {}), path[1:], value, here, faults)}
+
+
+def _with_own_keys(value: Any, path: Path) -> Path:
+    """Return a path with the keys of the file that have dots, as those in ``[over]``, as one."""
+    if isinstance(value, dict):
+        for n in range(1, len(path) + 1):
+            name = ".".join(map(str, path[:n]))
+            if name in value:
+                return (path[0] if n == 1 else name, *_with_own_keys(value[name], path[n:]))
+    elif isinstance(value, list) and path and isinstance(path[0], int) and path[0] < len(value):
+        return (path[0], *_with_own_keys(value[path[0]], path[1:]))
+    return path

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any, cast
 
 from percuss.errors import ParameterError
 from percuss.execution import Execution
-from percuss.model.exact import Exact, phase_problem
+from percuss.model.exact import phase_problem
 from percuss.model.faults import draft, number_faults, phase_faults, positive_faults
 from percuss.model.loads import loads_of
 from percuss.model.oscillator import On, SoftStop, Wall
-from percuss.model.start import Start, limit_faults
+from percuss.model.start import Start, limit_faults, periods_faults
 from percuss.model.structure import Structure, on_faults, structure_fields
 from percuss.model.structure_start import StructureStart, check_start
 from percuss.model.units import FORCE, in_units
@@ -143,38 +143,23 @@ def checked_motion(begin: StartState, limits: Limits, study: StudyDraft) -> Stru
     faults = study.faults
     start = checked_start(begin, study)
     if limits.periods is not None:
-        _check_periods(limits.periods, limits.t_end, study)
+        # Loads with faults may have no period.
+        is_known = not (faults.is_wrong("loads") or faults.is_wrong("structure.loads_period"))
+        faults.add_from_model(
+            periods_faults(study.force, limits.periods, limits.t_end, run="run")
+            if is_known or limits.t_end is not None
+            else positive_faults("run.periods", limits.periods)
+        )
     elif limits.t_end is None and not faults.is_wrong("run"):
         faults.add(("run",), "missing an end; give t_end or periods: stops may never be met")
     if limits.t_end is not None or limits.max_impacts is not None:
         t0 = start.t0 if phase_problem(start.t0) is None else 0.0
         faults.add_from_model(limit_faults(t0, limits.t_end, limits.max_impacts, run="run"))
-    for index, on in enumerate(study.draw.on or ()):
-        check_on(on, ("draw", "on", index), study, is_needed=True)
+    check_drawn(study)
     if study.draw.on is not None and not 0 < len(study.draw.on) <= MOST_SHOWN:
         reason = f"{counted(len(study.draw.on), 'displacement')}; give 1 to {MOST_SHOWN}"
         faults.add(("draw", "on"), reason)
     return start
-
-
-def _check_periods(periods: Exact, t_end: object, study: StudyDraft) -> None:
-    """Add the faults of a number of periods that is to end a run."""
-    faults, loads = study.faults, study.force
-    if t_end is not None:
-        faults.add(
-            ("run", "periods"), f"given together with t_end = {t_end}; give one", shown(periods)
-        )
-        return
-    faults.add_from_model(positive_faults("run.periods", periods))
-    if faults.is_wrong("loads") or faults.is_wrong("run.periods"):
-        return
-    reason = ""
-    if loads is None or loads.is_constant:
-        reason = "without harmonics there is no period; give t_end"
-    elif loads.period is None and not faults.is_wrong("structure.loads_period"):
-        reason = "the loads have no common period; give structure.loads_period, or t_end instead"
-    if reason:
-        faults.add(("run", "periods"), reason, shown(periods))
 
 
 def check_sought(x0: NumbersKey | None, v0: NumbersKey | None, study: StudyDraft) -> None:
@@ -255,8 +240,8 @@ def draw_motion(
     figure.suptitle(study.title, parse_math=False)
 
 
-def report_of_motion(run: StructureTrajectory) -> dict[str, str]:
-    """Return extremes, forces and impulses of the stops, the events, and how it ended."""
+def report_of_motion(run: StructureTrajectory, times: dict[str, str]) -> dict[str, str]:
+    """Return extremes, forces and impulses of the stops, the events with their times, and the end."""
     structure = run.structure
     rows = {"record": run.beyond_record} if run.beyond_record else {}
     for on in _displacements(structure):
@@ -270,6 +255,7 @@ def report_of_motion(run: StructureTrajectory) -> dict[str, str]:
         "crossings": str(len(run.crossings)),
         "contacts": f"{len(contacts)}{first}",
         "grazes": str(len(run.grazes)),
+        **times,
         "outcome": str(run.outcome.value),
         "time": span_in_words(run.t0, run.t_end, structure.units),
     }

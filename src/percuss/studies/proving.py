@@ -214,7 +214,7 @@ def proven(
         return certify(answer)
     number = len(answer.special_points)
     if not 1 <= point <= number:
-        reason = f"the branch has {number} special point{'' if number == 1 else 's'}"
+        reason = f"the branch has {counted(number, 'special point')}"
         raise ParameterError("point", point, reason)
     return certify(answer.special_points[point - 1], digits)
 

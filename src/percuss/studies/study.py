@@ -323,7 +323,16 @@ def impacts_in_words(n_impacts: float) -> str:
 
 def intervals_in_words(intervals: Any) -> str:
     """Return intervals of a parameter in words."""
-    return ", ".join(f"{low:.6g} to {high:.6g}" for low, high in intervals)
+    return ", ".join(_interval_in_words(low, high) for low, high in intervals)
+
+
+def _interval_in_words(low: float, high: float) -> str:
+    """Return both ends with as many digits as tell them apart, six at least."""
+    for digits in range(6, 17):
+        ends = f"{low:.{digits}g}", f"{high:.{digits}g}"
+        if ends[0] != ends[1]:
+            return " to ".join(ends)
+    return f"{low:.6g}"
 
 
 def failure_rows(reasons: list[str], n_points: int) -> dict[str, str]:

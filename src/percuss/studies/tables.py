@@ -36,7 +36,7 @@ from percuss.model.exact import (
 )
 from percuss.model.faults import Fault, draft
 from percuss.model.oscillator import On, plain_on
-from percuss.model.start import Start
+from percuss.model.start import NO_COMMON_PERIOD, Start
 from percuss.model.structure_start import StructureStart
 from percuss.model.units import Units
 
@@ -60,7 +60,11 @@ MATRIX_FILES = (".csv", ".txt", ".npy", ".npz", ".mtx")
 NO_DIRECTION = 'neither a coordinate, such as 0, nor a direction, [1, -1], nor a point, "tip"'
 NO_PHASE = f'{NO_NUMBER}, "pi/2" for that multiple of pi'
 # Faults of the model in the words of a study file.
-_WORDS_OF_FILE = {NOT_A_NUMBER: NO_NUMBER, NOT_A_PHASE: NO_PHASE}
+_WORDS_OF_FILE = {
+    NOT_A_NUMBER: NO_NUMBER,
+    NOT_A_PHASE: NO_PHASE,
+    NO_COMMON_PERIOD: NO_COMMON_PERIOD.replace("loads.period", "structure.loads_period"),
+}
 # Longer values are cut in messages, so that value and sentence fit into a line.
 _LONGEST_VALUE = 60
 RawTable: TypeAlias = Mapping[str, Any]

@@ -25,7 +25,7 @@ from percuss.orbits.orbit.itinerary import Itinerary
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.symmetry import is_symmetric_system
 
-__all__ = ["Origin", "located_origin", "origin_of", "origin_passed"]
+__all__ = ["ONE_AND_THE_SAME", "Origin", "located_origin", "origin_of", "origin_passed"]
 
 Origin: TypeAlias = Literal["doubled", "mirrored"]
 

@@ -8,7 +8,7 @@ from percuss.arrays import Floats
 from percuss.errors import ConvergenceError, ParameterError
 from percuss.kernels.law_columns import REPEAT
 from percuss.numerics import dot
-from percuss.orbits.bifurcations.branch_equations import BranchEquations, own_value
+from percuss.orbits.bifurcations.branch_equations import BranchEquations, own_value, range_around
 from percuss.orbits.bifurcations.force_jumps import Crossing
 from percuss.orbits.bifurcations.multiple_covers import orbit_of_itinerary, primitive_orbit
 from percuss.orbits.continuation.correct import tangent_of
@@ -17,9 +17,9 @@ from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
 __all__ = ["doubled_at_border"]
 
-# Half the range of the parameter, as a part of its value; scaled length of the first step that is
-# tried; and the part of the period by which an impact is moved off a jump for the derivatives there.
-HALF_RANGE, FIRST, OFF = 0.01, 1e-2, 1e-6
+# Scaled length of the first step that is tried, and the part of the period by which an impact is
+# moved off a jump for the derivatives there.
+FIRST, OFF = 1e-2, 1e-6
 # Halves of an orbit nearer than this are one.
 SAME = 1e-6
 # Sine of the angle to the border below which an impact stays at the jump.
@@ -48,9 +48,8 @@ def doubled_at_border(orbit: PeriodicOrbit, path: str, side: float) -> PeriodicO
     value, n = own_value(orbit, path), len(orbit.itinerary)
     if orbit.itinerary.halves_differ() < SAME:
         return primitive_orbit(orbit)
-    half = HALF_RANGE * abs(value) or HALF_RANGE
     cover = orbit_of_itinerary(orbit, orbit.itinerary.repeated(2))
-    family = BranchEquations(cover, path, value - half, value + half)
+    family = BranchEquations(cover, path, *range_around(value))
     z = family.start(cover, value)
     first = _nearest_jump(family, z, n)
     turns = round(orbit.period / float(family.system.law[0, REPEAT]))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -17,6 +16,7 @@ from percuss.motion.html_table import html_table
 from percuss.motion.tables import HasTable
 from percuss.numerics import norm
 from percuss.orbits.bifurcations.special_points import SpecialPoint
+from percuss.orbits.continuation.follow import special_points_of
 from percuss.orbits.continuation.problem import P, Point
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.pictures import HasPicture
@@ -247,11 +247,7 @@ def branch_of(
         admissible=admissible & ~(impact_velocity <= 0.0).any(axis=1),
         grazing_margin=np.array([orbit.grazing_margin for orbit in orbits]),
         orbits=orbits,
-        special_points=tuple(
-            dataclasses.replace(special, row=row)
-            for row, (_, special) in enumerate(rows)
-            if special is not None
-        ),
+        special_points=special_points_of(rows),
         end_reason=end_reason,
     )
 

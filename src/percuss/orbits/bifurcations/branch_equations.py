@@ -39,11 +39,15 @@ __all__ = [
     "fastest",
     "own_value",
     "range_about",
+    "range_around",
+    "ranges_of_curve",
     "stops_that_are_moved",
 ]
 
 Ranges = Mapping[str, tuple[float, float]]
 
+# Half the range of a parameter in which another family is looked for, as a part of its value.
+HALF_RANGE = 0.01
 # Instants at which the largest velocity of an orbit is taken.
 INSTANTS = 65
 # Systems that are kept: the differences by two parameters take five.
@@ -592,6 +596,39 @@ def range_about(
         reason = f"no range that holds the {whose}'s own value {value:.12g}"
         raise ParameterError(path, given, reason)
     return first, last
+
+
+def range_around(value: float) -> tuple[float, float]:
+    """Return the range of a parameter in which another family is looked for, and the unit of steps."""
+    half = HALF_RANGE * abs(value) or HALF_RANGE
+    return value - half, value + half
+
+
+def ranges_of_curve(
+    over: Mapping[str, tuple[Phase, Phase]], names: list[str], values: list[float]
+) -> tuple[Ranges, float]:
+    """Return the ranges of two parameters, upwards, and the direction along the first.
+
+    Parameters
+    ----------
+    over
+        The parameters by their paths, and the first and last value of each.
+    names, values
+        Their long forms, and their values at the point of the curve.
+
+    Raises
+    ------
+    ParameterError
+        If they are one parameter, or a range does not hold the value.
+    """
+    if names[0] == names[1]:
+        raise ParameterError("over", tuple(over), f"twice the same parameter, {names[0]}")
+    ranges, signs = {}, []
+    for (path, given), value in zip(over.items(), values, strict=True):
+        first, last = range_about(value, path, given, "point")
+        ranges[path] = min(first, last), max(first, last)
+        signs.append(math.copysign(1.0, last - first))
+    return ranges, signs[0]
 
 
 def checked_range(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Mapping
 from typing import cast, overload
@@ -15,11 +14,12 @@ from percuss.kernels.law_columns import PERIOD
 from percuss.model.exact import Phase
 from percuss.model.faults import check_mapping
 from percuss.model.paths import long_form
+from percuss.orbits.bifurcations.bifurcation_origin import ONE_AND_THE_SAME
 from percuss.orbits.bifurcations.branch_equations import (
     OrbitEquations,
     Ranges,
     own_value,
-    range_about,
+    ranges_of_curve,
 )
 from percuss.orbits.bifurcations.curve import Curve, CurveDetector, CurveKind, CurveRow
 from percuss.orbits.bifurcations.curve_equations import (
@@ -38,7 +38,7 @@ from percuss.orbits.bifurcations.multiple_covers import primitive_orbit
 from percuss.orbits.bifurcations.special_points import SpecialPoint
 from percuss.orbits.bifurcations.structure_branch import StructureSpecialPoint
 from percuss.orbits.bifurcations.structure_curve import StructureCurve, continue_structure_curve
-from percuss.orbits.continuation.follow import StepLimits, follow_both_ways
+from percuss.orbits.continuation.follow import StepLimits, follow_both_ways, special_points_of
 from percuss.orbits.orbit.itinerary import entries_of
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.symmetry import is_symmetric_system
@@ -150,23 +150,14 @@ def continue_curve(
     return _curve(kind, equations, rows, why)
 
 
-def _checked(
-    point: SpecialPoint, over: Mapping[str, tuple[Phase, Phase]]
-) -> tuple[dict[str, tuple[float, float]], float]:
+def _checked(point: SpecialPoint, over: Mapping[str, tuple[Phase, Phase]]) -> tuple[Ranges, float]:
     """Return the ranges, upwards, and the direction along the first."""
     if not isinstance(point, SpecialPoint):
         raise ParameterError("point", point, "no special point of a branch")
     check_mapping("over", over, "two parameters and their ranges", 2)
     orbit = point.orbit
     names = [long_form(path, orbit.oscillator, orbit.forcing) for path in over]
-    if names[0] == names[1]:
-        raise ParameterError("over", tuple(over), f"twice the same parameter, {names[0]}")
-    ranges, signs = {}, []
-    for path, given in over.items():
-        first, last = range_about(own_value(orbit, path), path, given, "point")
-        ranges[path] = min(first, last), max(first, last)
-        signs.append(math.copysign(1.0, last - first))
-    return ranges, signs[0]
+    return ranges_of_curve(over, names, [own_value(orbit, path) for path in over])
 
 
 def _curve(
@@ -175,11 +166,6 @@ def _curve(
     points = [point for point, _ in rows]
     orbits = tuple(point.orbit for point in points)
     steps = np.diff([point.z for point in points], axis=0)
-    special = tuple(
-        dataclasses.replace(point, row=row)
-        for row, (_, point) in enumerate(rows)
-        if point is not None
-    )
     speeds = [
         min((v for name, v in point.tests.items() if name.startswith("velocity")), default=1.0)
         for point in points
@@ -193,14 +179,12 @@ def _curve(
         stability=np.array([orbit.stability for orbit in orbits]),
         admissible=np.array([orbit.admissible for orbit in orbits]) & (np.array(speeds) > 0.0),
         orbits=orbits,
-        special_points=special,
+        special_points=special_points_of(rows),
         end_reason=end_reason,
     )
 
 
 KINDS = ("fold", "period_doubling", "symmetry_breaking", "grazing")
-# Largest difference of the halves of a doubled orbit at its origin: it grows as a square root.
-ONE_AND_THE_SAME = 1e-4
 
 
 def equations_of(point: SpecialPoint, ranges: Ranges) -> tuple[CurveEquations, Floats]:

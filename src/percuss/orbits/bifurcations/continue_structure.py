@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import math
 from collections.abc import Mapping
@@ -13,6 +14,7 @@ from percuss.arrays import Floats
 from percuss.errors import PercussError
 from percuss.model.exact import Phase
 from percuss.model.faults import check_mapping
+from percuss.numerics import dot, norm
 from percuss.orbits.bifurcations.border_collision import border_reached, effect_of
 from percuss.orbits.bifurcations.branch_equations import range_about
 from percuss.orbits.bifurcations.special_points import SpecialPointKind
@@ -25,14 +27,28 @@ from percuss.orbits.bifurcations.structure_branch import (
     structure_parameter,
 )
 from percuss.orbits.bifurcations.wall_equations import WallEquations, meets_walls_in_turn
-from percuss.orbits.continuation.follow import Segment, StepLimits, follow_both_ways
+from percuss.orbits.continuation.follow import (
+    Segment,
+    StepLimits,
+    follow_both_ways,
+    special_points_of,
+)
 from percuss.orbits.continuation.locate import changes_sign, locate
 from percuss.orbits.continuation.problem import Point, along_parameter
-from percuss.orbits.orbit.structure_orbit import StructureOrbit
+from percuss.orbits.orbit.structure_orbit import (
+    StructureOrbit,
+    covered_twice,
+    structure_orbit_at,
+)
 from percuss.progress import Progress, Report
 
 __all__ = ["continue_structure_orbit"]
 
+# By how much half a period moves an orbit that covers a shorter one, as a part of what it moves its
+# neighbours.
+COVERED = 1e-3
+# Scaled lengths of steps along the shorter orbit's branch, to either side of the doubling.
+ASIDE = 1e-6, 1e-5, 1e-4, 1e-3
 # A pair of multipliers on the unit circle nearer than this to a root of unity of low order is a
 # strong resonance.
 RESONANT = 1e-3
@@ -53,7 +69,7 @@ class _BranchDetector:
     ) -> Segment[StructureEquations, StructureSpecialPoint]:
         """Return the special points between two neighbours, in order."""
         equations = here.problem
-        rows = []
+        rows: list[tuple[float, Point[StructureEquations], StructureSpecialPoint | None]] = []
         turns = here.tangent[-1] * new.tangent[-1] < 0.0
         for name, kind in equations.kinds.items():
             ends = (here.tests[name], new.tests[name])
@@ -95,8 +111,16 @@ class _BranchDetector:
             )
             point = Point(zero.z, new.tangent, zero.orbit, tests, equations)
             rows.append((zero.part, point, special))
+        end, why = _cover_between(here, new), ""
+        if end is not None:
+            rows = [*(row for row in rows if row[0] < end[0]), end]
+            # Without the shorter orbit as many digits as are right.
+            value = equations.values(end[1].z)[0]
+            near = f"near {equations.paths[0]} = {value:.5g}"
+            where = near if end[2] is None else f"at {end[1].text}"
+            why = f"{where} the orbit is the two-fold cover of a shorter one"
         rows.sort(key=lambda row: row[0])
-        return Segment([(point, special) for _, point, special in rows])
+        return Segment([(point, special) for _, point, special in rows], why)
 
     def stopped(
         self,
@@ -143,6 +167,73 @@ class _BranchDetector:
             rows.append((point, special))
         beyond = cast("Point[StructureEquations] | None", border.beyond)
         return Segment(rows, border.end_reason, beyond)
+
+
+def _cover_between(
+    here: Point[StructureEquations], new: Point[StructureEquations]
+) -> tuple[float, Point[StructureEquations], StructureSpecialPoint | None] | None:
+    """Return where the orbit is the two-fold cover of a shorter one, None where it nowhere is.
+
+    There a family of doubled orbits begins or ends: beyond lie the same orbits once more, half a
+    period later. What half a period moves goes through zero as a whole. Returned are the part of the
+    chord, the last point of the branch, and the shorter orbit that doubles, if it is a motion.
+    """
+    equations = here.problem
+    if equations.n_periods % 2:
+        return None
+    ends = equations.halves(here.orbit), equations.halves(new.orbit)
+    if dot(*ends) >= 0.0:
+        return None
+    along = ends[1] - ends[0]
+
+    def test(z: Floats) -> float:
+        return dot(along, equations.halves(equations.solution(z)))
+
+    cover = locate(here, new, test, (dot(along, ends[0]), dot(along, ends[1])))
+    if cover is None or norm(equations.halves(cover.orbit)) > COVERED * norm(along):
+        return None
+    special, point = None, Point(cover.z, new.tangent, cover.orbit, new.tests, equations)
+    if cover.orbit.admissible:
+        with contextlib.suppress(PercussError):
+            special = _doubling(point)
+    if special is not None:
+        (low,), (high,) = equations.lows, equations.highs
+        z = np.append(cover.z[:-1], (special.value - low) / (high - low))
+        point = dataclasses.replace(point, z=z, orbit=covered_twice(special.orbit))
+    return cover.part, point, special
+
+
+def _doubling(cover: Point[StructureEquations]) -> StructureSpecialPoint | None:
+    """Return the period doubling of the shorter orbit next to its two-fold cover, None without one.
+
+    Newton's method fails next to a cover, but not for the shorter orbit.
+    """
+    equations, orbit = cover.problem, cover.orbit
+    path, (value, *_) = equations.paths[0], equations.values(cover.z)
+    moved = equations.halves(orbit)
+    state = np.concatenate([orbit.x0, orbit.v0]) + 0.5 * moved * equations.units
+    shorter = structure_orbit_at(equations.system_at((value,)), state, equations.n_periods // 2)
+    family = StructureEquations(shorter, {path: (equations.lows[0], equations.highs[0])})
+    start = family.started(shorter, [value])
+
+    def test(z: Floats) -> float:
+        return family.tests(z, family.solution(z))["multiplier -1"]
+
+    for length in ASIDE:
+        steps = (start.z + sign * length * start.tangent for sign in (-1.0, 1.0))
+        a, b = (family.point(family.corrected(z, start.tangent), start) for z in steps)
+        values = a.tests["multiplier -1"], b.tests["multiplier -1"]
+        if changes_sign(*values) and (zero := locate(a, b, test, values)) is not None:
+            return StructureSpecialPoint(
+                "period_doubling",
+                path,
+                family.values(zero.z)[0],
+                "located",
+                cast("StructureOrbit", zero.orbit),
+                -1,
+                "the family of doubled orbits begins here; the orbit is the one that doubles",
+            )
+    return None
 
 
 def _past_the_strobe(here: Point[StructureEquations]) -> Point[StructureEquations] | None:
@@ -216,7 +307,8 @@ def continue_structure_orbit(
     The arguments are those of `continue_orbit`. The equations are those of the map over the period:
     all orbits on the branch exist, and it passes the grazes of soft stops. Where an orbit meets walls
     at instants of its own, these are unknowns too, and the branch passes the grazes of walls: beyond
-    its orbits are formal.
+    its orbits are formal. A family of doubled orbits ends where these are two-fold covers of shorter
+    ones.
 
     Raises
     ------
@@ -237,11 +329,6 @@ def continue_structure_orbit(
     rows, why = follow_both_ways(start, towards, _BranchDetector(), steps, reported)
     reported.close()
     orbits = tuple(cast("StructureOrbit", point.orbit) for point, _ in rows)
-    special = tuple(
-        dataclasses.replace(found, row=row)
-        for row, (_, found) in enumerate(rows)
-        if found is not None
-    )
     return StructureBranch(
         path=path,
         values=np.array([equations.values(point.z)[0] for point, _ in rows]),
@@ -250,6 +337,6 @@ def continue_structure_orbit(
         n_impacts=np.array([each.n_impacts for each in orbits]),
         amplitude=np.array([amplitudes(each) for each in orbits]),
         orbits=orbits,
-        special_points=special,
+        special_points=special_points_of(rows),
         end_reason=why,
     )

@@ -19,7 +19,6 @@ from percuss.kernels import record as columns
 from percuss.kernels.flight import (
     acceleration_and_jerk,
     constant_force,
-    force_derivative,
     place,
     set_phases,
 )
@@ -29,7 +28,7 @@ from percuss.motion.reach import steady
 from percuss.numerics import determinant
 from percuss.orbits.bifurcations.branch_equations import OrbitEquations
 from percuss.orbits.bifurcations.curve_equations import CurveEquations, return_equations
-from percuss.orbits.bifurcations.grazing_contact import GrazingContact
+from percuss.orbits.bifurcations.grazing_contact import GrazingContact, acceleration_at
 from percuss.orbits.orbit.itinerary import Itinerary, row_of_region
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.steady import steady_state
@@ -88,23 +87,23 @@ class GrazingCurve(CurveEquations):
 
     def residual(self, z: Floats) -> Floats:
         """Return those of the itinerary, and the velocity of the graze."""
-        law = self.law_of(z)
-        residual, _ = self.equations.shot(z[:-2], law)
-        last = 2 * self.equations.n - 1
-        rigid = elastic(law, self.contact.region)
-        residual[last] = self.equations.shot(z[:-2], rigid)[0][last]
+        residual, _ = self._shot(z)
         return np.append(residual, z[1 + self.equations.n])
 
     def by_unknowns(self, z: Floats) -> Floats:
         """Return the derivatives."""
-        law = self.law_of(z)
-        _, matrix = self.equations.shot(z[:-2], law)
-        last = 2 * self.equations.n - 1
-        rigid = elastic(law, self.contact.region)
-        matrix[last] = self.equations.shot(z[:-2], rigid)[1][last]
+        _, matrix = self._shot(z)
         speed = np.zeros(len(matrix))
         speed[1 + self.equations.n] = 1.0
         return np.vstack([matrix, speed])
+
+    def _shot(self, z: Floats) -> tuple[Floats, Floats]:
+        """Return residuals and derivatives of the itinerary, where the graze keeps its velocity."""
+        law, last = self.law_of(z), 2 * self.equations.n - 1
+        residual, matrix = self.equations.shot(z[:-2], law)
+        rigid = self.equations.shot(z[:-2], elastic(law, self.contact.region))
+        residual[last], matrix[last] = rigid[0][last], rigid[1][last]
+        return residual, matrix
 
     def _unknowns_without(self, z: Floats) -> Floats:
         """Return the scaled unknowns of the orbit without the graze."""
@@ -133,7 +132,7 @@ class GrazingCurve(CurveEquations):
         clearance = other_clearance(orbit, law, instant, in_halves=in_halves)
         small = ZERO * float(self.equations.rows[0])
         tests = {"clearance": 0.0 if abs(clearance) < small else clearance}
-        tests["acceleration"] = -self.contact.sign * _acceleration(law, self.contact, instant)
+        tests["acceleration"] = -self.contact.sign * acceleration_at(law, self.contact, instant)
         into = self.others.into_stops(orbit)
         for k, speed in enumerate(into):
             tests[f"velocity {k}"] = float(speed)
@@ -258,14 +257,6 @@ def _steady_at(law: Law, region: int, t: float) -> tuple[float, float, float, fl
         x0, force = math.nan, 0.0
     acceleration, _ = acceleration_and_jerk(law, region, force, phases, y, v)
     return x0, y, v, float(acceleration)
-
-
-def _acceleration(law: Law, contact: GrazingContact, instant: float) -> float:
-    """Return the acceleration at rest at the bound of a grazing contact."""
-    phases = np.empty((int(law[0, N_HARMONICS]), 2))
-    set_phases(law, instant, 0.0, phases)
-    force = constant_force(law, contact.region, place(law, contact.region, contact.bound))
-    return float(force + force_derivative(law, phases, 0))
 
 
 def _from_mean(law: Law, region: int, x: float) -> float:

@@ -249,7 +249,7 @@ class StructureEquations:
         self.paths = tuple(ranges)
         self.lows, self.highs = zip(*ranges.values(), strict=True)
         self.n_periods = orbit.n_periods
-        self.scale = _scale_of(orbit)
+        self.units = self.scale = _scale_of(orbit)
         self.size = len(self.scale)
         self.system_at = lru_cache(SYSTEMS)(self._system_at)
         self.maps = lru_cache(SYSTEMS)(self._map)
@@ -301,6 +301,11 @@ class StructureEquations:
     def unknowns(self, orbit: StructureOrbit) -> Floats:
         """Return the unknowns of an orbit, without parameters."""
         return np.concatenate([orbit.x0, orbit.v0]) / self.scale
+
+    def halves(self, orbit: StructureOrbit) -> Floats:
+        """Return by how much half a period moves the state of an orbit, scaled."""
+        x, v = orbit.run(0.5 * orbit.period)
+        return np.concatenate([x - orbit.x0, v - orbit.v0]) / self.units
 
     def closure(self, z: Floats) -> tuple[Floats, Floats]:
         """Return the scaled residuals of a point, and their derivative without the parameters."""

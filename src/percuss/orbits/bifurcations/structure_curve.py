@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -17,7 +16,7 @@ from percuss.model.faults import check_mapping
 from percuss.model.paths import long_form
 from percuss.numerics import directions, dot, matmul
 from percuss.orbits.bifurcations.branch import CurveRows
-from percuss.orbits.bifurcations.branch_equations import range_about
+from percuss.orbits.bifurcations.branch_equations import ranges_of_curve
 from percuss.orbits.bifurcations.structure_branch import (
     StructureEquations,
     StructureRows,
@@ -31,7 +30,12 @@ from percuss.orbits.bifurcations.wall_equations import (
     graze_of,
     meets_walls_in_turn,
 )
-from percuss.orbits.continuation.follow import Segment, StepLimits, follow_both_ways
+from percuss.orbits.continuation.follow import (
+    Segment,
+    StepLimits,
+    follow_both_ways,
+    special_points_of,
+)
 from percuss.orbits.continuation.locate import changes_sign, locate
 from percuss.orbits.continuation.problem import Point
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
@@ -257,16 +261,9 @@ def continue_structure_curve(
         raise ParameterError("point", point.kind, f"no curve of a structure: of {known} there is")
     check_mapping("over", over, "two parameters and their ranges", 2)
     orbit = point.orbit
-    ranges: dict[str, tuple[float, float]] = {}
-    values, signs = [], []
-    for path, ends in over.items():
-        value = structure_parameter(orbit, path)
-        first, last = range_about(value, path, ends, "point")
-        ranges[path] = min(first, last), max(first, last)
-        values.append(value)
-        signs.append(math.copysign(1.0, last - first))
-    if len({long_form(path, orbit.structure, orbit.loads) for path in over}) != 2:
-        raise ParameterError("over", tuple(over), "twice the same parameter")
+    names = [long_form(path, orbit.structure, orbit.loads) for path in over]
+    values = [structure_parameter(orbit, path) for path in over]
+    ranges, sign = ranges_of_curve(over, names, values)
     condition = CONDITIONS[point.kind]
     steps = StepLimits.checked(max_points, largest_step)
     reported = Progress(progress, 2 * steps.max_points, "orbits", is_bound=True)
@@ -279,21 +276,16 @@ def continue_structure_curve(
         equations = StructureEquations(orbit, ranges, condition)
     start = equations.started(orbit, values)
     leading = start.tangent[-2] if abs(start.tangent[-2]) > 1e-9 else start.tangent[-1]
-    towards = signs[0] * math.copysign(1.0, leading)
+    towards = sign * math.copysign(1.0, leading)
     rows, why = follow_both_ways(start, towards, _CurveDetector(condition), steps, reported)
     reported.close()
     orbits: tuple[Any, ...] = tuple(place.orbit for place, _ in rows)
-    special = tuple(
-        dataclasses.replace(point, row=row)
-        for row, (_, point) in enumerate(rows)
-        if point is not None
-    )
     return StructureCurve(
         kind=point.kind,
         paths=cast("tuple[str, str]", equations.paths),
         values=np.array([equations.values(place.z) for place, _ in rows]),
         multipliers=np.array([orbit.multipliers for orbit in orbits]),
         orbits=orbits,
-        special_points=special,
+        special_points=special_points_of(rows),
         end_reason=why,
     )

@@ -5,22 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from percuss.errors import ConvergenceError, ParameterError, PercussError
-from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import as_float
 from percuss.model.paths import get_parameter
 from percuss.numerics import directions
+from percuss.orbits.bifurcations.branch_equations import range_around
 from percuss.orbits.bifurcations.structure_branch import StructureEquations, StructureSpecialPoint
-from percuss.orbits.orbit.structure_orbit import (
-    StructureOrbit,
-    closing_error,
-    orbit_of_map,
-    period_map,
-)
+from percuss.orbits.orbit.structure_orbit import StructureOrbit, covered_twice
 
 __all__ = ["switch_structure_branch"]
 
-# Half the range of the parameter, as a part of its value, and scaled lengths of the step.
-HALF_RANGE = 0.01
+# Scaled lengths of the step.
 STEPS = (1e-2, 3e-3, 1e-3)
 # The other family is there if a step comes back with this part of its length.
 KEPT = 0.3
@@ -38,24 +32,22 @@ def switch_structure_branch(
     Raises
     ------
     ParameterError
-        If no other family starts at such a point.
+        If no other family starts at such a point, or its orbit is formal.
     ConvergenceError
         If none is found there.
     """
     if point.kind not in ("period_doubling", "branch_point"):
         reason = f"a point of kind {point.kind} of a structure; no other family is known there"
         raise ParameterError("point", point.value, reason)
+    if not point.orbit.admissible:
+        reason = (
+            "its orbit is formal, it passes through a wall; the family beside it is not followed"
+        )
+        raise ParameterError("point", point.value, reason)
     orbit, doubles = point.orbit, point.kind == "period_doubling"
     value = as_float(get_parameter(orbit.structure, orbit.loads, None, point.path))
-    half = HALF_RANGE * (abs(value) or 1.0)
-    if doubles:
-        system = StructureSystem.of(orbit.structure, orbit.loads)
-        state, n_periods = np.concatenate([orbit.x0, orbit.v0]), 2 * orbit.n_periods
-        mapped = period_map(system, state, n_periods)
-        cover = orbit_of_map(system, state, n_periods, mapped, closing_error(mapped, state))
-    else:
-        cover = orbit
-    equations = StructureEquations(cover, {point.path: (value - half, value + half)})
+    cover = covered_twice(orbit) if doubles else orbit
+    equations = StructureEquations(cover, {point.path: range_around(value)})
     start = equations.started(cover, [value])
     turned = orbit.monodromy * (equations.scale[None, :] / equations.scale[:, None])
     weakest = directions(turned + (1.0 if doubles else -1.0) * np.eye(equations.size))[1][-1]

@@ -11,7 +11,7 @@ from percuss.arrays import Floats
 from percuss.errors import ConvergenceError, ParameterError, PercussError
 from percuss.numerics import directions, matmul, norm
 from percuss.orbits.bifurcations.border_doubling import doubled_at_border
-from percuss.orbits.bifurcations.branch_equations import BranchEquations, own_value
+from percuss.orbits.bifurcations.branch_equations import BranchEquations, own_value, range_around
 from percuss.orbits.bifurcations.grazing_contact import (
     GrazingContact,
     grazing_contacts,
@@ -40,8 +40,6 @@ OTHERS = {
     "strong_resonance": "the orbits that bifurcate there are no branch of this family",
     "torus": "what starts there is an invariant torus, no periodic orbit",
 }
-# Half the range of the parameter, the unit of its steps, as a part of its value.
-HALF_RANGE = 0.01
 # Scaled length of the step onto the other family, and of that past a graze.
 FIRST, FIRST_PAST_GRAZE = 1e-2, 1e-3
 # Directions of singular values below this part of the largest are free.
@@ -133,7 +131,7 @@ def _stepped_off(
 ) -> PeriodicOrbit:
     """Return an orbit a step away, along the free direction that is not the tangent."""
     value = own_value(orbit, path)
-    family = BranchEquations(orbit, path, *_range(value))
+    family = BranchEquations(orbit, path, *range_around(value))
     start = family.start(orbit, value)
     direction = side * _across(family, start, tangent)
     other, why = family.stepped_off(start, direction, FIRST)
@@ -183,7 +181,7 @@ def orbit_past_graze(orbit: PeriodicOrbit, path: str) -> PeriodicOrbit:
     where = f"{path} = {value:.12g}"
     contacts = grazing_contacts(orbit)
     if any(is_soft(orbit, contact) for contact in contacts):
-        other = orbit_beyond(BranchEquations(orbit, path, *_range(value)), orbit, value)
+        other = orbit_beyond(BranchEquations(orbit, path, *range_around(value)), orbit, value)
     elif _all_with_impacts(orbit, contacts):
         other = _without_impacts(orbit, path, contacts)
     else:
@@ -193,11 +191,6 @@ def orbit_past_graze(orbit: PeriodicOrbit, path: str) -> PeriodicOrbit:
         advice = "look whether the graze is located, and whether another one lies beside it"
         raise ConvergenceError(f"no other family found at {where}", None, np.nan, advice)
     return other
-
-
-def _range(value: float) -> tuple[float, float]:
-    half = HALF_RANGE * abs(value) or HALF_RANGE
-    return value - half, value + half
 
 
 def _all_with_impacts(orbit: PeriodicOrbit, contacts: list[GrazingContact]) -> bool:
@@ -214,7 +207,7 @@ def _without_impacts(
 ) -> PeriodicOrbit | None:
     """Return an orbit that does not reach the stop, on the side where it is admissible."""
     base, value = without(orbit, contacts), own_value(orbit, path)
-    family = BranchEquations(base, path, *_range(value))
+    family = BranchEquations(base, path, *range_around(value))
     start = family.start(base, value)
     normal = along_parameter(len(start))
     for step in (-FIRST_PAST_GRAZE, FIRST_PAST_GRAZE):
@@ -236,7 +229,7 @@ def _with_impacts(
     itinerary, _ = orbit.itinerary.inserted(instants, np.array(rows, dtype=np.int64), orbit.period)
     grazing = orbit_of_itinerary(orbit, itinerary)
     value = own_value(orbit, path)
-    family = BranchEquations(grazing, path, *_range(value))
+    family = BranchEquations(grazing, path, *range_around(value))
     start = family.start(grazing, value)
     tangent = family.tangent(start, along_parameter(len(start)))
     other, _ = family.stepped_off(

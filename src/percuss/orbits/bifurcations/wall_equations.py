@@ -46,7 +46,7 @@ from percuss.model.structure import Structure
 from percuss.motion.follow_structure import followed
 from percuss.motion.structures import StructureTrajectory
 from percuss.motion.trajectory import Outcome
-from percuss.numerics import determinant, matmul, solve_linear
+from percuss.numerics import determinant, dot, matmul, solve_linear
 from percuss.orbits.bifurcations.borders import Bordered
 from percuss.orbits.bifurcations.force_jumps import Crossing
 from percuss.orbits.bifurcations.jumps_of_loads import JumpsOfLoads
@@ -62,6 +62,7 @@ from percuss.orbits.orbit.structure_orbit import (
     StructureOrbit,
     map_between,
     orbit_of_map,
+    period_of,
 )
 
 __all__ = ["GRAZE", "StructureGraze", "WallEquations", "graze_of", "meets_walls_in_turn"]
@@ -77,6 +78,8 @@ APART, ALIKE = 1e-9, 1e-6
 LOOKED, REFINED = 48, 4
 # The condition of a graze; speeds below this part of the unit are none at a graze.
 GRAZE, SLOW = "graze", 1e-5
+# How long a flight lasts, in words.
+UNTIL = "until its next impact"
 # Clearances below this part of the unit of length are rounding.
 ROUNDED = 1e-12
 
@@ -124,15 +127,12 @@ class WallMotion:
         periods.
     speeds
         (k,) velocities into the walls, in the order of the unknowns.
-    of_speeds
-        Their derivatives, (k, 2 n + k).
     """
 
     flights: tuple[OpenFlight, ...]
     residual: Floats
     derivative: Floats
     speeds: Floats
-    of_speeds: Floats
 
 
 class StructureGraze(NamedTuple):
@@ -290,27 +290,40 @@ class WallEquations(StructureEquations, Bordered):
         speeds = motion.speeds / float(self.units[-1])
         if self.graze is not None:
             return {GRAZE: float(speeds[self.grazed])}
-        matrix, n = motion.derivative, len(self.units)
-        # The instants eliminated, it is the derivative of the map over the period, less 1.
-        moved = matrix[:n, :n]
-        if self.walls:
-            moved = moved - matmul(matrix[:n, n:], solve_linear(matrix[n:, n:], matrix[n:, :n]))
-        of_matrix = tests_of_matrix(moved + np.eye(n))
+        of_matrix = tests_of_matrix(self._of_map(motion))
         return of_matrix | {
-            "multiplier 1": determinant(matrix),
+            "multiplier 1": determinant(motion.derivative),
             "multiplier -1": of_matrix["multiplier -1"] * float(np.prod(speeds)),
         }
+
+    def _of_map(self, motion: WallMotion) -> Floats:
+        """Return the derivative of the map over the period, from the first impact on.
+
+        With the instants eliminated, the state moves by N s in a period, if the first impact is as
+        late at its end as at its beginning, by -b . s. At a fixed time the state is then s + a b . s,
+        of the rate of change a after the impact: the map moves that by N s.
+        """
+        matrix, n = motion.derivative, len(self.units)
+        moved = matrix[:n, :n]
+        if self.walls:
+            later = solve_linear(matrix[n:, n:], matrix[n:, :n])
+            moved = moved - matmul(matrix[:n, n:], later)
+            first, last = motion.flights[0], motion.flights[-1]
+            rate = first.after * (last.end - first.begin) / self.units
+            along = matmul(moved, rate[:, None])
+            moved = moved - along * later[:1] / (1.0 + dot(later[0], rate))
+        return moved + np.eye(n)
 
     def _motion(self, z: tuple[float, ...]) -> WallMotion:
         point = np.array(z)
         system = self.system_at(self.values(point))
-        opened, period = self.opened_at(system), self.n_periods * _period_of(system)
+        opened, period = self.opened_at(system), self.n_periods * period_of(system)
         n2, k = len(self.units), len(self.walls)
         state, instants = point[:n2] * self.units, point[n2 : n2 + k] * period
         moved = np.zeros((n2, n2 + k))
         moved[:, :n2] = np.diag(self.units)
         here, flights, gaps, of_gaps = state, [], np.zeros(k), np.zeros((k, n2 + k))
-        speeds, of_speeds = np.zeros(k), np.zeros((k, n2 + k))
+        speeds = np.zeros(k)
         begins = instants if k else np.zeros(1)
         ends = np.append(begins[1:], begins[0] + period)
         for i, (begin, end) in enumerate(zip(begins.tolist(), ends.tolist(), strict=True)):
@@ -329,11 +342,11 @@ class WallEquations(StructureEquations, Bordered):
             gaps[j] = float((wall.normal * here[:n]).sum()) - wall.level
             of_gaps[j] = matmul(wall.normal[None, :], moved[:n])[0]
             speeds[j] = -float((wall.normal * here[n:]).sum())
-            of_speeds[j] = -matmul(wall.normal[None, :], moved[n:])[0]
+            of_speed = -matmul(wall.normal[None, :], moved[n:])[0]
             ratio, kept = wall.restitution(speeds[j])
             here = here.copy()
             here[n:] += (1.0 + ratio) * speeds[j] * wall.kick
-            moved[n:] += (1.0 + kept) * wall.kick[:, None] * of_speeds[j]
+            moved[n:] += (1.0 + kept) * wall.kick[:, None] * of_speed
         moved[:, :n2] -= np.diag(self.units)
         length = float(self.units[0])
         return WallMotion(
@@ -341,7 +354,6 @@ class WallEquations(StructureEquations, Bordered):
             np.concatenate([(here - state) / self.units, gaps / length]),
             np.concatenate([moved / self.units[:, None], of_gaps / length]),
             speeds,
-            of_speeds,
         )
 
     def _met(self, system: StructureSystem, i: int) -> _Met:
@@ -353,7 +365,7 @@ class WallEquations(StructureEquations, Bordered):
         """Return the orbit of a solution, which may be formal."""
         motion = self.motions(tuple(z.tolist()))
         system = self.system_at(self.values(z))
-        period = self.n_periods * _period_of(system)
+        period = self.n_periods * period_of(system)
         # Rounding may leave the last instants of a period on its other side.
         instants = [flight.end % period for flight in motion.flights] if self.walls else []
         order = sorted(range(len(instants)), key=instants.__getitem__)
@@ -457,13 +469,6 @@ def _soft_stops(system: StructureSystem, grazed: int) -> list[int]:
     return [i for i, stop in stops if isinstance(stop, SoftStop) and i != grazed]
 
 
-def _period_of(system: StructureSystem) -> float:
-    if system.period is None:
-        reason = "the loads have no common period; give Loads(..., period=...)"
-        raise ParameterError("loads.period", None, reason)
-    return system.period
-
-
 def _open_flight(opened: StructureSystem, start: Floats, begin: float, end: float) -> OpenFlight:
     """Return a flight of a structure without walls.
 
@@ -478,7 +483,7 @@ def _open_flight(opened: StructureSystem, start: Floats, begin: float, end: floa
     period = opened.period or 0.0
     shift = math.floor(begin / period) * period
     first, last = begin - shift, end - shift
-    image, derivative, record = map_between(opened, start, (first, last), "until its next impact")
+    image, derivative, record = map_between(opened, start, (first, last), UNTIL)
     after, before = np.empty((2, n)), np.empty((2, n))
     rates_at(record, first, True, after)
     rates_at(record, last, True, before)
@@ -523,11 +528,14 @@ def _whole_record(
     parts: list[StructureRun] = []
     struck: list[tuple[int, float, float]] = []
     for end, stop in [*passage, (period, -1)]:
-        if not end > begin and not parts:
-            continue
-        flight = _open_flight(opened, here, begin, end)
-        parts.append(flight.record)
-        here, begin = flight.image, end
+        if not end > begin:
+            if not parts:
+                continue
+            raise ConvergenceError("two impacts change their order", here, math.nan, "")
+        # From its own instant, in whichever period of the loads: the record is that of a run.
+        here, _, record = map_between(opened, here, (begin, end), UNTIL, derivative=False)
+        parts.append(record)
+        begin = end
         if stop < 0:
             break
         wall = _met_at(system, stop)

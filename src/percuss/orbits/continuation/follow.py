@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Generic, Protocol, TypeVar
+from typing import Any, Generic, Protocol, TypeVar, cast
 
 import numpy as np
 
@@ -18,7 +18,15 @@ from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.signature import are_same
 from percuss.progress import Progress
 
-__all__ = ["STOPPED", "Detector", "Segment", "StepLimits", "follow", "follow_both_ways"]
+__all__ = [
+    "STOPPED",
+    "Detector",
+    "Segment",
+    "StepLimits",
+    "follow",
+    "follow_both_ways",
+    "special_points_of",
+]
 
 S = TypeVar("S")
 
@@ -102,6 +110,15 @@ def follow_both_ways(
         if before:
             why = f"{why_before}; at the other end {why}"
     return [*reversed(before), (start, None), *rows], why
+
+
+def special_points_of(rows: Sequence[tuple[Point[P], S | None]]) -> tuple[S, ...]:
+    """Return the special points among rows, each with the number of its row."""
+    return tuple(
+        dataclasses.replace(cast("Any", special), row=row)
+        for row, (_, special) in enumerate(rows)
+        if special is not None
+    )
 
 
 def follow(

@@ -19,6 +19,7 @@ from percuss.model.oscillator import Oscillator, Wall
 from percuss.model.restitution import is_elastic
 from percuss.model.structure import Structure
 from percuss.model.system import System
+from percuss.motion.structures import StructureTrajectory
 from percuss.orbits.finding.find_structures import find_structure_orbits
 from percuss.orbits.finding.found import (
     ENOUGH,
@@ -84,7 +85,7 @@ def find_orbit(
     force: Loads | Mapping[Any, Forcing] | Forcing,
     *,
     n_periods: int = 1,
-    guess: tuple[object, object] | StructureOrbit | None = None,
+    guess: tuple[object, object] | StructureTrajectory | StructureOrbit | None = None,
 ) -> StructureOrbit: ...
 def find_orbit(
     osc: Any,
@@ -125,8 +126,8 @@ def find_orbit(
     guess
         Where to start: (cycle, v_after) of an impact, a run that settles on the orbit, or an
         orbit of a similar system; by default of a run and of an orbit one with its impacts and
-        periods is found. Of a structure: (x0, v0) at t = 0, or an orbit of a similar one.
-        Default: a search from random starts.
+        periods is found. Of a structure: (x0, v0) at t = 0, a run that settles on the orbit, or an
+        orbit of a similar one. Default: a search from random starts.
     seed
         Of the random starts.
     formal

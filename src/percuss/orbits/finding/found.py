@@ -85,7 +85,10 @@ class FoundOrbits(list[Found]):
         text += f" from {self.n_searches:,} starts"
         if math.isnan(self.unseen_estimate):
             return text
-        return f"{text}; some {self.unseen_estimate:.2g} more are estimated to be unseen"
+        more = (
+            "fewer than 0.01" if self.unseen_estimate < 0.01 else f"some {self.unseen_estimate:.2g}"
+        )
+        return f"{text}; {more} more are estimated to be unseen"
 
 
 def estimate_unseen(counts: Iterable[int]) -> float:

@@ -176,13 +176,11 @@ def extremes_of_motion(
     return Extremes(extrema.minimum, extrema.maximum)
 
 
-def largest_speed(run: StructureTrajectory, since: float = -math.inf) -> float:
+def largest_speed(run: StructureTrajectory) -> float:
     """Return the largest velocity y' into a stop, NaN if none is met."""
     crossings = run.crossings
-    is_entry = (crossings.direction == "in") & (crossings.t >= since)
-    speeds = np.abs(
-        np.concatenate([run.impacts.v_before[run.impacts.t >= since], crossings.v[is_entry]])
-    )
+    entries = crossings.v[crossings.direction == "in"]
+    speeds = np.abs(np.concatenate([run.impacts.v_before, entries]))
     return float(speeds.max()) if len(speeds) else math.nan
 
 

@@ -22,6 +22,7 @@ from percuss.model.loads import Loads, loads_of
 from percuss.model.structure import Structure
 from percuss.model.structure_start import StructureStart, check_start
 from percuss.motion.follow_structure import followed
+from percuss.motion.impact_times import classify_impact_times
 from percuss.motion.structures import StructureTrajectory
 from percuss.motion.trajectory import Outcome
 from percuss.numerics import norm, solve_linear
@@ -37,10 +38,12 @@ __all__ = [
     "PeriodMap",
     "StructureOrbit",
     "closing_error",
+    "covered_twice",
     "find_structure_orbit",
     "multipliers_of_matrix",
     "orbit_of_map",
     "period_map",
+    "period_of",
     "structure_orbit_at",
 ]
 
@@ -81,7 +84,7 @@ def period_map(
     ConvergenceError
         If the motion does not reach the end.
     """
-    end = n_periods * _period_of(system)
+    end = n_periods * period_of(system)
     return map_between(system, state, (0.0, end), f"{n_periods} periods", derivative=derivative)
 
 
@@ -118,7 +121,8 @@ def map_between(
     return PeriodMap(image, matrix, record)
 
 
-def _period_of(system: StructureSystem) -> float:
+def period_of(system: StructureSystem) -> float:
+    """Return the period of the loads, or raise a `ParameterError` where they have none."""
     period = system.period
     if period is None:
         reason = "the loads have no common period; give Loads(..., period=...)"
@@ -167,7 +171,7 @@ class StructureOrbit(HasPicture):
     @property
     def period(self) -> float:
         """Its period [time]."""
-        return self.n_periods * _period_of(self.run.system)
+        return self.n_periods * period_of(self.run.system)
 
     @property
     def is_stable(self) -> bool:
@@ -221,9 +225,9 @@ class StructureOrbit(HasPicture):
         """Return the orbit in a line."""
         largest = float(np.abs(self.multipliers).max())
         kind = "stable" if self.is_stable else "unstable"
-        periods = "1 period" if self.n_periods == 1 else f"{self.n_periods} periods"
         return (
-            f"<StructureOrbit: {self.structure.n} coordinates, {periods} = {self.period:.6g}, "
+            f"<StructureOrbit: {counted(self.structure.n, 'coordinate')}, "
+            f"{counted(self.n_periods, 'period')} = {self.period:.6g}, "
             f"{counted(self.n_impacts, 'impact')}; {kind}, largest multiplier {largest:.6g}"
             f"{'' if self.admissible else '; formal: it passes through a wall'}>"
         )
@@ -239,10 +243,12 @@ def find_structure_orbit(
     structure, loads
         The structure and its loads, which have a common period.
     guess
-        (x0, v0), the state at t = 0 near which to look [length, length/time], or an orbit of a
-        similar structure. Default: the motion from rest, after 200 periods of the orbit.
+        (x0, v0), the state at t = 0 near which to look [length, length/time], a run that settles
+        on the orbit, or an orbit of a similar structure. Default: the motion from rest, after 200
+        periods of the orbit.
     n_periods
-        Periods of the loads after which it repeats.
+        Periods of the loads after which it repeats; 1 stands for those of a guess that is a run or
+        an orbit.
 
     Returns
     -------
@@ -254,7 +260,7 @@ def find_structure_orbit(
     ConvergenceError
         If Newton's method finds none near.
     ParameterError
-        If the loads have no common period, or the guess is no state.
+        If the loads have no common period, or the guess does not fit.
     """
     loads, n_periods = loads_of(structure, loads), whole("n_periods", n_periods, 1)
     system = StructureSystem.of(structure, loads)
@@ -264,12 +270,26 @@ def find_structure_orbit(
             system, np.concatenate([start.x, start.v]), n_periods * SETTLING, derivative=False
         ).image
         return structure_orbit_at(system, state, n_periods)
-    if isinstance(guess, StructureOrbit):
+    if isinstance(guess, StructureTrajectory):
+        if n_periods == 1:
+            n_periods = classify_impact_times(guess).n_periods or 1
+        guess = _last_strobe(guess)
+    elif isinstance(guess, StructureOrbit):
+        n_periods = guess.n_periods if n_periods == 1 else n_periods
         guess = guess.x0.tolist(), guess.v0.tolist()
     if not isinstance(guess, tuple | list) or len(guess) != 2:
-        raise ParameterError("guess", guess, "not a state (x0, v0) and no orbit of a structure")
+        reason = "not a state (x0, v0), and no run or orbit of a structure"
+        raise ParameterError("guess", guess, reason)
     start = check_start(structure, guess[0], guess[1])
     return structure_orbit_at(system, np.concatenate([start.x, start.v]), n_periods)
+
+
+def _last_strobe(run: StructureTrajectory) -> tuple[list[float], list[float]]:
+    """Return the state at the last whole period of the loads in a run."""
+    strobes = run.stroboscopic(cycle=0.0)
+    if not strobes.sizes["period"]:
+        raise ParameterError("guess", run, "a run without a whole period of its loads")
+    return strobes.x[-1].values.tolist(), strobes.v[-1].values.tolist()
 
 
 def structure_orbit_at(system: StructureSystem, state: Floats, n_periods: int) -> StructureOrbit:
@@ -308,6 +328,14 @@ def structure_orbit_at(system: StructureSystem, state: Floats, n_periods: int) -
     return orbit_of_map(system, state, n_periods, here, error)
 
 
+def covered_twice(orbit: StructureOrbit) -> StructureOrbit:
+    """Return an orbit as one of twice the period."""
+    system = StructureSystem.of(orbit.structure, orbit.loads)
+    state, n_periods = np.concatenate([orbit.x0, orbit.v0]), 2 * orbit.n_periods
+    mapped = period_map(system, state, n_periods)
+    return orbit_of_map(system, state, n_periods, mapped, closing_error(mapped, state))
+
+
 def orbit_of_map(
     system: StructureSystem,
     state: Floats,
@@ -320,7 +348,7 @@ def orbit_of_map(
     """Return the orbit of a state that its period map brings back."""
     structure, loads, n = system.structure, system.loads, system.structure.n
     start = StructureStart(state[:n].tolist(), state[n:].tolist())
-    end = n_periods * _period_of(system)
+    end = n_periods * period_of(system)
     run = StructureTrajectory.of_run(system, start, mapped.record, end, Outcome.reached_t_end)
     return StructureOrbit(
         structure=structure,

@@ -14,7 +14,7 @@ from percuss.model.force_record import refuse_record
 from percuss.numerics import hypot, inverse, matmul, power
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.surface.maps import ImpactMap, impact_map
-from percuss.orbits.surface.saddles import check_saddle, points_at_impacts
+from percuss.orbits.surface.saddles import check_saddle, images_of, points_at_impacts
 
 __all__ = ["HomoclinicOrbit", "homoclinic_orbits"]
 
@@ -161,11 +161,7 @@ class _UnstableManifold:
 
     def forward(self, points: Floats) -> Floats:
         """Return the next impacts of (n, 2) points; NaN where there is none."""
-        known = np.isfinite(points).all(axis=1)
-        images = np.full_like(points, np.nan)
-        if known.any():
-            images[known] = np.stack(self.map(*points[known].T), axis=1)
-        return images
+        return images_of(points, lambda some: self.map(*some.T))
 
     def coordinates(self, points: Floats) -> Floats:
         """Return distances from the saddle along the unstable and the stable direction."""

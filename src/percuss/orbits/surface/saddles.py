@@ -30,6 +30,7 @@ __all__ = [
     "SectionKind",
     "StroboscopicSection",
     "check_saddle",
+    "images_of",
     "points_at_impacts",
     "points_at_strobes",
 ]
@@ -177,7 +178,7 @@ SectionKind: TypeAlias = Literal["stroboscopic", "impact"]
 LONGEST = 100.0
 
 
-def _images(
+def images_of(
     points: Floats, step: Callable[[Floats], Iterable[Floats]], allowed: Flags | bool = True
 ) -> Floats:
     """Return the images of (n, 2) points under a map; NaN for NaN and where it is not allowed."""
@@ -199,7 +200,7 @@ class StroboscopicSection:
 
     def forward(self, points: Floats) -> Floats:
         """Return (n, 2) points one period later; NaN for NaN."""
-        return _images(points, lambda some: self.map(*self._inside(some)))
+        return images_of(points, lambda some: self.map(*self._inside(some)))
 
     def backward(self, points: Floats) -> Floats:
         """Return (n, 2) points one period earlier; NaN where there was no such motion."""
@@ -213,7 +214,7 @@ class StroboscopicSection:
             ends = self._inside(np.stack([past.x_end, past.v_end], axis=1))
             return (np.where(past.status == engine.AT_TIME, end, np.nan) for end in ends)
 
-        return _images(points, step)
+        return images_of(points, step)
 
     def differences(self, first: Floats, second: Floats) -> Floats:
         """Return the differences between points."""
@@ -238,7 +239,7 @@ class ImpactSection:
 
     def forward(self, points: Floats) -> Floats:
         """Return (n, 2) points at the next impact; NaN where there is none, or after a contact."""
-        return _images(points, lambda some: self.map(*some.T), points[:, 1] != 0.0)
+        return images_of(points, lambda some: self.map(*some.T), points[:, 1] != 0.0)
 
     def backward(self, points: Floats) -> Floats:
         """Return (n, 2) points at the impact before; NaN where there was none."""

@@ -16,6 +16,7 @@ from percuss.model.start import end_after_periods, periods_faults, start_faults
 from percuss.model.units import FORCE
 from percuss.studies.study import Question, StudyDraft, ends_in_words, known_walls, span_in_words
 from percuss.studies.tables import Limits, StartState, shown, table
+from percuss.wording import counted
 
 if TYPE_CHECKING:
     from percuss.motion.impact_times import ImpactTimes
@@ -191,12 +192,9 @@ class Motion(Question):
         if hasattr(result, "structure"):
             from percuss.studies.of_structures import report_of_motion
 
-            return report_of_motion(result)
-        from percuss.motion.impact_times import classify_impact_times
-
+            return report_of_motion(result, _times_in_words(result))
         contacts = result.contacts
         first = f", the first from t = {contacts.start[0]:.10g}" if len(contacts) else ""
-        entries = len(result.crossings) > 0 and len(result.impacts) == 0
         record = {"record": result.beyond_record} if result.beyond_record else {}
         return (
             record
@@ -206,9 +204,7 @@ class Motion(Question):
                 "crossings": str(len(result.crossings)),
                 "contacts": f"{len(contacts)}{first}",
                 "grazes": str(len(result.grazes)),
-                "entry times" if entries else "impact times": impact_times_words(
-                    classify_impact_times(result)
-                ),
+                **_times_in_words(result),
                 "outcome": str(result.outcome.value),
                 "time": span_in_words(result.t0, result.t_end, result.oscillator.units),
             }
@@ -236,9 +232,18 @@ def _extremes_in_words(run: Trajectory) -> dict[str, str]:
     return rows
 
 
+def _times_in_words(run: Trajectory | StructureTrajectory) -> dict[str, str]:
+    """Return the class of the times of the impacts, without any of the entries into soft stops."""
+    from percuss.motion.impact_times import classify_impact_times
+
+    entries = len(run.crossings) > 0 and len(run.impacts) == 0
+    words = impact_times_words(classify_impact_times(run))
+    return {"entry times" if entries else "impact times": words}
+
+
 def impact_times_words(times: ImpactTimes) -> str:
     """Return the class of the impact times in words."""
-    pattern = f"{times.n_impacts} in {times.n_periods} forcing periods"
+    pattern = f"{times.n_impacts} in {counted(times.n_periods, 'forcing period')}"
     if not times.n_periods:
         pattern = f"every {times.n_impacts}"
     return {

@@ -78,9 +78,10 @@ class Response(Question):
                 else "formal everywhere: each orbit would pass through a stop"
             )
         places: dict[str, list[str]] = {}
-        for point in result.special_points:
+        for point in sorted(result.special_points, key=lambda point: point.value):
             places.setdefault(point.kind.replace("_", " "), []).append(f"{point.value:.9g}")
-        words = [f"{kind} at {', '.join(values)}" for kind, values in places.items()]
+        # A doubling lies on two branches.
+        words = [f"{kind} at {', '.join(dict.fromkeys(each))}" for kind, each in places.items()]
         rows["special points"] = "\n".join(words) or "none"
         compared = f"{len(result.attractors)} attractors of direct simulation"
         missed = len(result.missed)
