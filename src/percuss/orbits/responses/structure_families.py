@@ -20,12 +20,12 @@ from percuss.orbits.continuation.follow import STOPPED
 from percuss.orbits.finding.settled import Settled
 from percuss.orbits.finding.structure_settled import (
     extremes_of_motion,
-    is_on_orbit,
     largest_speed,
     returning_orbits,
     settled_structures,
 )
 from percuss.orbits.orbit.extremes import Extremes
+from percuss.orbits.orbit.signature import are_same
 from percuss.orbits.orbit.structure_orbit import StructureOrbit, structure_orbit_at
 from percuss.orbits.responses.families import Families, SettlingStarts
 from percuss.progress import Report
@@ -113,14 +113,14 @@ class StructureFamilies(Families):
     def branch_of(self, orbit: StructureOrbit, value: float) -> int | None:
         """Return the number of the branch on which an orbit of this value lies, None if on none."""
         return next(
-            (owner for known, owner in self._orbits_at(value) if is_on_orbit(orbit, known)), None
+            (owner for known, owner in self._orbits_at(value) if are_same(orbit, known)), None
         )
 
     def followed(
         self,
         orbit: StructureOrbit,
-        value: float,
-        report: Report,  # noqa: ARG002
+        value: float,  # noqa: ARG002
+        report: Report,
     ) -> StructureBranch:
         """Follow an orbit over the whole range: all on its branch are motions.
 
