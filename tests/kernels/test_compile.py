@@ -12,8 +12,10 @@ from pathlib import Path
 from typing import Any
 
 import numba
+import numpy as np
 import pytest
 from numba.core.caching import NullCache
+from numba.core.compiler import Compiler
 from numba.core.types.functions import BaseFunction
 from tests.kernels.uncompiled import python_of
 
@@ -440,6 +442,23 @@ def test_a_division_by_zero_in_a_kernel_is_infinite() -> None:
         return 1.0 / x
 
     assert inverse(0.0) == float("inf")
+
+
+def test_the_steps_of_a_loop_over_coordinates_are_not_written_out() -> None:
+    def total(x: list[float]) -> float:
+        total = 0.0
+        for i in range(len(x)):
+            total += x[i]
+        return total
+
+    def n_additions(compiler: type[Compiler]) -> int:
+        njit: Any = numba.njit
+        compiled = njit(pipeline_class=compiler)(total)
+        assert compiled(np.array([1.0, 2.0, 4.0])) == 7.0
+        (code,) = compiled.inspect_llvm().values()
+        return str(code).count(" fadd ")
+
+    assert n_additions(parts.RolledCompiler) == 1 < n_additions(Compiler)
 
 
 def test_compiled_kernels_are_loaded_without_what_compiling_needs(compiled: Package) -> None:

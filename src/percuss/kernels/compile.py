@@ -21,10 +21,11 @@ from typing import Any, ParamSpec, TypeVar, cast
 import numba
 import numba.extending
 from numba.core.caching import CompileResultCacheImpl, FunctionCache
+from numba.core.compiler import Compiler
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.types.functions import BaseFunction
 
-from percuss.kernels.parts import as_part, has_fused_products
+from percuss.kernels.parts import RolledCompiler, as_part, has_fused_products
 from percuss.kernels.sources import sources_hash
 
 P = ParamSpec("P")
@@ -245,7 +246,9 @@ def uncompiled(function: Callable[P, R]) -> Callable[P, R]:
 def _compiled(
     function: Callable[P, R], options: dict[str, Any], is_cold: bool = False
 ) -> Callable[P, R]:
-    compiled: Any = numba.njit(**options)(function)
+    is_of_structures = function.__module__.startswith("percuss.kernels.structure.")
+    compiler = RolledCompiler if is_of_structures else Compiler
+    compiled: Any = numba.njit(pipeline_class=compiler, **options)(function)
     # With the compiler off it is the function itself.
     if hasattr(compiled, "py_func"):
         # numba refuses a function for which it finds no writable folder, or no file (a prompt).
