@@ -93,6 +93,9 @@ def test_a_structure_has_a_line_for_each_displacement_to_one_scale() -> None:
     centres = [block.get_x() + 0.5 * block.get_width() for block in blocks]
     x = motion()(film.times[10])[0]
     np.testing.assert_allclose(centres, [x[0], x[1], x[0] - x[1]], rtol=0, atol=1e-12)
+    film.show()
+    x = motion()(film.times[0])[0]
+    assert blocks[0].get_x() + 0.5 * blocks[0].get_width() == pytest.approx(x[0], abs=1e-12)
 
 
 def test_a_gif_plays_at_its_rate(tmp_path: Path) -> None:

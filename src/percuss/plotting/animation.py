@@ -140,8 +140,8 @@ class Film:
             pixels = np.asarray(canvas.buffer_rgba())  # type: ignore[no-untyped-call]
             yield Image.fromarray(pixels).convert("RGB")
 
-    def show(self, i: int) -> None:
-        """Move everything to where it is in frame i."""
+    def show(self, i: int = 0) -> None:
+        """Move everything to where it is in a frame, by default the first."""
         for actor in self._actors:
             actor.show(i)
 
