@@ -320,7 +320,7 @@ BAD: list[tuple[Callable[[], object], str]] = [
     (lambda: on_two(Wall(0, "below", on=(0, 0.0))),
      "stops.0.on = (0, 0.0): a direction of zeros; what acts on it moves nothing"),
     (lambda: on_two(Wall(0, "below", on=(1,))),
-     "stops.0.on = (1,): 1 numbers for 2 coordinates; a direction has one for each"),
+     "stops.0.on = (1,): 1 number for 2 coordinates; a direction has one for each"),
     (lambda: on_two(Wall(0, "below", on=(1, math.inf))), "stops.0.on.1 = inf: not finite"),
     (lambda: on_two(Wall(0, "below", on=1.5)),  # type: ignore[arg-type]
      "stops.0.on = 1.5: neither a coordinate's index nor a direction's tuple nor a point's name"),
@@ -353,7 +353,7 @@ BAD: list[tuple[Callable[[], object], str]] = [
      "damping_ratios = (0, 0, 0): 3 numbers, but 2 are needed, one for each of the frequencies"),
     (lambda: pc.Structure.from_modes([1, -2], 0, {}), "frequencies.1 = -2: negative"),
     (lambda: pc.Structure.from_modes([1, 2], 0, {"tip": [1]}),
-     "points.tip = (1,): 1 numbers for 2 coordinates"),
+     "points.tip = (1,): 1 number for 2 coordinates"),
     (lambda: pc.chain([1, 1], [1, 1]),
      ("springs = (1, 1): 2 numbers, but 3 are needed, one for each of the 3 gaps from ground to "
       "ground")),
@@ -383,7 +383,7 @@ BAD: list[tuple[Callable[[], object], str]] = [
     (lambda: pc.Loads({0: pc.Forcing(constant=1)}, period=1),
      "loads.period = 1: given for constant loads"),
     (lambda: check_start(TWO, x0=[1]),
-     "x0 = (1,): 1 numbers for 2 coordinates; give one for each"),
+     "x0 = (1,): 1 number for 2 coordinates; give one for each"),
     (lambda: check_start(TWO, v0=1), "v0 = 1: not 2 numbers, one for each coordinate"),
     (lambda: check_start(TWO, v0=[0, math.nan]), "v0.1 = nan: not finite"),
     (lambda: check_start(on_two(Wall(1, "above", on=(1, -1))), x0=[2, "0.5"]),

@@ -371,7 +371,7 @@ def test_linear_motions_have_the_exponents_of_their_modes() -> None:
         (lambda: pc.sweep("period", ABSORBER, LOADS, over={"forcing.omega": [1.0]}),
          "no such parameter; did you mean loads.0.omega"),
         (lambda: pc.sweep("period", ABSORBER, LOADS, over={}, start=([0.0], [0.0])),
-         "1 numbers for 2 coordinates"),
+         "1 number for 2 coordinates"),
         (lambda: pc.sweep("period", ABSORBER, LOADS, over={}, start=5),  # type: ignore[arg-type]
          "start = 5: neither a StructureStart nor (x0, v0) nor (x0, v0, t0)"),
         (lambda: pc.sweep("period", pc.impact_oscillator(), pc.cosine(2), over={}, on=0),

@@ -267,6 +267,14 @@ def test_paths_may_stand_without_quotes() -> None:
     assert parse_study(bare) == parse_study(quoted)
 
 
+@pytest.mark.parametrize("given", ["x0", "v0"])
+def test_what_a_start_leaves_out_is_zero(given: str) -> None:
+    text = text_of("motion", f'[start]\n{given} = "1/4"\n[run]\nt_end = 1')
+
+    start = parse_study(text).question.start  # type: ignore[attr-defined]
+    assert (start.x0, start.v0) == (("1/4", 0) if given == "x0" else (0, "1/4"))
+
+
 def test_a_start_that_is_left_out_must_be_one() -> None:
     model = MODEL.replace("at = 1", "at = -1")
     own = '[sweep]\nmeasure = "period"\n[over]\n"forcing.omega" = [1]'

@@ -221,9 +221,7 @@ def test_starts_and_loads_of_records_of_a_structure(tmp_path: Path) -> None:
 
     more = own.replace("[0, 0]", "[0]").replace("loads.0.omega", "structure.mass.0.0")
     faults = told(tmp_path, ROW + more, of_the_row())
-    assert (
-        "fit.records.0.start.1 = [0]: 1 numbers for 2 coordinates; give one for each" in faults[0]
-    )
+    assert "fit.records.0.start.1 = [0]: 1 number for 2 coordinates; give one for each" in faults[0]
     assert faults[1].endswith(
         "of the structure, which all records share; only the loads may differ"
     )

@@ -84,10 +84,10 @@ def test_a_study_of_a_structure_is_read_back_equal_from_its_text(kind: str) -> N
     ("kind", "old", "new", "told"),
     [
         ("motion", "[1, -1]]", "[0, 0]]", "draw.on.1 = [0, 0]: a direction of zeros; what acts"),
-        ("motion", "[0, 1]", "[0]", "start.v0 = [0]: 1 numbers for 2 coordinates"),
+        ("motion", "[0, 1]", "[0]", "start.v0 = [0]: 1 number for 2 coordinates"),
         ("motion", "periods = 10", "periods = 0", "run.periods = 0: not positive"),
         ("orbit", "v0 = [0, 0]\n", "", "orbit.v0: missing; a guess is a state, x0 and v0"),
-        ("orbit", "v0 = [0, 0]", "v0 = [0]", "orbit.v0 = [0]: 1 numbers for 2 coordinates"),
+        ("orbit", "v0 = [0, 0]", "v0 = [0]", "orbit.v0 = [0]: 1 number for 2 coordinates"),
         ("orbit", "[orbit]", "[orbit]\nimpacts = 1", "orbit.impacts: unknown key; known here: "),
         ("orbits", "max_impacts", "formal = true\nmax_impacts", "orbits.formal: unknown key; known "),
         ("orbits", "on = [1]", "on = [2]", "draw.on.0 = 2: no such coordinate; the coordinates are"),

@@ -195,7 +195,7 @@ FAULTS = [
                 "(M + M.T) / 2 is"
             ),
             "s.toml:19: loads.0.on = \"tpi\": no such point; did you mean tip?",
-            "s.toml:28: start.v0 = [0]: 1 numbers for 2 coordinates; give one for each",
+            "s.toml:28: start.v0 = [0]: 1 number for 2 coordinates; give one for each",
         ),
     ),
     (

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import lru_cache
-from typing import Any, TypeAlias, cast
+from typing import Any, NoReturn, TypeAlias, cast
 
 from percuss.errors import ParameterError
 from percuss.model.exact import (
@@ -226,7 +226,7 @@ class Forcing:
         has none. Two records cannot be added. Both are forces, or both per unit mass.
         """
         if not isinstance(other, Forcing):
-            return NotImplemented
+            raise _no_term(other)
         if self.is_per_mass != other.is_per_mass:
             reason = (
                 "a force and a force per unit mass have no sum; .per_mass(m) makes a force one per "
@@ -413,8 +413,14 @@ class Forcing:
         -1.0
         """
         if not isinstance(other, Forcing):
-            return NotImplemented
+            raise _no_term(other)
         return self + -other
+
+    def __radd__(self, other: object) -> NoReturn:
+        """Raise the error of a sum with what is no forcing, or of a difference."""
+        raise _no_term(other)
+
+    __rsub__ = __radd__
 
     def _times(self, factor: Fraction, *, is_per_mass: bool) -> Forcing:
         return self._with(
@@ -651,3 +657,9 @@ def _components(forcing: Forcing) -> tuple[Component, ...]:
         for omega, part in zip(_omegas(forcing), forcing.harmonics, strict=True)
         if isinstance(part, Harmonic) or any(_coefficients(part))
     )
+
+
+def _no_term(other: object) -> ParameterError:
+    """Return the error of a sum of a forcing and something else."""
+    reason = "not a Forcing; a constant force that is added is Forcing(constant=1)"
+    return ParameterError("force", other, reason)

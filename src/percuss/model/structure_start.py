@@ -20,6 +20,7 @@ from percuss.model.faults import (
 )
 from percuss.model.oscillator import Wall, plain_on
 from percuss.model.structure import Structure
+from percuss.wording import counted
 
 __all__ = ["StructureStart", "check_start", "structure_start"]
 
@@ -124,7 +125,9 @@ def _start_at(structure: Structure, x0: object, v0: object, t0: Phase) -> Struct
         if not isinstance(value, tuple):
             raise_first([Fault(name, value, f"not {n} numbers, one for each coordinate")])
         if len(value) != n:
-            reason = f"{len(value)} numbers for {n} coordinates; give one for each"
+            reason = (
+                f"{counted(len(value), 'number')} for {counted(n, 'coordinate')}; give one for each"
+            )
             raise_first([Fault(name, value, reason)])
         both.append(value)
     return StructureStart(both[0], both[1], t0)

@@ -438,8 +438,8 @@ class StudyTable:
 class StartTable:
     """``[start]``: the state in which the motion begins, not checked yet."""
 
-    x0: NumberKey
-    v0: NumberKey
+    x0: NumberKey = 0.0
+    v0: NumberKey = 0.0
     t0: PhaseKey = 0.0
 
 

@@ -291,7 +291,7 @@ def _detail(
     for q, cosine in ((3, -0.5), (4, 0.0)):
         if abs(z.real - cosine) < RESONANT:
             return f"a pair of multipliers on the unit circle, strong resonance 1:{q}"
-    return f"a pair of multipliers {z.real:.6g} +- {z.imag:.6g} i on the unit circle"
+    return f"a pair of multipliers {z.real:.6g} ± {z.imag:.6g} i on the unit circle"
 
 
 def continue_structure_orbit(

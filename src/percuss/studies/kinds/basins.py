@@ -227,7 +227,7 @@ class Basins(Question):
             if words == "periodic":
                 count = impacts_in_words(float(attractor.n_impacts))
                 words = f"{count} in {counted(int(attractor.n_periods), 'forcing period')}"
-            rows[f"attractor {i}"] = f"{words}: {share:.4%} +- {error:.1%} of the starts"
+            rows[f"attractor {i}"] = f"{words}: {share:.4%} ± {error:.1%} of the starts"
             for name in self.measures:
                 unit = str(attractor[name].attrs.get("units", ""))
                 rows[f"attractor {i}, {name}"] = with_unit(float(attractor[name]), unit)

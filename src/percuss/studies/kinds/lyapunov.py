@@ -75,7 +75,7 @@ class Lyapunov(Question):
     def report(self, result: Dataset) -> dict[str, str]:
         """Return the exponents, their errors and their sum."""
         pairs = zip(result.exponent.values, result.error.values, strict=True)
-        (first, *others, last) = (f"{value:.8g} +- {error:.1g}" for value, error in pairs)
+        (first, *others, last) = (f"{value:.8g} ± {error:.1g}" for value, error in pairs)
         between = (
             {"the others": "\n".join(f"{exponent} per time" for exponent in others)}
             if others
