@@ -42,6 +42,7 @@ class Circle:
     noun: str = "circle"
     paths: tuple[str, ...] = ("p",)
     order: int = 1
+    n_periods: int = 1
 
     def values(self, z: Floats) -> tuple[float, ...]:
         return (float(z[-1]),)

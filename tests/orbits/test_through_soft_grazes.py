@@ -174,3 +174,15 @@ def test_a_branch_goes_up_to_the_corner_where_two_soft_stops_meet() -> None:
         assert branch.values[0] == pytest.approx(0.259, abs=1e-9)
         assert "stops 1 and 0 come to lie at one place" in branch.end_reason
         assert all_located(branch)
+
+
+@pytest.mark.parametrize("ends", [(4.0, 8.0), (8.0, 4.0)])
+def test_a_closed_family_is_there_once_whichever_way_comes_first(ends: tuple[float, float]) -> None:
+    """One way ends at a graze which the other passes on its way round."""
+    osc = pc.bilinear_oscillator(stiffness_above=1.0, stiffness_below=9.0, damping=0.05)
+    orbits = pc.find_orbits(osc, pc.cosine(6.0, 2.0), 1, 4)
+    (orbit,) = (each for each in orbits if each.n_periods == 4)
+    branch = pc.continue_orbit(orbit, over={OMEGA: ends})
+
+    assert branch.end_reason == "the branch closed"
+    assert len(values(branch, "grazing")) == len(values(branch, "fold")) == 2

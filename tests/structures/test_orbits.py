@@ -316,3 +316,18 @@ def test_a_curve_of_torus_points_has_its_strong_resonances() -> None:
     (resonance,) = (point for point in curve.special_points if point.kind == "resonance_1_4")
     # A quarter of a turn in each period.
     assert np.abs(resonance.orbit.multipliers - 1j).min() < 1e-7
+
+
+def test_a_closed_family_of_three_periods_is_followed_once() -> None:
+    """Once round it is the same orbit one period of the loads later."""
+    mass = np.diag([2.0, 1.0, 1.0])
+    stiffness = np.array([[3000, -2000, 0], [-2000, 3500, -1500], [0, -1500, 1500]])
+    stop = pc.SoftStop(at=0.002, side="above", stiffness=50e3, damping=5, on=2)
+    structure = pc.Structure(mass, stiffness, 0.002 * stiffness + 0.05 * mass, [stop])
+    guess = [-0.007111, -0.005252, -0.00414], [0.00973, -0.2771, -0.2361]
+    orbit = pc.find_orbit(structure, pc.Loads({0: pc.cosine(57, 10)}), n_periods=3, guess=guess)
+    branch = pc.continue_orbit(orbit, over={"loads.0.omega": (50, 60)})
+
+    assert branch.end_reason == "the branch closed"
+    doublings = [p.value for p in branch.special_points if p.kind == "period_doubling"]
+    assert sorted(doublings) == pytest.approx([54.05925, 54.96796, 56.35956, 57.78761], abs=1e-5)

@@ -67,6 +67,7 @@ class CurveEquations(ABC):
 
     def __init__(self, equations: OrbitEquations) -> None:
         self.equations, self.paths = equations, equations.paths
+        self.n_periods = equations.n_periods
         self._matrix: Floats | None = None
         self._latest = np.empty(0), np.empty((0, 0))
 

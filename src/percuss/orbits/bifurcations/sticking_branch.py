@@ -57,7 +57,7 @@ class StickingFamily:
 
     def __init__(self, orbit: PeriodicOrbit, path: str, low: float, high: float) -> None:
         self.paths: tuple[str, ...] = (path,)
-        self.low, self.high, self.near = low, high, orbit
+        self.low, self.high, self.near, self.n_periods = low, high, orbit, orbit.n_periods
 
     def started(self, orbit: PeriodicOrbit, value: float) -> Point[Self]:
         """Return the point of an orbit."""

@@ -14,7 +14,6 @@ from percuss.errors import ParameterError, PercussError
 from percuss.model.exact import real, whole
 from percuss.numerics import dot, norm
 from percuss.orbits.continuation.problem import BorderError, P, Point, along_parameter
-from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.signature import are_same
 from percuss.progress import Progress
 
@@ -106,8 +105,11 @@ def follow_both_ways(
     rows, why, closed = follow(start, sign, detector, steps, progress=progress)
     before: list[tuple[Point[P], S | None]] = []
     if not closed and why != STOPPED:
-        before, why_before, _ = follow(start, -sign, detector, steps, progress=progress)
-        if before:
+        before, why_before, closed = follow(start, -sign, detector, steps, progress=progress)
+        if closed:
+            # It has passed what the first way has found, and what it has not.
+            rows, why = [], why_before
+        elif before:
             why = f"{why_before}; at the other end {why}"
     return [*reversed(before), (start, None), *rows], why
 
@@ -268,9 +270,15 @@ def _tried(here: Point[P], curve: tuple[Floats, Floats], step: float) -> Point[P
 
 
 def _is_back(start: Point[P], new: Point[P], sign: float, before: Point[P]) -> bool:
-    """Return whether the last step passed the start, whole periods apart."""
-    if new.problem is not start.problem:
-        return _is_back_in_another_problem(start, new, before)
+    """Return whether the last step passed the start, whole periods of the forces apart."""
+    return (new.problem is start.problem and _is_at_start(start, new, sign, before)) or (
+        (new.problem is not start.problem or new.problem.n_periods > 1)
+        and _is_back_at_its_value(start, new, before)
+    )
+
+
+def _is_at_start(start: Point[P], new: Point[P], sign: float, before: Point[P]) -> bool:
+    """Return whether the last step passed the start, whole periods of the orbit apart."""
     difference = start.z - new.z
     if len(difference) > len(new.problem.paths):
         # The first unknown is an instant, in periods.
@@ -280,15 +288,18 @@ def _is_back(start: Point[P], new: Point[P], sign: float, before: Point[P]) -> b
     return along and norm(difference) < PASSED * step
 
 
-def _is_back_in_another_problem(start: Point[P], new: Point[P], before: Point[P]) -> bool:
-    """Return whether the last step passed the start after other problems have taken over."""
+def _is_back_at_its_value(start: Point[P], new: Point[P], before: Point[P]) -> bool:
+    """Return whether the last step passed the orbit of the start, where it may be another point.
+
+    The unknowns are others after other problems have taken over, and where the orbit, of several
+    periods of the forces, is given from another of them on.
+    """
     value, last, now = start.z[-1], before.z[-1], new.z[-1]
     if (last - value) * (now - value) > 0.0 or last == now or len(new.z) != len(start.z):
         return False
     guess = before.z + (value - last) / (now - last) * (new.z - before.z)
     try:
         z = new.problem.corrected(guess, along_parameter(len(guess)))
-        orbit: PeriodicOrbit = new.problem.solution(z)
-        return are_same(orbit, start.orbit)
+        return are_same(new.problem.solution(z), start.orbit)
     except PercussError:
         return False

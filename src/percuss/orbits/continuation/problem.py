@@ -39,11 +39,14 @@ class Problem(Protocol):
         Order of the predictor: 1 for the tangent, 2 for a parabola through the last points, which
         pays where the derivatives are expensive, and 3 for a cubic, where all is; between two
         points guesses are cubics then, too.
+    n_periods
+        Periods of the forces after which a solution repeats.
     """
 
     noun: str
     paths: tuple[str, ...]
     order: int
+    n_periods: int
 
     def values(self, z: Floats) -> tuple[float, ...]:
         """Return the parameters of a point."""

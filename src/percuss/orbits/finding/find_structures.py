@@ -19,11 +19,11 @@ from percuss.orbits.finding.found import (
     estimate_unseen,
 )
 from percuss.orbits.finding.structure_settled import (
-    is_on_orbit,
     orbits_from_start,
     primitive_orbit,
     random_starts,
 )
+from percuss.orbits.orbit.signature import are_same
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
 from percuss.progress import Progress, Report
 
@@ -97,7 +97,7 @@ class _StructureSearch:
         """Count an orbit that a start led to, None for no start, and keep it if it is new."""
         if orbit is None:
             return
-        trials = next((seen for known, seen in self._seen if is_on_orbit(orbit, known)), None)
+        trials = next((seen for known, seen in self._seen if are_same(orbit, known)), None)
         if trials is None:
             trials = set()
             self._seen.append((orbit, trials))

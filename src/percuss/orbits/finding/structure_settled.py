@@ -28,6 +28,7 @@ from percuss.orbits.finding.settled import (
     Settled,
 )
 from percuss.orbits.orbit.extremes import Extremes
+from percuss.orbits.orbit.signature import are_same
 from percuss.orbits.orbit.structure_orbit import (
     PeriodMap,
     StructureOrbit,
@@ -37,7 +38,6 @@ from percuss.orbits.orbit.structure_orbit import (
 
 __all__ = [
     "extremes_of_motion",
-    "is_on_orbit",
     "largest_speed",
     "orbits_from_start",
     "primitive_orbit",
@@ -113,7 +113,7 @@ def returning_orbits(
         for n_periods in range(1, max_periods + 1):
             for row in _near_returns(strobes, n_periods)[:TRIED]:
                 orbit = primitive_orbit(system, strobes[row], n_periods)
-                if orbit is not None and not any(is_on_orbit(orbit, known) for known in orbits):
+                if orbit is not None and not any(are_same(orbit, known) for known in orbits):
                     orbits.append(orbit)
                     yield orbit
 
@@ -157,15 +157,6 @@ def _near_returns(strobes: Floats, n_periods: int) -> list[int]:
     rows = np.flatnonzero(least)
     nearest: list[int] = rows[np.argsort(far[rows], kind="stable")].tolist()
     return nearest
-
-
-def is_on_orbit(orbit: StructureOrbit, other: StructureOrbit) -> bool:
-    """Return whether two orbits are one, which may be given from another of its periods on."""
-    if orbit.n_periods != other.n_periods:
-        return False
-    own, state = _strobes_of(other), _state(orbit)
-    size = max(float(np.abs(own).max()), float(np.abs(state).max()))
-    return bool((np.abs(own - state).max(axis=1) <= ARRIVED * size).any())
 
 
 def extremes_of_motion(
@@ -225,10 +216,10 @@ def _settled(
             orbit = primitive_orbit(system, state, n_periods)
             if orbit is None or not orbit.is_stable:
                 continue
-            if np.abs(_state(orbit) - state).max() > CLOSE * size:
+            if np.abs(orbit.strobes[0] - state).max() > CLOSE * size:
                 continue
             if any(
-                isinstance(seen.orbit, StructureOrbit) and is_on_orbit(orbit, seen.orbit)
+                isinstance(seen.orbit, StructureOrbit) and are_same(orbit, seen.orbit)
                 for seen in known
             ):
                 return None
@@ -245,7 +236,7 @@ def _settled(
 def _has_arrived(state: Floats, orbit: object) -> bool:
     if not isinstance(orbit, StructureOrbit):
         return False
-    own = _strobes_of(orbit)
+    own = orbit.strobes
     return bool((np.abs(own - state).max(axis=1) <= ARRIVED * np.abs(own).max()).any())
 
 
@@ -257,25 +248,15 @@ def primitive_orbit(
         orbit = structure_orbit_at(system, state, n_periods)
         for part in range(1, n_periods):
             if n_periods % part == 0 and _repeats(orbit, part):
-                return structure_orbit_at(system, _state(orbit), part)
+                return structure_orbit_at(system, orbit.strobes[0], part)
     except PercussError:
         return None
     return orbit
 
 
 def _repeats(orbit: StructureOrbit, n_periods: int) -> bool:
-    own = _strobes_of(orbit)
+    own = orbit.strobes
     return bool(np.abs(own[n_periods] - own[0]).max() <= ARRIVED * np.abs(own).max())
-
-
-def _state(orbit: StructureOrbit) -> Floats:
-    return np.concatenate([orbit.x0, orbit.v0])
-
-
-def _strobes_of(orbit: StructureOrbit) -> Floats:
-    """Return (x, v) at the beginning of each period of the loads, (n_periods, 2 n)."""
-    times = np.arange(orbit.n_periods) * (orbit.period / orbit.n_periods)
-    return np.concatenate(orbit.run(times), axis=1)
 
 
 def _strobes(system: StructureSystem, here: PeriodMap, count: int) -> Floats:

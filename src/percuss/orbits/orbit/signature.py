@@ -10,6 +10,7 @@ from percuss.kernels.law_columns import PERIOD
 from percuss.model.system import System
 from percuss.orbits.orbit.itinerary import TOLERANCE, Itinerary, entries_of
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+from percuss.orbits.orbit.structure_orbit import StructureOrbit
 
 __all__ = ["Signature", "are_same", "signature_of", "signature_of_orbit"]
 
@@ -93,17 +94,32 @@ def signature_of(system: System, itinerary: Itinerary, *, isolated: bool) -> Sig
     return Signature(counts, stops, tuple(times.tolist()), speeds, isolated)
 
 
-def are_same(one: PeriodicOrbit, other: PeriodicOrbit) -> bool:
+def are_same(one: PeriodicOrbit | StructureOrbit, other: PeriodicOrbit | StructureOrbit) -> bool:
     """Return whether two orbits of one system are the same motion, or members of one family.
+
+    Either may be given from another of its periods on.
 
     Parameters
     ----------
     one, other
-        Orbits of the same oscillator and forcing.
+        Orbits of the same oscillator and forcing, or of the same structure and loads.
 
     Returns
     -------
     bool
-        True for the same impacts, and for two that are not isolated and meet the same stops.
+        True for the same impacts, and for two that are not isolated and meet the same stops. Of
+        structures for the same state at the beginning of one of the periods.
     """
+    if isinstance(one, StructureOrbit):
+        return isinstance(other, StructureOrbit) and _are_same_states(one, other)
+    if isinstance(other, StructureOrbit):
+        return False
     return signature_of_orbit(one).matches(signature_of_orbit(other))
+
+
+def _are_same_states(one: StructureOrbit, other: StructureOrbit) -> bool:
+    if one.n_periods != other.n_periods:
+        return False
+    strobes, state = other.strobes, one.strobes[0]
+    size = max(float(np.abs(strobes).max()), float(np.abs(state).max()))
+    return bool((np.abs(strobes - state).max(axis=1) <= TOLERANCE * size).any())

@@ -183,6 +183,12 @@ class StructureOrbit(HasPicture):
         """Impacts on walls and entries into soft stops in a period."""
         return len(self.run.impacts) + int((self.run.crossings.direction == "in").sum())
 
+    @property
+    def strobes(self) -> Floats:
+        """(x, v) at the beginning of each period of the loads, (n_periods, 2 n) array."""
+        times = np.arange(self.n_periods) * (self.period / self.n_periods)
+        return np.concatenate(self.run(times), axis=1)
+
     def sensitivity(self, paths: Sequence[str]) -> StructureOrbitSensitivity:
         """Return the derivative of the orbit by parameters, exact to rounding.
 

@@ -15,6 +15,7 @@ from percuss.errors import ConvergenceError, ParameterError
 from percuss.numerics import log, power
 from percuss.orbits.finding.settled import Settled
 from percuss.orbits.orbit.extremes import Extremes
+from percuss.progress import Report
 
 __all__ = ["Families", "Range", "SeenAttractor", "SettlingStarts"]
 
@@ -115,7 +116,9 @@ class Families(ABC):
         """Return whether the force has a period; raise the error of a value that it cannot have."""
 
     @abstractmethod
-    def searched(self, value: float, counts: tuple[int, int], seed: int) -> Iterable[Any]:
+    def searched(
+        self, value: float, counts: tuple[int, int], seed: int, report: Report
+    ) -> Iterable[Any]:
         """Return orbits at a value that are searched for, stable or not."""
 
     @abstractmethod
@@ -147,8 +150,8 @@ class Families(ABC):
         """Return the number of the branch on which an orbit of this value lies, None if on none."""
 
     @abstractmethod
-    def followed(self, orbit: Any, value: float) -> Any:
-        """Return the branch of an orbit."""
+    def followed(self, orbit: Any, value: float, report: Report) -> Any:
+        """Return the branch of an orbit, as far as ``report`` lets it be followed."""
 
     @abstractmethod
     def refusal(self, orbit: Any) -> str | None:
@@ -166,7 +169,7 @@ class Families(ABC):
     def impact_velocities(self, branch: Any) -> Floats:
         """Return the largest velocity into a stop of each orbit of a branch, NaN without one."""
 
-    def add(self, orbit: Any, value: float) -> bool:
+    def add(self, orbit: Any, value: float, report: Report) -> bool:
         """Follow an orbit unless it is on a branch already, and return whether it was followed."""
         reason = self.refusal(orbit)
         if reason is not None:
@@ -175,7 +178,7 @@ class Families(ABC):
         if self.branch_of(orbit, value) is not None:
             return False
         try:
-            branch = self.followed(orbit, value)
+            branch = self.followed(orbit, value, report)
         except (ConvergenceError, ParameterError) as error:
             self.left_out.append((value, orbit, str(error)))
             return False

@@ -29,6 +29,7 @@ from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.solve import solve
 from percuss.orbits.orbit.steady import free_region, steady_orbit
 from percuss.orbits.responses.families import Families, SettlingStarts
+from percuss.progress import Report
 
 __all__ = ["OscillatorFamilies"]
 
@@ -77,11 +78,11 @@ class OscillatorFamilies(Families):
         return self.system(value).period is not None
 
     def searched(
-        self, value: float, counts: tuple[int, int], seed: int
+        self, value: float, counts: tuple[int, int], seed: int, report: Report
     ) -> FoundOrbits[PeriodicOrbit] | tuple[()]:
         """Return what `find_orbits` finds; without stops there is nothing to search for."""
         osc, force = self.system(value)
-        return find_orbits(osc, force, *counts, seed) if osc.stops else ()
+        return find_orbits(osc, force, *counts, seed, progress=report) if osc.stops else ()
 
     def in_closed_form(self, value: float, max_periods: int) -> Iterator[PeriodicOrbit]:
         """Yield the physical orbits with one impact on a wall, which need no search."""
@@ -146,7 +147,7 @@ class OscillatorFamilies(Families):
         speeds = np.nan_to_num(branch.impact_velocity, nan=-np.inf).max(axis=1, initial=-np.inf)
         return np.asarray(np.where(np.isfinite(speeds), speeds, np.nan))
 
-    def followed(self, orbit: PeriodicOrbit, value: float) -> Branch:
+    def followed(self, orbit: PeriodicOrbit, value: float, report: Report) -> Branch:
         """Follow an orbit as far as its branch is admissible, in stretches that grow.
 
         Formal parts of a branch may continue without end.
@@ -158,7 +159,11 @@ class OscillatorFamilies(Families):
             low, high = self.within.value(part - down), self.within.value(part + up)
             step = LARGEST_STEP if orbit.n_impacts else SMALL_STEP
             branch = continue_orbit(
-                orbit, {self.path: (low, high)}, max_points=MAX_POINTS, largest_step=step
+                orbit,
+                {self.path: (low, high)},
+                max_points=MAX_POINTS,
+                largest_step=step,
+                progress=report,
             )
             physical = branch.values[branch.admissible]
             grow_down = low > self.within.low and bool((physical <= low).any())

@@ -241,8 +241,8 @@ def response_curve(
         At how many values orbits are searched for; attractors at eight times as many.
     progress
         True shows a line on the error stream after two seconds; a function
-        ``(done, total) -> bool`` is called at each value, and False ends the search with what is
-        done.
+        ``(done, total) -> bool`` is called after each value, and once a second while orbits are
+        searched for or followed; False ends the search with what is done.
 
     Returns
     -------

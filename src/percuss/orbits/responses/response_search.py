@@ -13,7 +13,8 @@ from percuss.progress import Progress, Report
 
 __all__ = ["search_families"]
 
-# Simulated values for each searched value; starts at each; comparisons at most.
+# Simulated values for each searched value, which take about as long; starts at each; comparisons at
+# most.
 PER_SEARCH, STARTS, ROUNDS = 8, 12, 4
 # Values at which attractors are compared at least each time.
 LEAST_COMPARED = 16
@@ -52,7 +53,7 @@ def search_families(
     """
     each = PER_SEARCH * n_seeds
     n_compared = max(LEAST_COMPARED, each // 2)
-    progress = Progress(report, n_seeds + each + n_compared)
+    progress = Progress(report, PER_SEARCH * n_seeds + each + n_compared)
     search = _ResponseSearch(families, counts, seed, progress)
     try:
         seeds = list(search.searched(n_seeds)) + list(search.settled(each))
@@ -86,6 +87,17 @@ class _ResponseSearch:
     ) -> None:
         self.families, self.counts, self.seed, self.progress = families, counts, seed, progress
 
+    def _text(self, doing: str, value: float) -> str:
+        return f"{doing} {self.families.path} = {value:.6g}"
+
+    def _report(self, doing: str, value: float) -> Report:
+        """Return the ``progress`` of a part of the work, which reports the whole by the clock."""
+
+        def goes_on(done: float, total: float) -> bool:  # noqa: ARG001
+            return self.progress.tick(f"{self._text(doing, value)}, {done:.0f} done")
+
+        return goes_on
+
     def is_wanted(self, orbit: Any | None) -> bool:
         """Return whether an orbit is of the kinds looked for."""
         return (
@@ -98,10 +110,11 @@ class _ResponseSearch:
         """Yield orbits that are searched for, stable or not."""
         for i in range(n_values):
             value = self.families.within.value((i + 0.5) / n_values)
-            if not self.progress.advance(text=f"searching at {self.families.path} = {value:.6g}"):
-                return
-            orbits = self.families.searched(value, self.counts, self.seed)
+            report = self._report("searching at", value)
+            orbits = self.families.searched(value, self.counts, self.seed, report)
             yield from ((value, orbit) for orbit in orbits)
+            if not self.progress.advance(PER_SEARCH, self._text("searched at", value)):
+                return
 
     def settled(self, n_values: int) -> Iterator[Seed]:
         """Yield attractors; motions start at random and where those at the last value were."""
@@ -117,10 +130,12 @@ class _ResponseSearch:
 
     def _settled(self, number: int, part: float, before: list[Settled]) -> list[Settled]:
         value = self.families.within.value(part)
-        if not self.progress.advance(text=f"settling at {self.families.path} = {value:.6g}"):
+        if self.progress.is_stopped or not self.progress.tick(self._text("settling at", value)):
             return []
         starts = SettlingStarts(STARTS, self.seed + number, [seen.state for seen in before])
-        return self.families.settled(value, self.counts, starts)
+        settled = self.families.settled(value, self.counts, starts)
+        self.progress.advance(text=self._text("settled at", value))
+        return settled
 
     def compared(self, round_number: int, n_values: int) -> Iterator[SeenAttractor]:
         """Yield attractors at values of their own, with the branches on which they lie."""
@@ -128,6 +143,7 @@ class _ResponseSearch:
         parts = sorted((GOLDEN * (first + i + 1)) % 1.0 for i in range(n_values))
         if round_number == 0:
             parts = sorted([*parts, *self._parts_at_special_points()])
+        self.progress.total = max(self.progress.total, self.progress.done + len(parts))
         # Down the range, where the seeds were found going up: both ends of a hysteresis are seen.
         before: list[Settled] = []
         for i, part in enumerate(reversed(parts)):
@@ -166,7 +182,7 @@ class _ResponseSearch:
             except LookupError:
                 return
             if orbit is not None:
-                self.families.add(orbit, value)
+                self.families.add(orbit, value, self._report("following from", value))
                 return
 
     def follow(self, seeds: list[Seed]) -> None:
@@ -175,7 +191,7 @@ class _ResponseSearch:
         todo = sorted(seeds, key=lambda seed: self.families.slowness(seed[1]))
         while todo and not self.progress.is_stopped:
             value, orbit = todo.pop(0)
-            if self.families.add(orbit, value):
+            if self.families.add(orbit, value, self._report("following from", value)):
                 todo += self._doubled(self.families.branches[-1])
 
     def _doubled(self, branch: Any) -> Iterator[Seed]:

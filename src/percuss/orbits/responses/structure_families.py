@@ -16,17 +16,19 @@ from percuss.model.paths import get_parameter, replace_parameters
 from percuss.orbits.bifurcations.continue_structure import continue_structure_orbit
 from percuss.orbits.bifurcations.structure_branch import StructureBranch, StructureSpecialPoint
 from percuss.orbits.bifurcations.structure_switching import switch_structure_branch
+from percuss.orbits.continuation.follow import STOPPED
 from percuss.orbits.finding.settled import Settled
 from percuss.orbits.finding.structure_settled import (
     extremes_of_motion,
-    is_on_orbit,
     largest_speed,
     returning_orbits,
     settled_structures,
 )
 from percuss.orbits.orbit.extremes import Extremes
+from percuss.orbits.orbit.signature import are_same
 from percuss.orbits.orbit.structure_orbit import StructureOrbit, structure_orbit_at
 from percuss.orbits.responses.families import Families, SettlingStarts
+from percuss.progress import Report
 
 __all__ = ["StructureFamilies"]
 
@@ -63,7 +65,11 @@ class StructureFamilies(Families):
         return self.system(value).period is not None
 
     def searched(
-        self, value: float, counts: tuple[int, int], seed: int
+        self,
+        value: float,
+        counts: tuple[int, int],
+        seed: int,
+        report: Report,  # noqa: ARG002
     ) -> Iterator[StructureOrbit]:
         """Return orbits next to motions that almost close, stable or not."""
         yield from returning_orbits(self.system(value), counts[1], seed)
@@ -107,10 +113,15 @@ class StructureFamilies(Families):
     def branch_of(self, orbit: StructureOrbit, value: float) -> int | None:
         """Return the number of the branch on which an orbit of this value lies, None if on none."""
         return next(
-            (owner for known, owner in self._orbits_at(value) if is_on_orbit(orbit, known)), None
+            (owner for known, owner in self._orbits_at(value) if are_same(orbit, known)), None
         )
 
-    def followed(self, orbit: StructureOrbit, value: float) -> StructureBranch:  # noqa: ARG002
+    def followed(
+        self,
+        orbit: StructureOrbit,
+        value: float,  # noqa: ARG002
+        report: Report,
+    ) -> StructureBranch:
         """Follow an orbit over the whole range: all on its branch are motions.
 
         A family that takes a small part of it is followed again, in steps of that size.
@@ -118,10 +129,14 @@ class StructureFamilies(Families):
         low, high = self.within.low, self.within.high
         while True:
             branch = continue_structure_orbit(
-                orbit, {self.path: (low, high)}, max_points=MAX_POINTS, largest_step=LARGEST_STEP
+                orbit,
+                {self.path: (low, high)},
+                max_points=MAX_POINTS,
+                largest_step=LARGEST_STEP,
+                progress=report,
             )
             least, most = float(branch.values.min()), float(branch.values.max())
-            if most - least >= SMALL * (high - low):
+            if most - least >= SMALL * (high - low) or STOPPED in branch.end_reason:
                 return branch
             beside = BESIDE * (most - least) or SMALL * (high - low)
             low, high = max(low, least - beside), min(high, most + beside)
