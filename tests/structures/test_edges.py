@@ -74,6 +74,41 @@ def test_a_start_inside_a_wall_is_refused_with_both_numbers() -> None:
         pc.simulate(held_pair(), x0=[-0.25, 0], t_end=1)
 
 
+@pytest.mark.parametrize("restitution", ["0", "0.5"])
+def test_a_run_goes_on_from_its_states_that_rounding_has_put_behind_the_wall(
+    restitution: str,
+) -> None:
+    """Held by the wall, and struck by it, a state is at c . x only to the rounding of its modes."""
+    wall = pc.Wall("0.3", "above", restitution, on=(0, 1, -1))
+    structure, loads = pc.chain([1] * 3, 1, "0.1", stops=[wall]), pc.Loads({1: pc.sine(1, 2)})
+    run = pc.simulate(structure, loads, t_end=40)
+    instants = np.concatenate([np.linspace(1, 39, 77), run.impacts.t])
+    behind = [t for t in instants if run.displacement((0, 1, -1), t)[0] > 0.3]
+    assert len(behind) > 5
+
+    for t in behind:
+        again = pc.simulate(structure, loads, start=(*run(t), float(t)), t_end=40)
+        np.testing.assert_allclose(again(40.0), run(40.0), rtol=0, atol=1e-13)
+
+
+def test_a_start_behind_a_wall_by_rounding_is_at_it() -> None:
+    """Behind it the kernels would follow another motion, 0.02 away at the end of this one."""
+    wall = pc.Wall(1, "above", "0.7", on=(1, 0))
+    structure, loads = pc.chain([1, 1], 1, "0.1", stops=[wall]), pc.Loads({0: pc.sine(1, 2)})
+    start = ([1 + 4e-13, 0], [-0.2, 0])
+
+    run = pc.simulate(structure, loads, start=start, t_end=20)
+    at_it = pc.simulate(structure, loads, x0=[1, 0], v0=[-0.2, 0], t_end=20)
+    np.testing.assert_allclose(run(20.0), at_it(20.0), rtol=0, atol=1e-11)
+    over = {"start.x0.0": [1 + 4e-13, 1], "structure.stops.0.restitution": [0.7]}
+    swept = pc.sweep(
+        "min_displacement", structure, loads, over=over, start=start, on=0, transient=0, periods=3
+    ).min_displacement.values.ravel()
+    assert swept[0] == pytest.approx(swept[1], abs=1e-11)
+    with pytest.raises(pc.ParameterError, match=r"is above the wall stops\.0 at y = 1"):
+        pc.simulate(structure, loads, x0=[1 + 1e-11, 0], t_end=20)
+
+
 @pytest.mark.parametrize(
     ("x0", "reason"),
     [

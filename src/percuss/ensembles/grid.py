@@ -14,7 +14,7 @@ from percuss.ensembles.groups import AnyGroup, Group, StructureGroup, walls_of
 from percuss.ensembles.job import Dimension
 from percuss.ensembles.threads import check_wanted
 from percuss.errors import ParameterError
-from percuss.model.acting_sets import StructureSystem
+from percuss.model.acting_sets import StructureSystem, within_walls
 from percuss.model.dimensions import dimensions_of, dimensions_of_named
 from percuss.model.exact import Phase, as_float, phase_problem, plain, real, whole
 from percuss.model.expression import Expression
@@ -350,7 +350,10 @@ def off_the_walls(
     starts: Floats,
     faults: dict[int, str],
 ) -> Flags:
-    """Return which starts lie behind no wall of their systems, and add the faults of the others."""
+    """Return which starts lie behind no wall of their systems, and add the faults of the others.
+
+    Those that rounding has put behind a wall are moved to it, as `simulate` does.
+    """
     inside = np.ones(len(rows), dtype=np.bool_)
     for k, system in enumerate(systems):
         structure = system.structure
@@ -372,6 +375,8 @@ def off_the_walls(
             except ParameterError as error:
                 inside[i] = False
                 faults[int(rows[i])] = str(error)
+                continue
+            starts[rows[i], : 2 * n] = within_walls(structure, starts[rows[i], : 2 * n])
     return inside
 
 

@@ -24,6 +24,10 @@ from percuss.wording import counted
 
 __all__ = ["StructureStart", "check_start", "structure_start"]
 
+# By how much a start on a wall may be behind it, as a part of its size: where a wall holds a
+# structure, or is struck, the states of a run have the rounding of their modes.
+ROUNDED = 1e-12
+
 
 @dataclass(frozen=True, slots=True)
 class StructureStart:
@@ -74,6 +78,8 @@ def check_start(
     structure: Structure, x0: object = None, v0: object = None, t0: Phase = 0.0
 ) -> StructureStart:
     """Return the start of a motion of a structure, which lies inside no wall.
+
+    Behind a wall by no more than the rounding of a run's states it is on the wall.
 
     Parameters
     ----------
@@ -202,10 +208,11 @@ def _wall_faults(structure: Structure, start: StructureStart) -> list[Fault]:
     for i, stop in enumerate(structure.stops):
         if not isinstance(stop, Wall):
             continue
-        direction = structure.stop_directions[i].tolist()
+        direction, at = structure.stop_directions[i].tolist(), as_float(stop.at)
         # Rounded once: a start at the wall is at it.
         y = float(sum(Fraction(c) * x for c, x in zip(direction, position, strict=True)))
-        if (y - as_float(stop.at)) * (1.0 if stop.side == "above" else -1.0) > 0.0:
+        size = abs(at) + float(max(map(abs, position))) * sum(map(abs, direction))
+        if (y - at) * (1.0 if stop.side == "above" else -1.0) > ROUNDED * size:
             reason = (
                 f"y = {y:g} is {stop.side} the wall stops.{i} at y = {stop.at}; use a SoftStop for"
                 " a compliant one"

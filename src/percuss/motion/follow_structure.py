@@ -14,7 +14,7 @@ from percuss.kernels import record as columns
 from percuss.kernels.structure import march as engine
 from percuss.kernels.structure import run as state
 from percuss.kernels.structure.run import StructureRun, new_run
-from percuss.model.acting_sets import StructureSystem
+from percuss.model.acting_sets import StructureSystem, within_walls
 from percuss.model.exact import Exact, Phase, as_float, plain
 from percuss.model.expression import parameters_in
 from percuss.model.faults import raise_first
@@ -78,9 +78,11 @@ def followed(
 ) -> tuple[StructureRun, Outcome]:
     """March from (x, v, t) to the limits, making sets of acting stops as they are met.
 
+    What rounding has put behind a wall begins at it: from behind, another motion would follow.
     With progress Ctrl-C ends the run there, and what it holds is kept.
     """
     x, v, t = start
+    x = within_walls(system.structure, np.concatenate([x, v]))[: len(x)]
     key = system.key_at(x, v)
     system.add(key)
     run = new_run(system.sets, min(limit + 8, FIRST_CAPACITY))
