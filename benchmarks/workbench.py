@@ -28,6 +28,8 @@ CLIENTS, MOVES_A_SECOND, SECONDS = 200, 5, 60
 # Of the clients, those whose motions take as long as they may, one after another.
 HOSTILE, HOSTILE_SECONDS = 10, 20
 SLIDER_MOVES = 120
+# The first of these that is there.
+BROWSERS = ("chromium", "chromium-browser", "chromium-headless-shell")
 STUDY = motion_tables(periods=60)
 
 
@@ -73,7 +75,7 @@ class _Server:
 def _in_browser(report: Report, address: str) -> None:
     from playwright.sync_api import sync_playwright
 
-    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
+    chromium = next(filter(None, map(shutil.which, BROWSERS)), None)
     if chromium is None:
         report.line("slider to four plots", "no chromium here")
         return
