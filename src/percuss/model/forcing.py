@@ -416,11 +416,27 @@ class Forcing:
             raise _no_term(other)
         return self + -other
 
-    def __radd__(self, other: object) -> NoReturn:
-        """Raise the error of a sum with what is no forcing, or of a difference."""
+    def __radd__(self, other: object) -> Forcing:
+        """Return the forcing itself for 0, with which Python's `sum` begins.
+
+        Raises
+        ------
+        ParameterError
+            For anything else.
+
+        Examples
+        --------
+        >>> from percuss.model import cosine
+        >>> sum([cosine(2.0), cosine(3.0)]) == cosine(2.0) + cosine(3.0)
+        True
+        """
+        if isinstance(other, int) and other == 0:
+            return self
         raise _no_term(other)
 
-    __rsub__ = __radd__
+    def __rsub__(self, other: object) -> NoReturn:
+        """Raise the error of a difference from what is no forcing."""
+        raise _no_term(other)
 
     def _times(self, factor: Fraction, *, is_per_mass: bool) -> Forcing:
         return self._with(
