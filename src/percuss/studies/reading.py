@@ -131,11 +131,11 @@ def parse_study(
     Examples
     --------
     >>> try:
-    ...     parse_study('[oscillator]\ndampnig = 0.1\n[start]\nx0 = 0\n[run]\nt_end = "10"')
+    ...     parse_study('[oscillator]\ndampnig = 0.1\n[start]\nx0 = 0\n[run]\nt_end = "-1"')
     ... except StudyError as error:
     ...     print(error)
     study:2: oscillator.dampnig: unknown key; did you mean "damping"?
-    study:3: start.v0: missing
+    study:6: run.t_end = "-1": not after t0 = 0.0
     """
     document, lines, syntax = read_document(text, name)
     if is_no_toml(lines, syntax):
