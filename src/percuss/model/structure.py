@@ -444,7 +444,8 @@ def on_faults(structure: Structure, on: object, name: str) -> list[Fault]:
 
 def _direction_faults(direction: tuple[object, ...], n: int, name: str) -> list[Fault]:
     if len(direction) != n:
-        reason = f"{counted(len(direction), 'number')} for {counted(n, 'coordinate')}; a direction has one for each"
+        numbers, coordinates = counted(len(direction), "number"), counted(n, "coordinate")
+        reason = f"{numbers} for {coordinates}; a direction has one for each"
         return [Fault(name, direction, reason)]
     problems = [
         fault for i, number in enumerate(direction) for fault in scale_faults(f"{name}.{i}", number)
