@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from itertools import pairwise
 
 import mpmath
@@ -225,3 +226,23 @@ def test_the_default_grid_reaches_beyond_the_forcing_and_is_never_too_long() -> 
     assert float(short.omega[-1]) == 36.0
     long = pc.spectrum(pc.simulate(ELASTIC, pc.sine(3), v0=1, t_end=1000.0))
     assert long.sizes["omega"] == 4096
+
+
+def test_progress_is_told_and_stops_with_the_frequencies_that_are_done(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    run = pc.simulate(ELASTIC, pc.sine(3), v0="0.45", t_end=31.0)
+    whole = pc.spectrum(run)
+    module = sys.modules["percuss.motion.spectrum"]
+    monkeypatch.setattr(module, "BETWEEN_REPORTS", 1)
+    told: list[tuple[float, float]] = []
+
+    def two_pieces(done: float, total: float) -> bool:
+        told.append((done, total))
+        return len(told) < 2
+
+    part = pc.spectrum(run, progress=two_pieces)
+    n, total = part.sizes["omega"], whole.sizes["omega"]
+    assert told == [(n / 2, total), (n, total)]
+    assert n < total
+    assert np.allclose(part.amplitude, whole.amplitude[:n], rtol=0.0, atol=1e-13)

@@ -47,6 +47,7 @@ __all__ = [
     "NEAR_PART",
     "NODES",
     "PANEL_PHASE",
+    "ROWS",
     "SplitTimes",
     "blocks",
     "fourier_integral",

@@ -20,9 +20,10 @@ from percuss.errors import ParameterError
 from percuss.model.exact import as_float, real, reals, whole
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import On
-from percuss.motion.fourier_integral import fourier_integral
+from percuss.motion.fourier_integral import ROWS, fourier_integral
 from percuss.motion.trajectory import Trajectory
 from percuss.numerics import cos, modulus, phasor, times
+from percuss.progress import Progress, Report
 
 if TYPE_CHECKING:
     # A second of import.
@@ -41,6 +42,8 @@ Method = Literal["exact", "fft"]
 REACH = 12.0
 MOST_FREQUENCIES = 4096
 MOST_SAMPLES = 1 << 22
+# Exponentials that are computed between two reports, half a second to a second.
+BETWEEN_REPORTS = 1 << 24
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,6 +63,8 @@ class DisplacementSignal:
         What acts.
     slowest
         The lowest frequency of free motion [1/time], 0 without one.
+    n_events
+        The events of the run, knots of records among them.
     """
 
     run: Trajectory | StructureTrajectory
@@ -67,6 +72,7 @@ class DisplacementSignal:
     integral: Callable[[Floats, float, float], Complexes]
     forcings: tuple[Forcing, ...]
     slowest: float
+    n_events: int
 
 
 def signal_of(run: Trajectory | StructureTrajectory, on: On | None) -> DisplacementSignal:
@@ -82,7 +88,8 @@ def signal_of(run: Trajectory | StructureTrajectory, on: On | None) -> Displacem
             raise ParameterError("on", on, "a run of an oscillator has one displacement")
         spring = math.sqrt(abs(as_float(run.oscillator.of_unit_mass().stiffness)))
         forcings = () if run.forcing is None else (run.forcing,)
-        return DisplacementSignal(run, run, partial(fourier_integral, run), forcings, spring)
+        integral = partial(fourier_integral, run)
+        return DisplacementSignal(run, run, integral, forcings, spring, len(run.record[0]))
     # By its name: the module of structures is loaded where there are some.
     if type(run).__name__ != "StructureTrajectory":
         raise ParameterError("run", run, "not the run of an oscillator or of a structure")
@@ -95,7 +102,8 @@ def signal_of(run: Trajectory | StructureTrajectory, on: On | None) -> Displacem
         return (x * c).sum(axis=-1), (v * c).sum(axis=-1)
 
     integral = partial(structure_fourier_integral, run, c)
-    return DisplacementSignal(run, motion, integral, run.loads.forcings, slowest_rate(run))
+    slowest, n_events = slowest_rate(run), len(run.record.events)
+    return DisplacementSignal(run, motion, integral, run.loads.forcings, slowest, n_events)
 
 
 def spectrum(
@@ -108,6 +116,7 @@ def spectrum(
     between: tuple[float, float] | None = None,
     n: int | None = None,
     on: On | None = None,
+    progress: Report = None,
 ) -> Dataset:
     """Return the spectrum of a run over a finite time.
 
@@ -143,6 +152,10 @@ def spectrum(
     on
         Of a structure the coordinate, direction or point whose displacement is taken; none with one
         coordinate.
+    progress
+        Of "exact", which takes long at many frequencies of a run with many events: True shows a
+        line on the error stream after two seconds; a function ``(done, total) -> bool`` is called
+        with the number of frequencies, and stops by returning False: those done are returned.
 
     Returns
     -------
@@ -180,7 +193,8 @@ def spectrum(
         if n is not None:
             raise ParameterError("n", n, 'a number of points belongs to method="fft"')
         grid = _default_grid(signal, low, high) if omega is None else _frequencies(omega)
-        transform = _exact(signal, grid, low, high, window, of)
+        transform = _exact(signal, grid, low, high, window, of, progress)
+        grid = grid[: len(transform)]
     else:
         if omega is not None:
             reason = 'the frequencies of method="fft" follow from n and the times'
@@ -362,6 +376,28 @@ def _samples(signal: DisplacementSignal, low: float, high: float, n: int | None)
 
 
 def _exact(
+    signal: DisplacementSignal,
+    omega: Floats,
+    low: float,
+    high: float,
+    window: WindowName,
+    of: Quantity,
+    report: Report = None,
+) -> Complexes:
+    """Return X at the frequencies that are done when the caller stops."""
+    progress = Progress(report, len(omega), "frequencies")
+    step = max(ROWS, BETWEEN_REPORTS // signal.n_events)
+    parts = [np.empty(0, dtype=np.complex128)]
+    for first in range(0, len(omega), step):
+        some = omega[first : first + step]
+        parts.append(_windowed(signal, some, low, high, window, of))
+        if not progress.advance(len(some)):
+            break
+    progress.close()
+    return np.concatenate(parts)
+
+
+def _windowed(
     signal: DisplacementSignal,
     omega: Floats,
     low: float,

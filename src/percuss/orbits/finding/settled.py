@@ -25,7 +25,7 @@ from percuss.orbits.orbit.knots import without_knots
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.propagator import Propagator
 from percuss.orbits.orbit.signature import are_same
-from percuss.orbits.orbit.solve import orbit_of_solution, solve
+from percuss.orbits.orbit.solve import attracts, orbit_of_solution, solve
 from percuss.orbits.orbit.steady import regions, steady_orbit
 from percuss.orbits.orbit.sticking import sticking_orbits
 
@@ -260,5 +260,7 @@ def _attractor(system: System, guess: Guess) -> PeriodicOrbit | None:
     times = near.times_covered
     if times > 1:
         solution = solve(system, near.primitive(times))
+    if not attracts(system, solution):
+        return None
     orbit = orbit_of_solution(system, solution)
-    return orbit if orbit.is_stable and orbit.admissible else None
+    return orbit if orbit.admissible else None

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from percuss.arrays import Floats, Integers
-from percuss.errors import ConvergenceError
 from percuss.kernels import record as columns
 from percuss.kernels.arithmetic import later
 from percuss.kernels.flight import Flight, constant_force, move_over_knots, place, set_phases
@@ -40,18 +39,21 @@ from percuss.numerics import (
     directions,
     dot,
     exp,
-    inverse,
     is_finite,
     least_squares,
     matmul,
-    norm,
 )
 from percuss.orbits.orbit.itinerary import Itinerary, entries_of, events_of_record, is_wall
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
-from percuss.orbits.orbit.stability import multipliers_of, stability_of, stability_of_cycle
+from percuss.orbits.orbit.stability import (
+    Stability,
+    multipliers_of,
+    stability_of,
+    stability_of_cycle,
+)
 from percuss.orbits.orbit.turning_points import margin_of, penetrations_of, turns_of
 
-__all__ = ["Solution", "impacts_of_record", "orbit_of_solution", "solve"]
+__all__ = ["Solution", "attracts", "impacts_of_record", "orbit_of_solution", "solve"]
 
 
 MOST_STEPS = 40
@@ -200,8 +202,6 @@ class _Equations:
     def is_on_family(self, unknowns: Floats) -> bool:
         """Return whether the solution is one of a family; at a fold it is not, to second order."""
         self.at(unknowns)
-        if _is_regular(self.matrix):
-            return False
         sizes, rows = directions(self.matrix)
         weak = rows[sizes < math.sqrt(WEAK) * sizes[0]]
         return any(self._has_neighbour(unknowns, direction) for direction in weak)
@@ -230,15 +230,6 @@ def _strikes(law: Law, itinerary: Itinerary) -> bool:
     return bool(np.abs(events[1:, columns.V_BEFORE]).max() > least)
 
 
-def _is_regular(matrix: Floats) -> bool:
-    """Return whether no singular value is small, by norms that bound them: faster."""
-    try:
-        sizes = norm(matrix) * norm(inverse(matrix))
-    except ConvergenceError:
-        return False
-    return sizes * math.sqrt(WEAK) < 1.0
-
-
 def orbit_of_solution(system: System, solution: Solution) -> PeriodicOrbit:
     """Return the orbit of a solution.
 
@@ -254,19 +245,13 @@ def orbit_of_solution(system: System, solution: Solution) -> PeriodicOrbit:
     PeriodicOrbit
         Admissible or not.
     """
-    law = system.law
-    itinerary = _in_first_period(law, solution.itinerary)
+    law, traced = system.law, _traced(system.law, solution)
+    itinerary, events, marks = traced.itinerary, traced.events, traced.marks
     period = itinerary.period
     if itinerary.n_periods:
         period = itinerary.n_periods * float(law[0, PERIOD])
-    events, marks = _record(law, itinerary)
     bound, _, region = itinerary.events[0].tolist()
     x0 = place(law, region, bound)
-    monodromy = _monodromy(law, events, marks)
-    determinant, conservative = _determinant(law, itinerary, events)
-    stability = stability_of(monodromy, determinant, conservative=conservative)
-    if not itinerary.n_periods:
-        stability = stability_of_cycle(determinant, conservative=conservative)
     turns = turns_of(law, events, marks, x0, float(events[-1, columns.EVENT_T]))
     impacts = impacts_of_record(system, events, marks)
     penetrations = penetrations_of(system.oscillator, turns)
@@ -280,9 +265,11 @@ def orbit_of_solution(system: System, solution: Solution) -> PeriodicOrbit:
         n_impacts=len(impacts),
         n_periods=itinerary.n_periods,
         period=period,
-        monodromy=monodromy,
-        multipliers=multipliers_of(monodromy, determinant, is_free=not itinerary.n_periods),
-        stability=stability,
+        monodromy=traced.monodromy,
+        multipliers=multipliers_of(
+            traced.monodromy, traced.determinant, is_free=not itinerary.n_periods
+        ),
+        stability=traced.stability,
         # A flight of negative duration solves the equations formally, too.
         admissible=len(penetrations) == 0 and not (itinerary.durations < 0.0).any(),
         grazing_margin=margin_of(turns),
@@ -295,6 +282,34 @@ def orbit_of_solution(system: System, solution: Solution) -> PeriodicOrbit:
         _sequence=itinerary.events,
         _vector=itinerary.vector,
     )
+
+
+def attracts(system: System, solution: Solution) -> bool:
+    """Return whether neighbours approach the orbit of a solution, without making the orbit."""
+    return _traced(system.law, solution).stability == "asymptotic"
+
+
+@dataclass(frozen=True, slots=True)
+class _Traced:
+    """The motion over the itinerary of a solution: its record, and what becomes of neighbours."""
+
+    itinerary: Itinerary
+    events: Floats
+    marks: Integers
+    monodromy: Floats
+    determinant: float
+    stability: Stability
+
+
+def _traced(law: Law, solution: Solution) -> _Traced:
+    itinerary = _in_first_period(law, solution.itinerary)
+    events, marks = _record(law, itinerary)
+    monodromy = _monodromy(law, events, marks)
+    determinant, conservative = _determinant(law, itinerary, events)
+    stability = stability_of(monodromy, determinant, conservative=conservative)
+    if not itinerary.n_periods:
+        stability = stability_of_cycle(determinant, conservative=conservative)
+    return _Traced(itinerary, events, marks, monodromy, determinant, stability)
 
 
 def _determinant(law: Law, itinerary: Itinerary, events: Floats) -> tuple[float, bool]:
