@@ -58,9 +58,31 @@ def test_places_outside_the_cells_of_an_attractor_are_not_on_it() -> None:
 def test_a_strobe_is_near_an_orbit_by_its_size() -> None:
     orbit = np.array([[10.0, 0.0], [-10.0, 1.0]])
 
-    assert is_near(np.array([-10.0029, 1.0029]), orbit)
-    assert not is_near(np.array([-10.0031, 1.0]), orbit)
-    assert not is_near(np.array([math.nan, 1.0]), orbit)
+    assert is_near(np.array([-10.0029, 1.0029]), orbit, 2.0 * math.pi)
+    assert not is_near(np.array([-10.0031, 1.0]), orbit, 2.0 * math.pi)
+    assert not is_near(np.array([math.nan, 1.0]), orbit, 2.0 * math.pi)
+
+
+@pytest.mark.parametrize("unit", [1.0, 2.0**-20, 2.0**-30, 2.0**30])
+def test_attractors_are_the_same_in_every_unit_of_time(unit: float) -> None:
+    """Small motions in two wells differ in their places alone, and velocities are 1e6 times as large."""
+    stiff = 4.0 / unit**2
+    walls = (pc.SoftStop(0.5, "above", stiff), pc.SoftStop(-0.5, "below", stiff))
+    osc = pc.Oscillator(stiffness=-1.0 / unit**2, damping=0.2 / unit, stops=walls)
+    force = pc.cosine(1.3 / unit, amplitude=0.05 / unit**2)
+    x0, v0 = [-0.8, 0.1, 0.8], [-0.5 / unit, 0.5 / unit]
+
+    found = pc.basins(osc, force, x0=x0, v0=v0, periods=400)
+
+    assert found.basin.values.tolist() == [[0, 0], [0, 1], [1, 1]]
+    np.testing.assert_allclose(found.attractor_x0.values.ravel(), [-0.6337, 0.6996], atol=1e-4)
+    drifting = pc.sweep(
+        "period",
+        pc.Oscillator(0.0, 0.2 / unit),
+        pc.cosine(1.3 / unit, amplitude=0.05 / unit**2, constant=1e-4 / unit**2),
+        over={},
+    )
+    assert drifting.period.item() == 0.0
 
 
 @pytest.mark.parametrize(("value", "sign"), [(0.2, 1), (0.09, 0), (-0.2, -1), (math.nan, 0)])
@@ -78,7 +100,7 @@ def test_weakly_damped_motions_on_all_sides_of_an_orbit_go_to_it(
     assert found.basin.values.ravel().tolist() == [0] * 4
 
     # Those of a motion that still settles are not.
-    monkeypatch.setattr(attractors, "has_settled", lambda _points, _p: True)
+    monkeypatch.setattr(attractors, "has_settled", lambda _points, _p, _period: True)
     early = pc.basins(osc, pc.cosine(1.0), x0=x0, v0=v0, periods=4000)
     assert early.sizes["attractor"] > 1 or (early.basin.values == -1).any()
-    assert not has_settled(np.array([[1.0, 0.0], [1.0 + 1e-7, 0.0]]), 1)
+    assert not has_settled(np.array([[1.0, 0.0], [1.0 + 1e-7, 0.0]]), 1, 1.0)

@@ -222,7 +222,8 @@ def test_the_turning_end_of_a_transient_is_no_period() -> None:
 
     settled = np.stack([1.0 + 0.1 * np.cos(2 * np.pi * k / 3), np.zeros(33)], axis=1)
 
-    assert period_of(np.stack([points, settled]), 16).tolist() == [0, 3]
+    found = period_of(np.stack([points, settled]), 16, np.full(2, 2.0 * np.pi))
+    assert found.tolist() == [0, 3]
 
 
 def test_the_alternating_end_of_a_transient_is_no_doubled_period_of_impacts() -> None:

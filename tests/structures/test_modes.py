@@ -136,3 +136,25 @@ def test_slow_modes_of_a_stiff_structure_keep_their_digits() -> None:
 
     exact = motion.exact(10.0)
     np.testing.assert_allclose(run(10.0), exact, atol=1e-11)
+
+
+@pytest.mark.parametrize("unit", [2.0**-30, 2.0**20, 2.0**30])
+def test_modes_are_the_same_in_every_unit_of_time(unit: float) -> None:
+    """Resonators of 1e9 rad/s and tides: a power of two of the unit changes no digit."""
+    springs, dashpots = [4.5, 1.25, 0.75], [0.1, 0.03, 0.05]
+    wall = pc.Wall(at="0.3", side="above", restitution="0.8", on=1)
+    slow = pc.chain(masses=[1, 2], springs=springs, dashpots=dashpots, stops=[wall])
+    fast = pc.chain(
+        masses=[1, 2],
+        springs=[k * unit * unit for k in springs],
+        dashpots=[c * unit for c in dashpots],
+        stops=[wall],
+    )
+
+    here = pc.simulate(slow, v0=[1, -0.5], t_end=20)
+    there = pc.simulate(fast, v0=[unit, -0.5 * unit], t_end=20 / unit)
+
+    assert len(here.impacts) >= 2
+    np.testing.assert_array_equal(there.impacts.t * unit, here.impacts.t)
+    np.testing.assert_array_equal(there(7 / unit)[0], here(7)[0])
+    np.testing.assert_array_equal(there(7 / unit)[1] / unit, here(7)[1])

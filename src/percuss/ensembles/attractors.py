@@ -15,7 +15,6 @@ from percuss.ensembles.classification import LONGEST, LONGEST_OF_ALL, Arrays
 from percuss.ensembles.decisions import (
     CHAOTIC,
     LEAST_SHARE,
-    NEAR,
     NO_START,
     PERIODIC,
     REST,
@@ -25,8 +24,10 @@ from percuss.ensembles.decisions import (
     fill_cells,
     has_settled,
     is_chaotic,
+    is_near,
     near_orbit,
     shares_in_cells,
+    weight,
 )
 from percuss.ensembles.groups import Group, StructureGroup
 from percuss.ensembles.repetition import period_of
@@ -165,7 +166,8 @@ def _periodic(system: AnyStrobed, arrays: Arrays, rows: Integers, go_on: GoOn) -
         is_long = int(arrays["n_periods"][left[0]]) > LONGEST
         orbit = _settled(system, strobe, LONGEST_OF_ALL if is_long else LONGEST)
         same = np.zeros(len(left), dtype=np.bool_)
-        near_orbit(np.ascontiguousarray(arrays["strobe"], dtype=np.float64), left, orbit.last, same)
+        strobes = np.ascontiguousarray(arrays["strobe"], dtype=np.float64)
+        near_orbit(strobes, left, orbit.last, system.period, same)
         if len(orbit.strobes) == 0 or not same[0]:
             # A long transient: it stays undecided.
             left, failures = left[1:], failures + 1
@@ -200,7 +202,7 @@ def _settled(system: AnyStrobed, strobe: Floats, longest: int) -> _Settled:
         result = system.group(begin).follow(plan)
         points = np.ascontiguousarray(np.nan_to_num(result.strobes[0]))
         strobe = points[-1]
-        n_periods = int(period_of(points[np.newaxis], longest)[0])
+        n_periods = int(period_of(points[np.newaxis], longest, every)[0])
         if n_periods == 0:
             continue
         last = points[:n_periods]
@@ -210,7 +212,7 @@ def _settled(system: AnyStrobed, strobe: Floats, longest: int) -> _Settled:
             # One that sticks has impacts without end.
             n_impacts = nearest(counts[0] * n_periods / (2 * longest))
             n_impacts = math.inf if counts[1] > 0.0 else n_impacts
-        if has_settled(points, n_periods):
+        if has_settled(points, n_periods, system.period):
             break
     return _Settled(strobes, last, n_impacts)
 
@@ -325,7 +327,7 @@ class StrobedStructure:
             except PercussError:
                 return Attractor("periodic", n_periods, n_impacts, strobes)
             state = np.concatenate([orbit.x0, orbit.v0])
-            if np.abs(state - strobes[0]).max() <= NEAR * np.abs(strobes).max():
+            if is_near(state, strobes[:1], self.period):
                 strobes = strobes + (state - strobes[0]) * (np.arange(n_periods) == 0)[:, None]
                 largest = float(np.abs(orbit.multipliers).max())
                 exponent = float(log(largest) / orbit.period) if largest > 0.0 else -math.inf
@@ -353,8 +355,7 @@ def refined_orbit(
     try:
         for orbit in _candidates(system, strobe, n_periods, n_impacts):
             strobes = strobes_of_orbit(system, orbit, strobe)
-            size = float(np.abs(strobes).max(initial=0.0)) or 1.0
-            if orbit.admissible and np.abs(strobes[0] - strobe).max() <= NEAR * size:
+            if orbit.admissible and is_near(strobe, strobes, system.period):
                 return orbit
     except (ConvergenceError, ParameterError):
         # The motion has not settled, or its impacts accumulate.
@@ -387,7 +388,8 @@ def strobes_of_orbit(system: StrobedSystem, orbit: PeriodicOrbit, near: Floats) 
     first = system.t0 + math.ceil((orbit.t0 - system.t0) / period) * period
     t = first + np.arange(orbit.n_periods) * period
     strobes = np.stack(orbit.trajectory(2)(t), axis=1)
-    closest = int(np.abs(strobes - near).max(axis=1).argmin())
+    weights = [weight(column, 2, period) for column in range(2)]
+    closest = int(np.abs((strobes - near) * weights).max(axis=1).argmin())
     return np.roll(strobes, -closest, axis=0)
 
 

@@ -29,7 +29,6 @@ __all__ = [
     "EXPONENT_COLUMNS",
     "LARGEST",
     "LEAST_SHARE",
-    "NEAR",
     "NO_START",
     "ORBIT_PERIODS",
     "PERIODIC",
@@ -56,6 +55,7 @@ __all__ = [
     "shares_in_cells",
     "sign_of_exponent",
     "steps_to_go",
+    "weight",
 ]
 
 # Kinds of long-term motion, as they are stored, and those of a start without a decision and of one
@@ -73,71 +73,81 @@ CLOSE = 1e-9
 
 
 @kernel
-def period_of_points(points: Floats, longest: int) -> int:
-    """Return the period of a motion in forcing periods, 0 where it does not repeat itself.
+def weight(column: int, n_columns: int, period: float) -> float:
+    """Return what makes a length of a number of a strobe, displacements before velocities.
 
-    ``points`` (m, d) are its strobes, and ``longest`` < m is the longest period considered.
+    A velocity counts as what it moves in a radian of the forcing: in every unit of time the same
+    strobes are the same.
     """
+    return 1.0 if 2 * column < n_columns else period / (2.0 * math.pi)
+
+
+@kernel
+def size_of(points: Floats, period: float) -> float:
+    """Return the largest length in strobes (m, 2 d), NaN where one is no number."""
     size = 0.0
     for i in range(points.shape[0]):
         for column in range(points.shape[1]):
             if math.isnan(points[i, column]):
-                return 0
-            size = max(size, abs(points[i, column]))
+                return math.nan
+            size = max(size, weight(column, points.shape[1], period) * abs(points[i, column]))
+    return size
+
+
+@kernel
+def period_of_points(points: Floats, longest: int, period: float) -> int:
+    """Return the period of a motion in forcing periods, 0 where it does not repeat itself.
+
+    ``points`` (m, 2 d) are its strobes, displacements before velocities, ``longest`` < m is the
+    longest period considered, and ``period`` that of the forcing [time].
+    """
+    size = size_of(points, period)
+    if math.isnan(size):
+        return 0
     same = SAME * size
     last = points.shape[0] - 1
     for p in range(1, longest + 1):
         # A motion that repeats itself does so at the end, and has done so from the beginning.
-        hopeful = are_same(points, last - p, last, same) and are_same(points, 0, p, same)
-        if not hopeful or not repeats(points, p, same):
+        hopeful = are_same(points[last - p], points[last], same, period)
+        if not hopeful or not repeats(points, p, same, period):
             continue
         # The first period that fits decides, if only that there is none.
         for q in range(1, p // 2 + 1):
-            if p % q == 0 and repeats(points, q, SETTLED * SAME * size):
+            if p % q == 0 and repeats(points, q, SETTLED * same, period):
                 return 0
         return p
     return 0
 
 
 @kernel
-def are_same(points: Floats, i: int, j: int, most: float) -> bool:
-    """Return whether two strobes are the same up to ``most``."""
-    for column in range(points.shape[1]):
-        if not abs(points[j, column] - points[i, column]) <= most:
+def are_same(one: Floats, other: Floats, most: float, period: float) -> bool:
+    """Return whether two strobes are the same up to a length ``most``."""
+    for column in range(one.shape[0]):
+        if not weight(column, one.shape[0], period) * abs(other[column] - one[column]) <= most:
             return False
     return True
 
 
 @kernel
-def repeats(points: Floats, p: int, most: float) -> bool:
-    """Return whether all strobes are the same as those p later, up to ``most``."""
+def repeats(points: Floats, p: int, most: float, period: float) -> bool:
+    """Return whether all strobes are the same as those p later, up to a length ``most``."""
     same = True
     for i in range(points.shape[0] - p):
-        same = same and are_same(points, i, i + p, most)
+        same = same and are_same(points[i], points[i + p], most, period)
     return same
 
 
 @kernel
-def size_of(points: Floats) -> float:
-    """Return the largest absolute value of strobes (n, d)."""
-    size = 0.0
-    for i in range(points.shape[0]):
-        for column in range(points.shape[1]):
-            size = max(size, abs(points[i, column]))
-    return size
-
-
-@kernel
-def has_settled(points: Floats, p: int) -> bool:
+def has_settled(points: Floats, p: int, period: float) -> bool:
     """Return whether strobes that come again after p periods are those of the orbit itself."""
-    return repeats(points, p, CLOSE * size_of(points))
+    return repeats(points, p, CLOSE * size_of(points, period), period)
 
 
 @kernel
-def periods_of_motions(points: Floats, longest: int, periods: Integers) -> None:
-    """Write the periods of motions, whose strobes are (n, m, d)."""
+def periods_of_motions(points: Floats, longest: int, every: Floats, periods: Integers) -> None:
+    """Write the periods of motions, whose strobes are (n, m, 2 d), one in each of ``every`` (n,)."""
     for i in range(points.shape[0]):
-        periods[i] = period_of_points(points[i], longest)
+        periods[i] = period_of_points(points[i], longest, every[i])
 
 
 @kernel
@@ -159,10 +169,10 @@ def kind_of(
     far = 0.0
     for i in range(d):
         # At a strobe x may be near 0 while the speed is large.
-        far = max(far, abs(end[i]), abs(end[d + i]) * period / (2.0 * math.pi))
+        far = max(far, abs(end[i]), weight(d + i, 2 * d, period) * abs(end[d + i]))
     if far > escape:
         return UNBOUNDED, 0
-    n_periods = period_of_points(points, (points.shape[0] - 1) // 2)
+    n_periods = period_of_points(points, (points.shape[0] - 1) // 2, period)
     return (PERIODIC, n_periods) if n_periods > 0 else (UNDECIDED, 0)
 
 
@@ -375,24 +385,21 @@ NEAR = 3e-4
 
 
 @kernel
-def is_near(strobe: Floats, orbit: Floats) -> bool:
-    """Return whether a strobe is one of an orbit's (n, d)."""
-    size = size_of(orbit)
+def is_near(strobe: Floats, orbit: Floats, period: float) -> bool:
+    """Return whether a strobe is one of an orbit's (n, 2 d), where the forcing has this period."""
+    size = size_of(orbit, period)
     most = NEAR * (size if size > 0.0 else 1.0)
+    near = False
     for k in range(orbit.shape[0]):
-        same = True
-        for column in range(orbit.shape[1]):
-            same = same and abs(strobe[column] - orbit[k, column]) <= most
-        if same:
-            return True
-    return False
+        near = near or are_same(strobe, orbit[k], most, period)
+    return near
 
 
 @kernel
-def near_orbit(strobes: Floats, rows: Integers, orbit: Floats, near: Flags) -> None:
+def near_orbit(strobes: Floats, rows: Integers, orbit: Floats, period: float, near: Flags) -> None:
     """Write which strobes, by their rows, are those of an orbit."""
     for i in range(rows.shape[0]):
-        near[i] = is_near(strobes[rows[i]], orbit)
+        near[i] = is_near(strobes[rows[i]], orbit, period)
 
 
 # Cells along each axis in which chaotic motions are compared, with more on all sides: places

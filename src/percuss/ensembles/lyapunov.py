@@ -231,7 +231,7 @@ def _of_structure_orbit(
     since, step = np.array([last]), np.array([system.period])
     strobed = Plan(since, step, since + 2 * LONGEST * step, observables.STROBES, 2 * LONGEST + 1)
     strobes = group.beginning(np.zeros(1, dtype=np.int64), begin).follow(strobed).strobes
-    n_periods = int(period_of(np.nan_to_num(strobes), LONGEST)[0])
+    n_periods = int(period_of(np.nan_to_num(strobes), LONGEST, step)[0])
     if n_periods == 0:
         return None
     try:
@@ -280,7 +280,7 @@ def _of_orbit(
     t, step = end[:, 2].copy(), np.array([period])
     strobed = Plan(t, step, t + 2 * LONGEST * period, observables.STROBES, 2 * LONGEST + 1)
     strobes = follow_batch(laws, which, end, strobed).points[:, :, :2]
-    n_periods = int(period_of(strobes, LONGEST)[0])
+    n_periods = int(period_of(strobes, LONGEST, step)[0])
     if n_periods == 0:
         return None
     step = step * n_periods

@@ -197,7 +197,7 @@ def periods_at(result: BatchResult, plan: Plan, periods: int, longest: int) -> F
     if plan.timed is not None:
         return repeat_times(result.points, plan.timed)
     if plan.section == observables.STROBES:
-        return period_of(result.strobes, longest).astype(np.float64)
+        return period_of(result.strobes, longest, plan.every).astype(np.float64)
     # Of impacts on one stop alone, those are counted.
     counted = result.values[:, observables.POINTS]
     return impact_periods(result.points, counted, periods).astype(np.float64)

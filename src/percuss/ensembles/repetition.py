@@ -82,30 +82,33 @@ def period_of_motion(osc: Oscillator | Structure, force: Any) -> float:
     return float(counting_periods(law(osc, force)[np.newaxis], np.zeros(1, dtype=np.int64))[0])
 
 
-def period_of(points: Floats, longest: int) -> Integers:
+def period_of(points: Floats, longest: int, every: Floats) -> Integers:
     """Return the period of each motion in forcing periods, 0 where it does not repeat itself.
 
     Parameters
     ----------
     points
-        (n, m, 2) array of (x, v), one a period.
+        (n, m, 2 d) array of x and v, one a period.
     longest
         The longest period considered, in forcing periods, below m.
+    every
+        (n,) array, the forcing periods [time].
 
     Returns
     -------
     (n,) array
         The least period p at which all strobes agree with those p later to 1e-6 of the motion's
-        size, where those of a shorter one that divides it are apart by more than 1e-4.
+        size, where those of a shorter one that divides it are apart by more than 1e-4. A velocity
+        counts as what it moves in a radian of the forcing.
 
     Examples
     --------
     >>> alternating = np.array([[[1.0, 0.0], [2.0, 0.0]] * 4])
-    >>> period_of(alternating, 4)
+    >>> period_of(alternating, 4, np.array([1.0]))
     array([2])
     """
     periods = np.zeros(len(points), dtype=np.int64)
-    periods_of_motions(np.ascontiguousarray(points), longest, periods)
+    periods_of_motions(np.ascontiguousarray(points), longest, every, periods)
     return periods
 
 

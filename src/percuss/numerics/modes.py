@@ -207,6 +207,29 @@ def _turned(values: Floats, rows: Wide, damping: Wide, sizes: Floats) -> Wide:
 
 
 def _coupled_pairs(stiffness: Wide, damping: Wide) -> ModePairs:
+    """Return the pairs of modes that damping couples, sought in a unit of time that suits them.
+
+    Shapes of displacements and of velocities are compared with each other: they are of one size
+    where the fastest mode turns about once in a unit. A power of two changes no digit.
+    """
+    fastest = math.sqrt(float(np.abs(stiffness.rounded).max()))
+    fastest = max(fastest, float(np.abs(damping.rounded).max()))
+    unit = 2.0 ** -math.frexp(fastest)[1]
+    pairs = _pairs_in_unit_time(Wide(stiffness.parts * unit * unit), Wide(damping.parts * unit))
+    # w is a velocity, and so is the second half of what the inverse takes.
+    back = pairs.inverse.parts.copy()
+    back[1::2] /= unit
+    back[:, len(stiffness) :] *= unit
+    return ModePairs(
+        pairs.spring / unit / unit,
+        pairs.drag / unit,
+        pairs.of_u,
+        Wide(pairs.of_w.parts * unit),
+        Wide(back),
+    )
+
+
+def _pairs_in_unit_time(stiffness: Wide, damping: Wide) -> ModePairs:
     n = len(stiffness)
     roots = _roots(stiffness.rounded, damping.rounded)
     pairs, roots = _free_pairs(stiffness, damping, roots)

@@ -291,7 +291,7 @@ def settle(space: Space, t0: float, x: float, v: float, longest: int) -> tuple[i
                 if math.isnan(strobes[k, column]):
                     strobes[k, column] = 0.0
         x, v = strobes[2 * longest, 0], strobes[2 * longest, 1]
-        n_periods = period_of_points(strobes, longest)
+        n_periods = period_of_points(strobes, longest, period)
         if n_periods == 0:
             continue
         n_last = n_periods
@@ -302,7 +302,7 @@ def settle(space: Space, t0: float, x: float, v: float, longest: int) -> tuple[i
             n_impacts = nearest(values[IMPACTS] * n_first / (2 * longest))
             if values[CONTACTS] > 0.0:
                 n_impacts = math.inf
-        if has_settled(strobes, n_periods):
+        if has_settled(strobes, n_periods, period):
             break
     return n_first, n_last, n_impacts
 
@@ -397,6 +397,7 @@ def gather(
     """Give the attractor of a start a number, and all that go there; return whether it is one."""
     kind = int(classes[row, CLASS_KIND])
     x, v = classes[row, CLASS_X], classes[row, CLASS_V]
+    period = space.law[0, PERIOD]
     out[FOUND_PERIODS] = 0.0
     out[FOUND_IMPACTS] = math.nan
     out[FOUND_POINTS] = 0.0
@@ -406,7 +407,8 @@ def gather(
     if kind == PERIODIC:
         longest = LONGEST_OF_ALL if classes[row, CLASS_PERIODS] > LONGEST else LONGEST
         n_first, n_last, n_impacts = settle(space, t0, x, v, longest)
-        if n_first == 0 or not is_near(classes[row, CLASS_X : CLASS_V + 1], space.last[:n_last]):
+        begun = classes[row, CLASS_X : CLASS_V + 1]
+        if n_first == 0 or not is_near(begun, space.last[:n_last], period):
             return False
         out[FOUND_PERIODS] = n_first
         out[FOUND_IMPACTS] = n_impacts
@@ -426,7 +428,7 @@ def gather(
         own = classes[other]
         same = True
         if kind == PERIODIC:
-            same = is_near(own[CLASS_X : CLASS_V + 1], space.last[:n_last])
+            same = is_near(own[CLASS_X : CLASS_V + 1], space.last[:n_last], period)
         elif kind == CHAOTIC and other != row:
             same = is_among(space, t0, own, largest, error)
         elif kind == REST:

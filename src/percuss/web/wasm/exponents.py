@@ -59,7 +59,7 @@ def of_orbit(space: Space, t: float, period: float, out: Floats) -> None:
     x, v = space.values[END_X], space.values[END_V]
     until = t + 2 * LONGEST * period
     follow_from(space, x, v, t, (t, period, until), STROBES)
-    n_periods = period_of_points(space.strobes[: 2 * LONGEST + 1], LONGEST)
+    n_periods = period_of_points(space.strobes[: 2 * LONGEST + 1], LONGEST, period)
     if n_periods == 0:
         return
     step = period * n_periods
