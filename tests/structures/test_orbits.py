@@ -150,6 +150,31 @@ def test_a_doubled_branch_ends_at_the_doublings_at_both_ends() -> None:
     assert pc.switch_branch(ends[0]).n_periods == 2
 
 
+def test_a_doubled_branch_reaches_its_doublings_over_any_range_in_any_steps() -> None:
+    """Next to a doubling the tangent of a chord was wrong, and no step went on, or one went astray."""
+    stiffness = np.array([[3000, -2000, 0], [-2000, 3500, -1500], [0, -1500, 1500]])
+    masses = np.diag([2, 1, 1])
+    stop = pc.SoftStop("0.002", "above", 50_000, 5, on=2)
+    three = pc.Structure(masses, stiffness, 0.002 * stiffness + 0.05 * masses, [stop])
+    orbit = pc.find_orbit(three, pc.Loads({0: pc.cosine("20.6", amplitude=10)}))
+    base = pc.continue_orbit(orbit, over={"loads.0.omega": (20, 22.5)})
+    first, second = (point for point in base.special_points if point.kind == "period_doubling")
+    doubled = pc.continue_orbit(pc.switch_branch(first), over={"loads.0.omega": (20, 22.5)})
+
+    branches = [doubled]
+    for row in (20, 40, 60):
+        for ends, step in (((20, 22.5), 0.02), ((20.5, 21.7), 0.05), ((19.1, 23.8), 0.05)):
+            over = {"loads.0.omega": ends}
+            branches.append(pc.continue_orbit(doubled[row], over=over, largest_step=step))
+
+    for branch in branches:
+        points = branch.special_points[0], branch.special_points[-1]
+        assert [point.kind for point in points] == ["period_doubling"] * 2
+        values = [point.value for point in points]
+        assert values == pytest.approx([first.value, second.value], rel=1e-11)
+        assert branch.values[[0, -1]].tolist() == values
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_the_derivative_of_a_run_is_that_of_differences(seed: int) -> None:
     random = np.random.default_rng(seed)

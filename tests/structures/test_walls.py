@@ -173,10 +173,15 @@ def test_orbits_of_two_periods_on_a_branch_are_their_motions() -> None:
         found = pc.find_orbit(chain, orbit.loads, guess=orbit)
         assert found.n_periods == 2
         assert np.abs(found.multipliers - orbit.multipliers).max() < 1e-6
-    # Where the orbits are formal, the shorter one is, too: the end is near its doubling.
-    assert branch.end_reason.endswith(
-        "near loads.0.omega = 0.7978 the orbit is the two-fold cover of a shorter one"
-    )
+    # Where the orbits are formal, the shorter one is, too, and doubles at the other end.
+    end = branch.special_points[-1]
+    assert branch.end_reason.count("the orbit is the two-fold cover of a shorter one") == 2
+    assert (end.kind, end.status, end.orbit.n_periods) == ("period_doubling", "located", 1)
+    assert end.value == pytest.approx(formal.value, rel=1e-11)
+    assert (end.orbit.admissible, branch[-1].admissible) == (False, False)
+    assert end.orbit.run.impacts.t == pytest.approx(formal.orbit.run.impacts.t, abs=1e-9)
+    half = np.concatenate(branch[-1].run(0.5 * branch[-1].period))
+    assert np.abs(half - np.concatenate([branch[-1].x0, branch[-1].v0])).max() < 1e-9
 
 
 @pytest.mark.parametrize("kind", ["period_doubling", "torus"])

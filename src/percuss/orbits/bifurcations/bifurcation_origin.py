@@ -19,8 +19,8 @@ from percuss.errors import PercussError
 from percuss.numerics import dot, norm
 from percuss.orbits.bifurcations.branch_equations import BranchEquations
 from percuss.orbits.bifurcations.multiple_covers import primitive_orbit
-from percuss.orbits.continuation.locate import Zero, changes_sign, locate
-from percuss.orbits.continuation.problem import Point, along_parameter
+from percuss.orbits.continuation.locate import Zero, locate_near
+from percuss.orbits.continuation.problem import Point
 from percuss.orbits.orbit.itinerary import Itinerary
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.symmetry import is_symmetric_system
@@ -34,9 +34,6 @@ Origin: TypeAlias = Literal["doubled", "mirrored"]
 ONE_AND_THE_SAME = 1e-4
 # Differences below this are rounding.
 ROUNDING = 1e-9
-# First and largest distance from the origin, in scaled parameter, of the bracket along the simpler
-# orbits, and the factor between two.
-NEAR, FAR, FARTHER = 1e-7, 1e-2, 4.0
 
 
 def origin_of(family: BranchEquations, orbit: PeriodicOrbit) -> Origin | None:
@@ -104,11 +101,12 @@ def located_origin(family: BranchEquations, zero: Zero, origin: Origin) -> Zero 
             simple = primitive_orbit(zero.orbit)
             simpler = BranchEquations(simple, family.path, family.low, family.high)
             start = simpler.start(simple, family.value(zero.z))
-            origin_zero = _zero(simpler, start, "multiplier -1")
+            test = partial(simpler.test, name="multiplier -1")
+            origin_zero = locate_near(simpler, start, test, near_others=False)
         else:
             simpler = family
             start = np.append(_symmetric(family, zero.z[:-1]), zero.z[-1])
-            origin_zero = _zero(family, start, "multiplier 1")
+            origin_zero = locate_near(family, start, partial(family.test, name="multiplier 1"))
         if origin_zero is None:
             return None
         lift = _lift(simpler, family, origin)
@@ -132,22 +130,3 @@ def _lift(
         return np.append(_symmetric(family, z[:-1]), z[-1])
 
     return twice if origin == "doubled" else symmetric
-
-
-def _zero(family: BranchEquations, start: Floats, name: str) -> Zero | None:
-    """Return the zero of a condition along the parameter, near a solution."""
-    normal = along_parameter(len(start))
-    distance = NEAR
-    while distance <= FAR:
-        ends = []
-        for step in (-distance, distance):
-            z = family.corrected(start + step * normal, normal)
-            orbit = family.solution(z)
-            ends.append(Point(z, normal, orbit, family.tests(orbit), family))
-        a, b = ends
-        values = a.tests[name], b.tests[name]
-        if changes_sign(*values):
-            test = partial(family.test, name=name)
-            return locate(a, b, test, values, near_others=name == "multiplier 1")
-        distance *= FARTHER
-    return None

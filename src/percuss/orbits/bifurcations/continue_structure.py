@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 import math
 from collections.abc import Mapping
@@ -33,13 +32,9 @@ from percuss.orbits.continuation.follow import (
     follow_both_ways,
     special_points_of,
 )
-from percuss.orbits.continuation.locate import changes_sign, locate
+from percuss.orbits.continuation.locate import changes_sign, locate, locate_near
 from percuss.orbits.continuation.problem import Point, along_parameter
-from percuss.orbits.orbit.structure_orbit import (
-    StructureOrbit,
-    covered_twice,
-    structure_orbit_at,
-)
+from percuss.orbits.orbit.structure_orbit import StructureOrbit
 from percuss.progress import Progress, Report
 
 __all__ = ["continue_structure_orbit"]
@@ -47,8 +42,6 @@ __all__ = ["continue_structure_orbit"]
 # By how much half a period moves an orbit that covers a shorter one, as a part of what it moves its
 # neighbours.
 COVERED = 1e-3
-# Scaled lengths of steps along the shorter orbit's branch, to either side of the doubling.
-ASIDE = 1e-6, 1e-5, 1e-4, 1e-3
 # A pair of multipliers on the unit circle nearer than this to a root of unity of low order is a
 # strong resonance.
 RESONANT = 1e-3
@@ -175,8 +168,8 @@ def _cover_between(
     """Return where the orbit is the two-fold cover of a shorter one, None where it nowhere is.
 
     There a family of doubled orbits begins or ends: beyond lie the same orbits once more, half a
-    period later. What half a period moves goes through zero as a whole. Returned are the part of the
-    chord, the last point of the branch, and the shorter orbit that doubles, if it is a motion.
+    period later. What half a period moves goes through zero as a whole. Returned are the part of
+    the chord, the last point of the branch, and the shorter orbit that doubles, if it is a motion.
     """
     equations = here.problem
     if equations.n_periods % 2:
@@ -185,6 +178,9 @@ def _cover_between(
     if dot(*ends) >= 0.0:
         return None
     along = ends[1] - ends[0]
+    doubling = _doubling_near(here, new, norm(ends[0]) / norm(along))
+    if doubling is not None:
+        return doubling
 
     def test(z: Floats) -> float:
         return dot(along, equations.halves(equations.solution(z)))
@@ -192,48 +188,47 @@ def _cover_between(
     cover = locate(here, new, test, (dot(along, ends[0]), dot(along, ends[1])))
     if cover is None or norm(equations.halves(cover.orbit)) > COVERED * norm(along):
         return None
-    special, point = None, Point(cover.z, new.tangent, cover.orbit, new.tests, equations)
-    if cover.orbit.admissible:
-        with contextlib.suppress(PercussError):
-            special = _doubling(point)
-    if special is not None:
-        (low,), (high,) = equations.lows, equations.highs
-        z = np.append(cover.z[:-1], (special.value - low) / (high - low))
-        point = dataclasses.replace(point, z=z, orbit=covered_twice(special.orbit))
-    return cover.part, point, special
+    return cover.part, Point(cover.z, new.tangent, cover.orbit, new.tests, equations), None
 
 
-def _doubling(cover: Point[StructureEquations]) -> StructureSpecialPoint | None:
-    """Return the period doubling of the shorter orbit next to its two-fold cover, None without one.
+def _doubling_near(
+    here: Point[StructureEquations], new: Point[StructureEquations], part: float
+) -> tuple[float, Point[StructureEquations], StructureSpecialPoint] | None:
+    """Return the period doubling of the shorter orbit near a part of a chord, None without one.
 
     Newton's method fails next to a cover, but not for the shorter orbit.
     """
-    equations, orbit = cover.problem, cover.orbit
-    path, (value, *_) = equations.paths[0], equations.values(cover.z)
-    moved = equations.halves(orbit)
-    state = np.concatenate([orbit.x0, orbit.v0]) + 0.5 * moved * equations.units
-    shorter = structure_orbit_at(equations.system_at((value,)), state, equations.n_periods // 2)
-    family = StructureEquations(shorter, {path: (equations.lows[0], equations.highs[0])})
-    start = family.started(shorter, [value])
+    equations, chord = here.problem, new.z - here.z
+    family, rough = equations.halved(), here.z + part * chord
+    if family is None:
+        return None
+    normal = along_parameter(len(family.scale) + 1)
 
     def test(z: Floats) -> float:
         return family.tests(z, family.solution(z))["multiplier -1"]
 
-    for length in ASIDE:
-        steps = (start.z + sign * length * start.tangent for sign in (-1.0, 1.0))
-        a, b = (family.point(family.corrected(z, start.tangent), start) for z in steps)
-        values = a.tests["multiplier -1"], b.tests["multiplier -1"]
-        if changes_sign(*values) and (zero := locate(a, b, test, values)) is not None:
-            return StructureSpecialPoint(
-                "period_doubling",
-                path,
-                family.values(zero.z)[0],
-                "located",
-                cast("StructureOrbit", zero.orbit),
-                -1,
-                "the family of doubled orbits begins here; the orbit is the one that doubles",
-            )
-    return None
+    try:
+        z = family.corrected(equations.once(rough), normal)
+        start = family.point(z, Point(z, normal, None, {}, family))
+        zero = locate_near(family, start.z, test)
+        if zero is None:
+            return None
+        cover = equations.twice(zero.z)
+        orbit = equations.solution(cover)
+    except PercussError:
+        return None
+    if norm(cover - rough) > norm(chord):
+        return None
+    special = StructureSpecialPoint(
+        "period_doubling",
+        equations.paths[0],
+        family.values(zero.z)[0],
+        "located",
+        cast("StructureOrbit", zero.orbit),
+        -1,
+        "the family of doubled orbits begins here; the orbit is the one that doubles",
+    )
+    return part, Point(cover, new.tangent, orbit, new.tests, equations), special
 
 
 def _past_the_strobe(here: Point[StructureEquations]) -> Point[StructureEquations] | None:
@@ -305,10 +300,10 @@ def continue_structure_orbit(
     """Follow a structure's orbit along a parameter, both ways, stable or not.
 
     The arguments are those of `continue_orbit`. The equations are those of the map over the period:
-    all orbits on the branch exist, and it passes the grazes of soft stops. Where an orbit meets walls
-    at instants of its own, these are unknowns too, and the branch passes the grazes of walls: beyond
-    its orbits are formal. A family of doubled orbits ends where these are two-fold covers of shorter
-    ones.
+    all orbits on the branch exist, and it passes the grazes of soft stops. Where an orbit meets
+    walls at instants of its own, these are unknowns too, and the branch passes the grazes of walls:
+    beyond its orbits are formal. A family of doubled orbits ends where these are two-fold covers of
+    shorter ones.
 
     Raises
     ------

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -16,7 +17,7 @@ from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import as_float
 from percuss.model.oscillator import On
 from percuss.model.paths import get_parameter, long_form, replace_parameters
-from percuss.numerics import determinant, dot, matmul, norm
+from percuss.numerics import determinant, dot, matmul
 from percuss.orbits.bifurcations.branch import Branch, BranchRows, OrbitRows
 from percuss.orbits.bifurcations.special_points import SpecialPointKind
 from percuss.orbits.continuation.correct import corrected, tangent_of
@@ -60,9 +61,6 @@ NEARLY = 1e-9
 SMOOTH, FARTHEST = 0.5, 4.0
 # Part of the parameter in a tangent above which Newton's method leaves it as it is.
 UPRIGHT = 0.02
-# Change of a derivative, as a part of it, up to which that of a chord will do, and for how many
-# points in a row.
-ALIKE, MOST_BY_CHORD = 0.2, 3
 # Systems that are kept.
 SYSTEMS = 16
 
@@ -250,17 +248,19 @@ class StructureEquations:
         self.paths = tuple(ranges)
         self.lows, self.highs = zip(*ranges.values(), strict=True)
         self.n_periods = orbit.n_periods
-        self.units = self.scale = _scale_of(orbit)
-        self.size = len(self.scale)
+        self.units = _scale_of(orbit)
         self.system_at = lru_cache(SYSTEMS)(self._system_at)
+        self.keys: tuple[int, ...] = ()
+        self.take_scale(self.units)
+
+    def take_scale(self, scale: Floats) -> None:
+        """Begin anew with unknowns of this scale, without the parameters."""
+        self.scale, self.size = scale, len(scale)
         self.maps = lru_cache(SYSTEMS)(self._map)
         # What is computed at points alone: derivatives by the parameters, and of the condition.
-        n_unknowns = self.size + len(self.paths)
         self.by_parameters = np.zeros((self.size, len(self.paths)))
-        self.of_condition = np.zeros(n_unknowns)
+        self.of_condition = np.zeros(self.size + len(self.paths))
         self.last: tuple[Floats, Floats, Floats] | None = None
-        self.keys: tuple[int, ...] = ()
-        self.by_chord = 0
         # The last two points with what was computed there.
         self.known: list[tuple[Floats, Floats, Floats]] = []
 
@@ -307,6 +307,23 @@ class StructureEquations:
         """Return by how much half a period moves the state of an orbit, scaled."""
         x, v = orbit.run(0.5 * orbit.period)
         return np.concatenate([x - orbit.x0, v - orbit.v0]) / self.units
+
+    def halved(self) -> Self | None:
+        """Return the equations of the orbits that some of these cover twice, None if none can."""
+        if self.n_periods % 2:
+            return None
+        half = copy.copy(self)
+        half.n_periods = self.n_periods // 2
+        half.take_scale(self.scale)
+        return half
+
+    def once(self, z: Floats) -> Floats:
+        """Return the point of the halved equations that a two-fold cover covers."""
+        return z
+
+    def twice(self, z: Floats) -> Floats:
+        """Return the two-fold cover of a point of the halved equations."""
+        return z
 
     def closure(self, z: Floats) -> tuple[Floats, Floats]:
         """Return the scaled residuals of a point, and their derivative without the parameters."""
@@ -365,12 +382,6 @@ class StructureEquations:
     def _take_derivatives(self, z: Floats, orbit: StructureOrbit) -> None:
         """Compute anew the derivatives by the parameters, and of the condition by differences."""
         self.last, n = None, self.size
-        derivatives = self._derivatives_by_chord(z)
-        self.by_chord = 0 if derivatives is None else self.by_chord + 1
-        if derivatives is not None:
-            self.by_parameters = derivatives
-            self.known = [*self.known[-1:], (z, derivatives, self.of_condition.copy())]
-            return
         exact = self.exact_derivatives(orbit)
         if exact is not None:
             widths = np.subtract(self.highs, self.lows)
@@ -389,26 +400,6 @@ class StructureEquations:
                 self.of_condition[k] = change[n]
         own = z, self.by_parameters.copy(), self.of_condition.copy()
         self.known = [*self.known[-1:], own]
-
-    def _derivatives_by_chord(self, z: Floats) -> Floats | None:
-        """Return the derivatives by the parameter that the chord from the last point tells.
-
-        Both are solutions, so that along the chord the mean derivative by the parameter is what that
-        by the state leaves, and by the trapezoidal rule an error of the third order. It serves
-        predictions alone. None after some points where it did, where it changes much, and next to a
-        fold.
-        """
-        is_one = self.condition is None and len(self.paths) == 1
-        if not is_one or self.by_chord >= MOST_BY_CHORD or not self.known:
-            return None
-        before, last, _ = self.known[-1]
-        chord = z - before
-        if not abs(chord[-1]) > UPRIGHT * norm(chord):
-            return None
-        mean = 0.5 * (self.closure(before)[1] + self.closure(z)[1])
-        slope = -2.0 * matmul(mean, chord[: self.size])[:, None] / chord[-1] - last
-        alike = float(np.abs(slope - last).max()) <= ALIKE * float(np.abs(last).max())
-        return slope if alike else None
 
     def _take_from_known(self, z: Floats) -> None:
         """Continue what was computed at the last two points, where it changes little."""

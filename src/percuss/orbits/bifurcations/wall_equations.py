@@ -175,15 +175,14 @@ class WallEquations(StructureEquations, Bordered):
         self.walls = tuple(stop for _, stop in contacts)
         late = None if graze is None else graze.t + (orbit.period if graze.t < first else 0.0)
         self.grazed = -1 if late is None else self.instants.tolist().index(late)
-        self.units = self.scale
-        self.size = len(self.units) + len(self.walls)
-        self.scale = np.concatenate([self.units, np.ones(len(self.walls))])
-        n_unknowns = self.size + len(self.paths)
-        self.by_parameters = np.zeros((self.size, len(self.paths)))
-        self.of_condition = np.zeros(n_unknowns)
         self.jumps = JumpsOfLoads.of(StructureSystem.of(orbit.structure, orbit.loads))
-        self.motions = lru_cache(32)(self._motion)
         self.opened_at = lru_cache(16)(self._opened)
+        self.take_scale(np.concatenate([self.units, np.ones(len(self.walls))]))
+
+    def take_scale(self, scale: Floats) -> None:
+        """Begin anew with unknowns of this scale, without the parameters."""
+        super().take_scale(scale)
+        self.motions = lru_cache(32)(self._motion)
 
     def _opened(self, system: StructureSystem) -> StructureSystem:
         """Return the same structure without its walls, and without a soft stop that is touched."""
@@ -209,6 +208,26 @@ class WallEquations(StructureEquations, Bordered):
             return super().unknowns(orbit)
         state = np.concatenate(orbit.run(float(self.instants[0]), limit="after"))
         return np.concatenate([state / self.units, self.instants / orbit.period])
+
+    def halved(self) -> Self | None:
+        """Return the equations of the orbits that some of these cover twice, None if none can."""
+        half, k = super().halved(), len(self.walls) // 2
+        if half is None or self.walls[:k] != self.walls[k:]:
+            return None
+        half.walls, half.instants = self.walls[:k], self.instants[:k]
+        half.take_scale(self.scale[: len(self.units) + k])
+        half.recentre(None)
+        return half
+
+    def once(self, z: Floats) -> Floats:
+        """Return the point of the halved equations that a two-fold cover covers."""
+        state, instants, parameters = np.split(z, [len(self.units), self.size])
+        return np.concatenate([state, 2.0 * instants[: len(instants) // 2], parameters])
+
+    def twice(self, z: Floats) -> Floats:
+        """Return the two-fold cover of a point of the halved equations."""
+        state, instants, parameters = np.split(z, [len(self.units), len(z) - len(self.paths)])
+        return np.concatenate([state, 0.5 * instants, 0.5 * instants + 0.5, parameters])
 
     def closure(self, z: Floats) -> tuple[Floats, Floats]:
         """Return the scaled residuals of a point, and their derivative without the parameters."""
@@ -300,8 +319,8 @@ class WallEquations(StructureEquations, Bordered):
         """Return the derivative of the map over the period, from the first impact on.
 
         With the instants eliminated, the state moves by N s in a period, if the first impact is as
-        late at its end as at its beginning, by -b . s. At a fixed time the state is then s + a b . s,
-        of the rate of change a after the impact: the map moves that by N s.
+        late at its end as at its beginning, by -b . s. At a fixed time the state is then s + a b .
+        s, of the rate of change a after the impact: the map moves that by N s.
         """
         matrix, n = motion.derivative, len(self.units)
         moved = matrix[:n, :n]

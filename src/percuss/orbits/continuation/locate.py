@@ -12,9 +12,9 @@ import numpy as np
 from percuss.arrays import Floats
 from percuss.errors import ConvergenceError, PercussError
 from percuss.numerics import norm
-from percuss.orbits.continuation.problem import P, Point
+from percuss.orbits.continuation.problem import P, Point, along_parameter
 
-__all__ = ["Zero", "bracketed", "changes_sign", "locate"]
+__all__ = ["Zero", "bracketed", "changes_sign", "locate", "locate_near"]
 
 
 # A bracket in scaled arclength that is as good as a point: the points themselves are known to
@@ -24,11 +24,14 @@ MOST_STEPS = 80
 # How often the corrector may fail, the parts of the bracket that are tried then, and the longest
 # bracket that is accepted nevertheless, as a part of the chord.
 MOST_LOST, ASIDE, LOST = 12, (0.5, 0.25, 0.75, 0.4, 0.6, 0.1, 0.9), 1e-2
-# Points through which a guess is interpolated, and how far apart they are at least, as a part of the
-# bracket.
+# Points through which a guess is interpolated, and how far apart they are at least, as a part of
+# the bracket.
 NODES, APART = 4, 0.1
 # Largest value of a function next to a zero that it goes through, as a part of those at the ends.
 LEFT = 1e-4
+# First and largest distance of the ends of a bracket from a solution, in scaled parameter, and the
+# factor between two.
+NEAR, FAR, FARTHER = 1e-7, 1e-2, 4.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,11 +123,38 @@ def locate(
     return Zero(best.part, best.z, orbit, (low.z, high.z), through)
 
 
+def locate_near(
+    problem: P, start: Floats, test: Callable[[Floats], float], *, near_others: bool = True
+) -> Zero | None:
+    """Return the zero of a test function along the parameter, near a solution, None for none.
+
+    The arguments are those of `locate`; the solution has one parameter.
+
+    Raises
+    ------
+    PercussError
+        If the problem has no solution at a parameter next to that of the given one.
+    """
+    normal = along_parameter(len(start))
+    distance = NEAR
+    while distance <= FAR:
+        steps = -distance * normal, distance * normal
+        a, b = (
+            Point(problem.corrected(start + step, normal), normal, None, {}, problem)
+            for step in steps
+        )
+        values = test(a.z), test(b.z)
+        if changes_sign(*values):
+            return locate(a, b, test, values, near_others=near_others)
+        distance *= FARTHER
+    return None
+
+
 def _between(known: dict[float, Floats], part: float) -> Floats:
     """Return the polynomial through a few known points at a part of the chord between them.
 
-    Through its neighbours at either side first, and up to two others that are not too near to these.
-    It stays in the plane of the chord: as a function of the part that is a straight line.
+    Through its neighbours at either side first, and up to two others that are not too near to
+    these. It stays in the plane of the chord: as a function of the part that is a straight line.
     """
     if part in known:
         return known[part]
