@@ -1,7 +1,7 @@
 """Run the benchmarks: python benchmarks/run.py [name ...] [--write docs/benchmarks.md].
 
-Without names all of them. Peers (heyoka, SciPy) take part where they are installed; a benchmark that needs
-what is not there is left out with a line. Answers are
+Without names all of them. Peers (heyoka, SciPy) take part where they are installed; a benchmark
+that needs what is not there is left out with a line. Answers are
 asserted, times are printed only.
 """
 

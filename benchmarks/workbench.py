@@ -118,8 +118,8 @@ def _in_browser(report: Report, address: str) -> None:
         browser.close()
 
 
-# Moves the slider, waits until the four plots are drawn and until the browser has painted them, which
-# it does once a frame, and so on.
+# Moves the slider, waits until the four plots are drawn and until the browser has painted them,
+# which it does once a frame, and so on.
 _MOVE_SLIDER = """async (moves) => {
   const box = document.querySelector('#p-forcing-harmonics-0-omega');
   const slider = box.parentElement.querySelector('input[type=range]');

@@ -1,7 +1,7 @@
 """The sets of a proof of chaos: python examples/chaos.py [--out FILE].
 
-x'' + x = cos 2.8 t above a wall at 0, r = 0.8: the sets on the manifolds of the saddle with one impact
-a period. The image of each lies across the next one.
+x'' + x = cos 2.8 t above a wall at 0, r = 0.8: the sets on the manifolds of the saddle with one
+impact a period. The image of each lies across the next one.
 """
 
 from __future__ import annotations

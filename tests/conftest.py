@@ -14,8 +14,8 @@ from hypothesis import settings
 from playwright.sync_api import Browser, expect, sync_playwright
 from tests.children import listen_to_ctrl_c
 
-# Of examples that are drawn some by day, all at night. The first call of a kernel compiles it, which
-# breaks any deadline of an example.
+# Of examples that are drawn some by day, all at night. The first call of a kernel compiles it,
+# which breaks any deadline of an example.
 settings.register_profile("day", deadline=None, derandomize=True, max_examples=40)
 settings.register_profile("night", deadline=None, derandomize=True)
 settings.load_profile("day")
@@ -45,8 +45,8 @@ def pytest_collection() -> Generator[None, object, object]:
         return (yield)
     finally:
         gc.freeze()
-        # percuss.kernels.compile asks at each kernel whether anything is frozen. To count it, all of
-        # it is walked through, which takes a twentieth of a second.
+        # percuss.kernels.compile asks at each kernel whether anything is frozen. To count it, all
+        # of it is walked through, which takes a twentieth of a second.
         n_frozen = gc.get_freeze_count()
         pytest.MonkeyPatch().setattr(gc, "get_freeze_count", lambda: n_frozen)
         gc.enable()

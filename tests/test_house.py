@@ -34,8 +34,8 @@ PRIVATE_READS = {
 }
 # Names of types that are defined twice: a kind of study has the name of what it returns.
 TYPES = {"Branch": 2, "Curve": 2, "Design": 2, "Fit": 2, "Response": 2}
-# Modules that a motion study runs through from the command line to the first call of the kernel, and
-# those of them whose functions call one another down to it: the others return before.
+# Modules that a motion study runs through from the command line to the first call of the kernel,
+# and those of them whose functions call one another down to it: the others return before.
 MODULES_OF_A_STUDY, MODULES_THAT_CALL = 21, 5
 # What NamedTuple gives to all, behind an underscore that keeps it apart from the fields.
 PUBLIC = {"_asdict", "_field_defaults", "_fields", "_make", "_replace"}

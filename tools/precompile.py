@@ -1,7 +1,7 @@
 """Keep the intermediate code of kernels in the package: ``make kernels``, after a change of them.
 
-It runs the examples of the docstrings in a process that compiles all anew, and writes the parts that
-were compiled for them (docs/decisions/027-intermediate-code.md). It takes two minutes.
+It runs the examples of the docstrings in a process that compiles all anew, and writes the parts
+that were compiled for them (docs/decisions/027-intermediate-code.md). It takes two minutes.
 """
 
 from __future__ import annotations

@@ -3,17 +3,17 @@ From the first impact to the first bifurcation diagram
 ======================================================
 
 A quarter of an hour with percuss: one motion, its periodic orbit, the family of that orbit, and a
-bifurcation diagram. Each step is a few lines. Type them along, in a notebook or at a prompt; the first
-call waits some seconds for the compiler, once after an installation.
+bifurcation diagram. Each step is a few lines. Type them along, in a notebook or at a prompt; the
+first call waits some seconds for the compiler, once after an installation.
 """
 
 # %%
 # An oscillator and a force
 # -------------------------
 #
-# The equation is x'' + 2 a x' + k x = f(t) for a unit mass, with k = 1 where nothing else is said. A
-# wall stands above the motion at x = 0.2; at an impact the velocity v turns into -0.8 v. Texts such as
-# "2.8" are exact decimals; floats are taken as they are.
+# The equation is x'' + 2 a x' + k x = f(t) for a unit mass, with k = 1 where nothing else is said.
+# A wall stands above the motion at x = 0.2; at an impact the velocity v turns into -0.8 v. Texts
+# such as "2.8" are exact decimals; floats are taken as they are.
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -53,16 +53,16 @@ plotting.plot_motion(run)
 # Does it repeat?
 # ---------------
 #
-# A longer run forgets its start. After that the impacts come in a pattern: one in every second period
-# of the force.
+# A longer run forgets its start. After that the impacts come in a pattern: one in every second
+# period of the force.
 
 settled = pc.simulate(osc, force, x0=0, v0="0.5", periods=600)
 kind = pc.classify_impact_times(settled)
 print(f"{kind.kind}: {kind.n_impacts} impact in {kind.n_periods} periods of the force")
 
 # %%
-# The periodic orbit itself, by Newton's method on the closed form of its flights: exact to rounding,
-# with its multipliers. Both lie inside the unit circle, so that neighbours approach it.
+# The periodic orbit itself, by Newton's method on the closed form of its flights: exact to
+# rounding, with its multipliers. Both lie inside the unit circle, so that neighbours approach it.
 
 orbit = pc.find_orbit(osc, force, n_impacts=kind.n_impacts, n_periods=kind.n_periods, guess=settled)
 print(orbit)
@@ -76,9 +76,10 @@ plotting.plot_multipliers(orbit, ax=axes[1])
 # Its family
 # ----------
 #
-# Follow the orbit over the frequency of the force, both ways. Above, it ends at a fold: there it meets
-# an unstable twin, and the two vanish. Below, it loses its stability at a period doubling. Further on the
-# family grazes the wall once more, and what follows is formal: it would pass through the wall.
+# Follow the orbit over the frequency of the force, both ways. Above, it ends at a fold: there it
+# meets an unstable twin, and the two vanish. Below, it loses its stability at a period doubling.
+# Further on the family grazes the wall once more, and what follows is formal: it would pass through
+# the wall.
 
 branch = pc.continue_orbit(orbit, over={"forcing.omega": (2.2, 4)})
 for point in branch.special_points:
@@ -94,9 +95,9 @@ plotting.plot_branch(branch, ax=ax)
 # Where the motion settles, for each of 800 frequencies: x once a period of the force. Green begins
 # afresh from the same start at every frequency; blue goes on from where the frequency before ended.
 #
-# The two green lines on the right are our orbit, seen twice as it takes two periods of the force. They
-# split at the period doubling of its family, and end just below the fold, where this start begins to
-# lead elsewhere. Beside them the blue motion exists as well, which meets no wall.
+# The two green lines on the right are our orbit, seen twice as it takes two periods of the force.
+# They split at the period doubling of its family, and end just below the fold, where this start
+# begins to lead elsewhere. Beside them the blue motion exists as well, which meets no wall.
 
 # sphinx_gallery_thumbnail_number = 4
 found = pc.bifurcation_diagram(
@@ -116,5 +117,6 @@ plotting.plot_diagram(found, ax=ax)
 # ---------
 #
 # - ``percuss serve`` shows all of this in the browser, with a slider for every parameter.
-# - ``percuss new my_study.toml`` writes a commented study file to begin with, ``percuss run`` runs it.
+# - ``percuss new my_study.toml`` writes a commented study file to begin with, ``percuss run`` runs
+#   it.
 # - The pages by task (How to), the other scripts of this gallery, and the reference of every call.

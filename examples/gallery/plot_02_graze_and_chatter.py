@@ -10,9 +10,9 @@ notices it, and infinitely many impacts in a finite time.
 # A graze
 # -------
 #
-# x = (1 + 1e-4) sin t is the steady motion of x'' + 0.1 x' + x = A cos t with A = 0.1 (1 + 1e-4). It is
-# beyond a wall at 1 for 0.03 units of time in each period. percuss passes over a stretch of a flight
-# only when a bound shows that the stretch is free, so the impact is there.
+# x = (1 + 1e-4) sin t is the steady motion of x'' + 0.1 x' + x = A cos t with A = 0.1 (1 + 1e-4).
+# It is beyond a wall at 1 for 0.03 units of time in each period. percuss passes over a stretch of a
+# flight only when a bound shows that the stretch is free, so the impact is there.
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -36,8 +36,9 @@ print(touching.grazes)
 # Chatter
 # -------
 #
-# Below a wall at 0 small hops follow each other ever faster. The sum of the infinitely many is formed,
-# with a bound of its error; then the mass rests on the wall, and leaves it when the force changes sign.
+# Below a wall at 0 small hops follow each other ever faster. The sum of the infinitely many is
+# formed, with a bound of its error; then the mass rests on the wall, and leaves it when the force
+# changes sign.
 
 wall = pc.impact_oscillator(restitution="0.8", side="above")
 chatter = pc.simulate(wall, pc.cosine("2.8"), x0=0, v0="-0.032", t0="-0.2", t_end=3)

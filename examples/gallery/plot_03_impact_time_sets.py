@@ -2,17 +2,18 @@
 Impact times: the eigenset and its subsets
 ==========================================
 
-Without a force an elastic impact oscillator returns to its wall after half a natural period, whatever
-its speed: the times k pi are its eigenset. Dyskin, Pasternak & Pelinovsky (J. Sound Vib. 331, 2012)
-ask which forces leave these times alone.
+Without a force an elastic impact oscillator returns to its wall after half a natural period,
+whatever its speed: the times k pi are its eigenset. Dyskin, Pasternak & Pelinovsky (J. Sound Vib.
+331, 2012) ask which forces leave these times alone.
 """
 
 # %%
 # The third harmonic, above and below the critical velocity
 # ----------------------------------------------------------
 #
-# Under sin 3t the eigenset stays if the mass starts with at least V = 1/2 (their eq. 24, fig. 6). Below it
-# the mass meets the wall six times in 4 pi instead of four, so that the staircase goes down.
+# Under sin 3t the eigenset stays if the mass starts with at least V = 1/2 (their eq. 24, fig. 6).
+# Below it the mass meets the wall six times in 4 pi instead of four, so that the staircase goes
+# down.
 
 import matplotlib.pyplot as plt
 import numpy as np

@@ -2,9 +2,9 @@
 The half harmonic
 =================
 
-A linear oscillator that is driven at its natural frequency grows in proportion to time. With a wall at
-its equilibrium the resonant frequency is twice as high, so the natural frequency of the spring is half
-of it. The motion still grows, but slowly.
+A linear oscillator that is driven at its natural frequency grows in proportion to time. With a wall
+at its equilibrium the resonant frequency is twice as high, so the natural frequency of the spring
+is half of it. The motion still grows, but slowly.
 """
 
 # %%

@@ -22,9 +22,10 @@ for orbit in orbits:
     print(f"    multipliers {orbit.multipliers.round(4)}, clearance {orbit.grazing_margin:.4f}")
 
 # %%
-# Two are seen in experiments, one with an impact a period and one without any. The saddle between them
-# is seen in none, but its manifold is the border of their basins. In the plane of the multipliers the
-# stable ones lie inside the unit circle. An (m, n) orbit has m impacts in n periods of the force.
+# Two are seen in experiments, one with an impact a period and one without any. The saddle between
+# them is seen in none, but its manifold is the border of their basins. In the plane of the
+# multipliers the stable ones lie inside the unit circle. An (m, n) orbit has m impacts in n periods
+# of the force.
 
 figure, axes = plt.subplots(2, 3, figsize=(12, 8), layout="constrained")
 for above, below, orbit in zip(*axes, orbits, strict=True):

@@ -7,8 +7,8 @@ example 15.2), followed in the amplitude of its force.
 """
 
 # %%
-# The impacting orbit ends at a fold 3e-5 below A = 0.1, comes back unstable, and loses the velocity of
-# its impact at A = 0.1, where the motion without impacts begins to touch the wall.
+# The impacting orbit ends at a fold 3e-5 below A = 0.1, comes back unstable, and loses the velocity
+# of its impact at A = 0.1, where the motion without impacts begins to touch the wall.
 
 import matplotlib.pyplot as plt
 
@@ -22,8 +22,8 @@ for point in branch.special_points:
     print(f"{point.kind:>16} at A = {point.value:.12f}, {point.status}")
 
 # %%
-# On the right the same next to the graze. Faint are the formal orbits: they solve the equations of an
-# orbit and pass through the wall. percuss follows them, and says so.
+# On the right the same next to the graze. Faint are the formal orbits: they solve the equations of
+# an orbit and pass through the wall. percuss follows them, and says so.
 
 figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4.2), layout="constrained")
 plotting.plot_branch(branch, left)

@@ -2,13 +2,13 @@
 Curves in two parameters
 ========================
 
-Each special point of a family becomes a curve when a second parameter is set free. Where curves touch
-are points of codimension two.
+Each special point of a family becomes a curve when a second parameter is set free. Where curves
+touch are points of codimension two.
 """
 
 # %%
-# COCO's impact oscillator again: the fold, the graze and the period doubling of its family, now over the
-# frequency and the amplitude of the force.
+# COCO's impact oscillator again: the fold, the graze and the period doubling of its family, now
+# over the frequency and the amplitude of the force.
 
 import matplotlib.pyplot as plt
 

@@ -2,13 +2,13 @@
 A response chart
 ================
 
-All periodic motions over the frequency of the force: how far they swing, which are stable, where one
-turns into another.
+All periodic motions over the frequency of the force: how far they swing, which are stable, where
+one turns into another.
 """
 
 # %%
-# A bilinear oscillator whose spring is nine times stiffer below 0. It resonates at 1.5, at twice that
-# frequency, and at half of it.
+# A bilinear oscillator whose spring is nine times stiffer below 0. It resonates at 1.5, at twice
+# that frequency, and at half of it.
 
 import matplotlib.pyplot as plt
 

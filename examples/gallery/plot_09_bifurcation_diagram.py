@@ -6,8 +6,8 @@ Where the motion settles, over the frequency of the force; and how sensitive it 
 """
 
 # %%
-# x'' + x = cos(omega t) above a wall at 0, r = 0.8: the velocities after the impacts. The one impact a
-# period splits in two at 2.6533 (Budd & Dux 1994, in closed form).
+# x'' + x = cos(omega t) above a wall at 0, r = 0.8: the velocities after the impacts. The one
+# impact a period splits in two at 2.6533 (Budd & Dux 1994, in closed form).
 
 import matplotlib.pyplot as plt
 import numpy as np

@@ -6,8 +6,8 @@ To which motion does each start go?
 """
 
 # %%
-# Below a wall at 1.45789 the oscillator either hits it once a period or not at all. The border between
-# their basins is the stable manifold of a saddle.
+# Below a wall at 1.45789 the oscillator either hits it once a period or not at all. The border
+# between their basins is the stable manifold of a saddle.
 
 import matplotlib.pyplot as plt
 import numpy as np

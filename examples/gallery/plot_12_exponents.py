@@ -6,8 +6,8 @@ The largest Lyapunov exponent of the motion from rest, over the frequency of the
 """
 
 # %%
-# Brown is chaos, purple order. Green is minus infinity: the motion sticks to the wall on its way and
-# forgets where it came from.
+# Brown is chaos, purple order. Green is minus infinity: the motion sticks to the wall on its way
+# and forgets where it came from.
 
 import matplotlib.pyplot as plt
 import numpy as np

@@ -2,8 +2,8 @@
 The spectrum of a cracked beam
 ==============================
 
-A crack that opens and closes makes a beam a bilinear oscillator. Driven at half its resonant frequency
-it answers at that frequency itself, which a beam without a crack does not.
+A crack that opens and closes makes a beam a bilinear oscillator. Driven at half its resonant
+frequency it answers at that frequency itself, which a beam without a crack does not.
 """
 
 # %%

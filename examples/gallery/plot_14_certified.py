@@ -7,8 +7,9 @@ proven, and the precision rises until the digits asked for are there.
 """
 
 # %%
-# Needs the extra ``percuss[certified]``. The parameters are taken exactly as they were written: "2.8" is
-# 14/5. A run in doubles goes first; then each of its impacts is proven to exist, and to be the next.
+# Needs the extra ``percuss[certified]``. The parameters are taken exactly as they were written:
+# "2.8" is 14/5. A run in doubles goes first; then each of its impacts is proven to exist, and to be
+# the next.
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -22,8 +23,8 @@ print(proven)
 print(proven.impacts.t[59].text(12))
 
 # %%
-# The doubles beside the truth: each digit lost is a step of the staircase. The dashed line is one unit in
-# the last place.
+# The doubles beside the truth: each digit lost is a step of the staircase. The dashed line is one
+# unit in the last place.
 
 true = np.array([float(ball) for ball in proven.impacts.t])
 error = np.abs(run.impacts.t - true)

@@ -245,7 +245,8 @@ def test_a_graze_of_other_equations_or_beyond_another_stop_is_refused(
             assert_refused(other)
         else:
             assert graze_in_words(other) == graze_in_words(claims)
-    # A wall that keeps nothing, or a spring in its place: the velocity before says nothing any more.
+    # A wall that keeps nothing, or a spring in its place: the velocity before says nothing any
+    # more.
     other = copy.deepcopy(claims)
     other["law"]["bounds"][0]["restitution"] = "0"
     assert_refused(other)

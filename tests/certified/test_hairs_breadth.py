@@ -29,7 +29,8 @@ def mp(value: Fraction) -> mpmath.mpf:
 def least_velocity(parts: Parts, k: int) -> mpmath.mpf:
     """Return the velocity at which flight k touches the wall half way, next to the ends or at them.
 
-    From the wall at (-1)^k times the odd sines, x = V sin s + sum of A (sin n s - n sin s)/(1 - n^2).
+    From the wall at (-1)^k times the odd sines, x = V sin s + sum of A (sin n s - n sin s)/(1 -
+    n^2).
     """
 
     def needed(s: mpmath.mpf) -> mpmath.mpf:

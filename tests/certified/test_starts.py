@@ -102,7 +102,8 @@ def test_a_force_that_is_zero_at_the_start_is_told_in_rationals() -> None:
     assert len(pc.certify(held).contacts) == 1
     proven = pc.certify(thrown)
     assert len(proven.contacts) == 0
-    # x'' + x = A (1 - cos t) from rest: x = A (1 - cos t) - A t sin(t)/2 + ..., 0.3 t^4/24 at first.
+    # x'' + x = A (1 - cos t) from rest: x = A (1 - cos t) - A t sin(t)/2 + ..., 0.3 t^4/24 at
+    # first.
     assert proven([0.01])[0].mid()[0] == pytest.approx(0.3 * 0.01**4 / 24, rel=1e-4)
 
 

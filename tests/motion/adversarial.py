@@ -99,8 +99,8 @@ def inward_of(stop: Wall | Soft) -> int:
 def near_grazing_cases(n: int, seed: int, *, self_excited: bool = False) -> Iterator[Case]:
     """Yield n cases: every linear regime, up to four harmonics, soft stops, one or two walls.
 
-    Self-excited ones have negative damping, as far as they have any; real roots are slow then, since
-    what grows by many powers of ten has no digits left of its start.
+    Self-excited ones have negative damping, as far as they have any; real roots are slow then,
+    since what grows by many powers of ten has no digits left of its start.
     """
     rng = np.random.default_rng(seed)
     while n > 0:

@@ -421,5 +421,6 @@ def test_a_visit_that_would_end_with_the_search_is_not_missed(
             run = pc.simulate(osc, force, r, -1.0 - r, t_end=t_end)
 
         events = run.impacts if isinstance(stop, pc.Wall) else run.crossings
-        # The roots lie near to each other: rounding of 1e-15 moves them by 1e-15 over their distance.
+        # The roots lie near to each other: rounding of 1e-15 moves them by 1e-15 over their
+        # distance.
         assert events.t[0] == pytest.approx(1.0, abs=1e-14 / (r - 1.0))

@@ -180,6 +180,22 @@ def test_a_wall_bears_the_force_that_holds_the_mass() -> None:
     assert np.allclose(run.forces(held.t_maximum)["stops"], most, rtol=4 * EPS, atol=0.0)
 
 
+@pytest.mark.parametrize("phase", [0.0, 2.0, 4.5])
+def test_a_wall_holds_a_mass_against_a_wave_and_a_harmonic(phase: float) -> None:
+    """The force on the wall has its extremes at knots, and where the slopes of both cancel."""
+    osc = pc.Oscillator(1, 0.1, stops=(pc.Wall(at=0, side="below", restitution=0.2),))
+    harmonic = pc.cosine(2.1, amplitude=0.4, phase=phase, constant=-2.5)
+    run = pc.simulate(osc, pc.triangle_wave(1.3, amplitude=0.7) + harmonic, 0.3, t_end=12)
+
+    start = run.contacts.start[0] + 0.5
+    t = np.linspace(start, run.t_end, 20_001)
+    bears = run.forces(t).stops.values[0]
+    found = run.extremes("stop_force", between=(start, run.t_end))
+    # Between two instants a summit is higher by f'' dt^2 / 8, and a kink by the slope times dt.
+    assert 0.0 <= found.maximum - bears.max() < 1e-3
+    assert 0.0 <= bears.min() - found.minimum < 1e-3
+
+
 def test_a_wall_bears_most_at_a_limit_where_a_contact_begins() -> None:
     # r = 0 under gravity that fades: the wall's force falls from the landing on.
     wall = pc.Wall(at=0, side="below", restitution=0)

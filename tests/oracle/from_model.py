@@ -14,7 +14,8 @@ from percuss.model.restitution import restitution_knots
 
 # More digits than any test asks for.
 DIGITS = 300
-# Repetitions of a record that are written down, a quarter more before t = 0, and an instant before all starts.
+# Repetitions of a record that are written down, a quarter more before t = 0, and an instant before
+# all starts.
 TURNS = 60
 LONG_AGO = 10**6
 

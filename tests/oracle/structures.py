@@ -9,16 +9,16 @@ coefficients follow by recurrence from
 where p_j and q_j are the cosines and sines of the loads. A step h times the quickest rate s is at
 most 1/2, where s is the largest of |C|, sqrt |K| (as row sums, after the division by M) and w_j:
 derivatives grow by 1.62 s at most, so that 40 terms leave 0.81^41 / 41! of the state, 1e-53. What a
-step can hide is decided on its polynomial: c . x(s) - at of each stop has no root where its Bernstein
-coefficients have one sign, and one where their signs change once; else the step is halved
+step can hide is decided on its polynomial: c . x(s) - at of each stop has no root where its
+Bernstein coefficients have one sign, and one where their signs change once; else the step is halved
 (`taylor_series.first_root`). What 60 halvings leave open is in `doubts`.
 
 The rules. A wall turns c . x' into -r c . x' by an impulse along M^-1 c. Of several walls at one
 instant the one of lowest index that is approached comes first, and again, until none is. Walls
 whose speed is nothing hold the motion as long as they push; which of them do is the solution of the
-linear complementarity problem. Hops of a chatter below 1e-18 are summed as a geometric series, which
-leaves its square; those of two walls at once are listed down to 1e-30, where a motion counts as at
-rest. A soft stop acts while y is beyond it, also where its dashpot pulls.
+linear complementarity problem. Hops of a chatter below 1e-18 are summed as a geometric series,
+which leaves its square; those of two walls at once are listed down to 1e-30, where a motion counts
+as at rest. A soft stop acts while y is beyond it, also where its dashpot pulls.
 """
 
 from __future__ import annotations
@@ -575,7 +575,8 @@ def closed_orbit(
 ) -> StructureOrbit:
     """Return the periodic motion near a state (x, x') at t = 0, by Newton's method.
 
-    Derivatives are differences over 1e-25, so that steps and multipliers are good to as many digits.
+    Derivatives are differences over 1e-25, so that steps and multipliers are good to as many
+    digits.
     """
     n = len(problem.mass)
     with mpmath.workdps(60):

@@ -120,7 +120,8 @@ def test_a_branch_with_sticking_ends_where_its_orbits_last_too_long(
     branch = pc.continue_orbit(sticking, over={"forcing.omega": (-0.5, 0.9)}, max_points=200)
 
     assert "swings" in branch.end_reason
-    # A swing of the oscillator takes 2 pi, the orbit 2 pi / omega: ten times as many as searched for.
+    # A swing of the oscillator takes 2 pi, the orbit 2 pi / omega: ten times as many as searched
+    # for.
     assert branch.values.min() == pytest.approx(0.1 / most, rel=1e-6)
 
 

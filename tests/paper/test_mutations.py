@@ -23,8 +23,8 @@ MUTATIONS: list[tuple[str, str, Callable[[], Finding]]] = [
 ]
 UNMOVED: dict[str, str] = {id: why for module in MODULES for id, why in module.UNMOVED.items()}
 
-# What takes half a second and more: of records that another perturbation moves too, or whose finding
-# takes as long by itself.
+# What takes half a second and more: of records that another perturbation moves too, or whose
+# finding takes as long by itself.
 SLOW = {
     ("eq9", "1.01 t"),
     ("eq10", "the gaps in the other order"),

@@ -97,6 +97,32 @@ def test_measures_of_a_run(case: str, measure: MovedMeasure) -> None:
     np.testing.assert_allclose(found, wanted, rtol=1e-10, atol=1e-10 * size + 1e-13)
 
 
+# Against a wall above.
+PRESS = pc.Forcing(constant=4)
+STEPS = pc.record([0, "0.7", "1.9", 3], ["0.2", 1, "-0.5", "0.4"], repeat=True)
+
+
+@pytest.mark.parametrize(
+    ("measure", "force", "start"),
+    [("peak_acceleration", STEPS, ("0.1", "0.38")), ("peak_stop_force", STEPS + PRESS, ("-0.5", 0)),
+     ("peak_stop_force", pc.triangle_wave("1.3", amplitude="0.7") + PRESS, ("-0.5", 0))],
+    ids=["a flight", "a contact", "a wave in contact"],
+)  # fmt: skip
+def test_a_peak_before_a_jump_of_the_force_is_moved_by_the_force_before_it(
+    measure: MovedMeasure, force: pc.Forcing, start: tuple[str, str]
+) -> None:
+    osc = pc.Oscillator("2.9", stops=(pc.Wall(at="0.3", side="above", restitution=0),))
+    run = pc.simulate(osc, force, *start, t_end="14.6")
+    paths = ["forcing.record.amplitude", "forcing.constant", "oscillator.stops.0.at"]
+    if "omega" in str(force.record):
+        paths.append("forcing.record.omega")
+
+    found = run.sensitivity(paths).of(measure)
+
+    wanted = [difference(run, path, measure) for path in paths]
+    np.testing.assert_allclose(found, wanted, rtol=1e-9, atol=1e-9)
+
+
 def test_all_of_them_are_measures_of_sweeps() -> None:
     assert set(get_args(MovedMeasure)) <= set(MEASURES)
 

@@ -381,7 +381,8 @@ def test_two_impacts_a_hair_apart_are_two_in_order(apart: float) -> None:
 
 def test_a_coupled_system_at_critical_damping_is_exact() -> None:
     """C = 2 sqrt(K) with a defective pair in each mode: x = (1 + w t) exp(-w t) in modes."""
-    # K = [[5, -4], [-4, 5]] has rates 1 and 3 on (1, 1) and (1, -1); 2 sqrt(K) = [[4, -2], [-2, 4]].
+    # K = [[5, -4], [-4, 5]] has rates 1 and 3 on (1, 1) and (1, -1); 2 sqrt(K) = [[4, -2], [-2,
+    # 4]].
     structure = pc.Structure([1, 1], [[5, -4], [-4, 5]], [[4, -2], [-2, 4]])
     run = pc.simulate(structure, x0=[1, 0], t_end=5)
 

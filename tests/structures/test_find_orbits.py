@@ -130,3 +130,29 @@ def test_what_cannot_be_searched_for_is_told() -> None:
         pc.find_orbits(NLVIB, given, max_periods=0)
     with pytest.raises(pc.ParameterError, match=r"loads.period = None: the loads have no common"):
         pc.find_orbits(NLVIB, {0: pc.cosine(1), 1: pc.cosine("1.3")})
+
+
+@pytest.mark.parametrize("unit", [2.0**-30, 2.0**20])
+def test_orbits_and_multipliers_are_the_same_in_every_unit_of_time(unit: float) -> None:
+    """Small motions in two wells differ in their places alone."""
+    found = []
+    for scale in (1.0, unit):
+        stiff = 4.0 / scale**2
+        structure = pc.Structure(
+            mass=[1, 1],
+            stiffness=np.array([[-1.0, -0.3], [-0.3, 5.0]]) / scale**2,
+            damping=np.array([[0.2, -0.05], [-0.05, 0.3]]) / scale,
+            stops=[
+                pc.SoftStop(0.5, "above", stiff, on=0),
+                pc.SoftStop(-0.5, "below", stiff, on=0),
+            ],
+        )
+        loads = pc.Loads({0: pc.cosine(1.3 / scale, amplitude=0.05 / scale**2)})
+        found.append(pc.find_orbits(structure, loads, max_periods=1))
+
+    here, there = found
+    assert len(here) == len(there) >= 2
+    for one, other in zip(here, there, strict=True):
+        np.testing.assert_allclose(other.x0, one.x0, rtol=1e-12)
+        np.testing.assert_allclose(other.v0 * unit, one.v0, rtol=1e-11)
+        np.testing.assert_allclose(other.multipliers, one.multipliers, rtol=1e-12)

@@ -379,3 +379,24 @@ def test_the_acceleration_is_that_of_a_structure_of_one_mass_and_of_an_oscillato
     exact = (4 * np.cos(0.9 * t) - 1 - 3 * x - 0.4 * v - pressed) / 2
     free = x > 1e-6
     assert np.abs(own - exact)[free].max() < 1e-10
+
+
+@pytest.mark.parametrize(("restitution", "omega"), [("0.4", "0.9"), ("0", "1.7")])
+def test_extremes_are_those_of_the_motion_after_a_wall_lets_go(
+    restitution: str, omega: str
+) -> None:
+    """There velocity and acceleration are zero, and it goes back whence it came."""
+    wall = pc.Wall(at="0.1", side="above", restitution=restitution, on=0)
+    two = pc.chain(masses=[1, 1], springs=[2, 1, 1], dashpots="0.1", stops=[wall])
+    run = pc.simulate(two, pc.Loads({0: pc.cosine(omega, amplitude="0.8")}), v0=[1, 0], t_end=70)
+    released = run.contacts.release[:-1]
+    assert len(released) >= 2
+
+    for start, release in zip(run.contacts.start[:-1], released, strict=True):
+        since = 0.5 * (start + release)
+        if since > 60.0:
+            continue
+        x = run(np.linspace(since, since + 6.0, 2001))[0][:, 0]
+        found = run.extremes("displacement", on=0, between=(since, since + 6.0))
+        assert 0.0 <= x.min() - found.minimum < 1e-4
+        assert found.maximum == pytest.approx(0.1, rel=1e-12)

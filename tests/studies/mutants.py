@@ -53,6 +53,10 @@ _OTHERS: tuple[Any, ...] = (
 )  # fmt: skip
 
 
+# Tables whose keys are names that the user has chosen.
+_OWN_NAMES = {("parameters",), ("structure", "points")}
+
+
 @dataclass(frozen=True)
 class Mutant:
     """A text, and what was done to the template that it came from."""
@@ -138,7 +142,8 @@ def _changed(document: dict[str, Any], dice: random.Random) -> tuple[str, Path, 
     if what == "rename":
         name = _misspelt(str(key), dice)
         owner[name] = owner.pop(key)
-        return f"rename to {name!r}", (*path[:-1], name), name != key
+        is_wrong = name != key and path[:-1] not in _OWN_NAMES
+        return f"rename to {name!r}", (*path[:-1], name), is_wrong
     if what == "copy":
         source = dice.choice(places)
         owner[key] = copy.deepcopy(_owner(document, source)[source[-1]])

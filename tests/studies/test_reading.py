@@ -150,3 +150,11 @@ def test_a_start_may_be_at_a_multiple_of_pi() -> None:
     assert as_float(motion_of(study).start.t0) == pytest.approx(0.25 + math.pi / 2, rel=1e-15)
     assert end_of(study) == pytest.approx(0.25 + 2.5 * math.pi, rel=1e-15)
     assert parse_study(study.text()) == study
+
+
+def test_a_motion_begins_at_rest_at_0_without_a_start_unless_a_wall_is_there() -> None:
+    text = '[oscillator]\nstops = [{type = "wall", at = %s, side = "below"}]\n[run]\nt_end = 9\n'
+    motion = motion_of(parse_study(text % "-1"))
+    assert (motion.start.x0, motion.start.v0, motion.start.t0) == (0, 0, 0)
+    with pytest.raises(StudyError, match="start: missing; the default x0 = 0 lies below the wall"):
+        parse_study(text % "1")

@@ -31,7 +31,8 @@ def tab(browser: Browser) -> Iterator[Page]:
     context.close()
 
 
-# Begins the workbench anew where a test has left the page whole, which takes a third of the time of a load.
+# Begins the workbench anew where a test has left the page whole, which takes a third of the time of
+# a load.
 BEGIN = """async () => {
   if (!globalThis.isWhole) return false;
   delete globalThis.isWhole;
@@ -43,7 +44,8 @@ BEGIN = """async () => {
   return !document.querySelector('.explore').hidden;
 }"""
 
-# What nobody looks at is not painted, a quarter of the browser's time; all else of the page stays as it is.
+# What nobody looks at is not painted, a quarter of the browser's time; all else of the page stays
+# as it is.
 UNPAINTED = "document.documentElement.style.opacity = '0'"
 
 

@@ -23,8 +23,9 @@ from percuss.web.session import FAILED
 # Where the library warns that motions have no answer, the page's answer says so itself.
 pytestmark = pytest.mark.filterwarnings("ignore::UserWarning")
 
-# Nothing may be silent for so long [s]; what goes on after that is cancelled.
-SILENCE, ENOUGH = 10.0, 1.0
+# Nothing may be silent for so long [s], on a machine that does much else; what goes on longer than
+# the second time is cancelled, and a picture longer than the third is not waited for.
+SILENCE, ENOUGH, PICTURE = 60.0, 1.0, 10.0
 # Characters that one message may have, at the most.
 LONGEST = 2**20
 OPTIONS: dict[str, dict[str, Any]] = {
@@ -190,7 +191,7 @@ async def files(address: str, seed: int, seconds: float, count: int) -> list[str
         head = f"POST /api/file/{name} HTTP/1.1\r\nHost: x\r\nConnection: close\r\n"
         writer.write(f"{head}Content-Length: {len(data)}\r\n\r\n".encode() + data)
         try:
-            answer = await asyncio.wait_for(reader.read(), SILENCE)
+            answer = await asyncio.wait_for(reader.read(), PICTURE)
         except TimeoutError:
             # A picture may take a minute; what has gone is not made to its end.
             answer = b"HTTP/1.1 200 "

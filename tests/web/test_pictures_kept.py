@@ -49,7 +49,7 @@ def place_where(page: Page, view: Locator, words: str, n: int = 40) -> tuple[flo
     for k in range(1, n):
         place = middle(over, 0.5, k / n)
         page.mouse.move(*place)
-        if words in view.locator(".readout").inner_text():
+        if words in view.locator(".readout").first.inner_text():
             return place
     raise AssertionError(f"no read-out holds {words!r}")
 
@@ -113,7 +113,7 @@ def test_a_square_is_read_and_opened_at_its_own_value(page: Page) -> None:
     view = chart(page, low="0.7")
     mark, (x, y) = squares(view)[0]
     page.mouse.move(x + 3, y + 2)
-    expect(view.locator(".readout")).to_contain_text(f"{mark['kind']} at omega = ")
+    expect(view.locator(".readout").first).to_contain_text(f"{mark['kind']} at omega = ")
     before = drawn(page)
     page.mouse.click(x + 3, y + 2)
     wait_for_drawing(page, before)
@@ -183,8 +183,8 @@ def test_the_bar_of_basins_says_what_the_text_says(page: Page) -> None:
     view.get_by_role("button", name="Compute", exact=True).click()
     said = page.evaluate(
         """async () => {
-          const [bar, status] = ['progress', '.status'].map((it) => document.querySelector(`section[aria-label=Basins] ${it}`));
-          const rows = [];
+          const [bar, status] = ['progress', '.status'].map((it) =>
+          document.querySelector(`section[aria-label=Basins] ${it}`)); const rows = [];
           while (!status.textContent.startsWith('done') && rows.length < 40) {
             const share = /^(\\d+) %/.exec(status.textContent);
             if (share) rows.push([Number(share[1]), Math.round(100 * bar.value)]);

@@ -4,9 +4,10 @@ Of a run, an orbit, a branch or a special point of one, a complete list, basins 
 
     python tools/check_certificate certificate.json
 
-The file says what is claimed; this program proves it anew or refuses it. It uses Python's integers and
-fractions alone: no percuss, no library, no floating point. The folder can be copied anywhere. It prints
-the theorem and ends with status 0, or says in a sentence what is not proven and ends with status 1.
+The file says what is claimed; this program proves it anew or refuses it. It uses Python's integers
+and fractions alone: no percuss, no library, no floating point. The folder can be copied anywhere.
+It prints the theorem and ends with status 0, or says in a sentence what is not proven and ends with
+status 1.
 
 Modules use those before them: `arithmetic`, `words`, `flights`, `reading` and `parts`, then one for
 each kind of certificate: `runs`, `orbits`, `branches`, `lists`, `basins` and `chaos`. Of these

@@ -1,7 +1,7 @@
 """Intervals with whole numbers, and functions of them.
 
-Proven here: the result of an operation or a function on intervals holds its values at all numbers in
-them. An interval is a pair of integers, numbers of units of 2^-bits, and each operation rounds
+Proven here: the result of an operation or a function on intervals holds its values at all numbers
+in them. An interval is a pair of integers, numbers of units of 2^-bits, and each operation rounds
 outward. Why the series hold their functions is section 11.2 of docs/theory/certified.md.
 """
 
@@ -261,8 +261,8 @@ def _cosine_series(z: Interval) -> tuple[Interval, Interval]:
         sin += term // (2 * k + 1)
         if -1 <= term <= 1 and abs(m) < k * k << BITS:
             break
-    # Each of k terms is rounded by less than a unit, and passes that on to those behind it by factors
-    # that sum to less than cosh(sqrt|m|); the rest is less than a third of the last term.
+    # Each of k terms is rounded by less than a unit, and passes that on to those behind it by
+    # factors that sum to less than cosh(sqrt|m|); the rest is less than a third of the last term.
     error = (4 * k + 4) * 3 ** (isqrt(abs(m) >> BITS) + 1)
     slope = max(1 << BITS, abs(sin) + error)
     if z.high > 0:

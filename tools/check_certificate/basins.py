@@ -1,8 +1,9 @@
 """Basins: all motions from a rectangle of starts approach one orbit.
 
-Proven here: about an event of each orbit there is a set, a trap, from which all motions approach the
-orbit, and all motions from each rectangle come into a trap of the orbit that it is said to go to, or
-settle where they meet no stop. Section 11.10 of docs/theory/certified.md, with orbits by 11.6.
+Proven here: about an event of each orbit there is a set, a trap, from which all motions approach
+the orbit, and all motions from each rectangle come into a trap of the orbit that it is said to go
+to, or settle where they meet no stop. Section 11.10 of docs/theory/certified.md, with orbits by
+11.6.
 """
 
 from __future__ import annotations
@@ -55,9 +56,9 @@ def carried(
 ) -> Iterator[Carried]:
     """Yield the events of all motions from the states middle + axes spread, the same for all.
 
-    The states are t and v after an event at a bound or, where there was none, x and v at one instant.
-    By the mean value theorem, with the derivatives on all of the set. It ends where all motions are
-    proven to meet no bound any more in region ``settling``, or after the most events.
+    The states are t and v after an event at a bound or, where there was none, x and v at one
+    instant. By the mean value theorem, with the derivatives on all of the set. It ends where all
+    motions are proven to meet no bound any more in region ``settling``, or after the most events.
     """
     total, whole, point = axes, _around(middle, departed, applied(axes, spread)), middle
     for _ in range(MOST_EVENTS):
@@ -124,9 +125,9 @@ def _middle(part: Rectangle) -> tuple[Pair, Pair]:
 def trap_of(law: Law, orbit: Any, claim: Any) -> Trap:
     """Return a set about an event of a proven orbit from which all motions approach the orbit.
 
-    On parts of a parallelogram about the innermost ellipse the derivative of the map from an event to
-    the same one some rounds of the orbit later makes all vectors shorter, by the norm of the ellipse.
-    From each stage, a multiple of it, all motions come into the one before.
+    On parts of a parallelogram about the innermost ellipse the derivative of the map from an event
+    to the same one some rounds of the orbit later makes all vectors shorter, by the norm of the
+    ellipse. From each stage, a multiple of it, all motions come into the one before.
     """
     if claim["event"] >= len(orbit["events"]) or claim["rounds"] < 1:
         raise NotProvenError("a trap has no event of its orbit, or no rounds")

@@ -1,8 +1,8 @@
 """Branches of orbits over a parameter, their special points and their grazes.
 
-Proven here: strip by strip, there is one orbit for each value of one coordinate, and the strips form
-one smooth curve; where trace and determinant change a sign between two strips, there is a special
-point between them. Section 11.7 of docs/theory/certified.md, with the equations of 11.6.
+Proven here: strip by strip, there is one orbit for each value of one coordinate, and the strips
+form one smooth curve; where trace and determinant change a sign between two strips, there is a
+special point between them. Section 11.7 of docs/theory/certified.md, with the equations of 11.6.
 """
 
 from __future__ import annotations
@@ -154,7 +154,8 @@ class Strip:
     def goes_on_in(self, following: Strip, steps: int) -> bool:
         """Return whether the curve goes on in the next strip, by an orbit that both have.
 
-        Those from a graze reach beyond the first orbit of the next strip; else it is that at their end.
+        Those from a graze reach beyond the first orbit of the next strip; else it is that at their
+        end.
         """
         return (self.slow is not None and following.begins_in(self, 0, steps)) or self.begins_in(
             following, 1, steps

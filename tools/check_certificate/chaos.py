@@ -2,8 +2,8 @@
 
 Proven here: the images of parts of sets lie across other sets (covering relations), the sets are
 disjoint, and the walks along the graph of these relations grow as is claimed, which bounds the
-topological entropy of the map of departures from one bound. Section 11.11 of docs/theory/certified.md,
-with section 10, says why motions follow all walks.
+topological entropy of the map of departures from one bound. Section 11.11 of
+docs/theory/certified.md, with section 10, says why motions follow all walks.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ from flights import Flight, Law, State, departing, met
 from parts import Rectangle, Side, proven_on_parts
 from words import told
 
-# Parts are made smaller until a derivative is known on each to within this part of its largest entry:
-# the first of these that suffices. After so many parts it may be wider.
+# Parts are made smaller until a derivative is known on each to within this part of its largest
+# entry: the first of these that suffices. After so many parts it may be wider.
 NARROW, PARTS = tuple(Fraction(1, n) for n in (12, 100, 400, 1600)), 3000
 # The smallest part of a strip that is tried, and events from one departure to the next.
 SMALLEST_PART, MOST_EVENTS = Fraction(1, 2**24), 64
@@ -213,8 +213,9 @@ def _derivatives(of_departures: Map, first: Set, along: Side, narrow: Fraction) 
 def _check_growth(n: int, transitions: set[tuple[int, int]], growth: Fraction) -> None:
     """Prove that the walks of k steps grow as growth^k at least.
 
-    A vector y >= 0, not 0, with A y >= growth y for the matrix A of the graph gives that (Collatz and
-    Wielandt); one is made by many steps from (1, ..., 1) with rounding, which the check forgives.
+    A vector y >= 0, not 0, with A y >= growth y for the matrix A of the graph gives that (Collatz
+    and Wielandt); one is made by many steps from (1, ..., 1) with rounding, which the check
+    forgives.
     """
     following: list[list[int]] = [[] for _ in range(n)]
     for i, j in transitions:

@@ -1,9 +1,9 @@
 """Flights between stops, and the event that comes first.
 
-Proven here: between two stops, where x'' + 2 a x' + K x = c + sum of A cos(w t + p), all motions from a
-box of states meet the same bound first and within the time that is found, and after it are in a box
-with a derivative. Why that suffices is sections 11.3 (a flight) and 11.4 (the first event) of
-docs/theory/certified.md.
+Proven here: between two stops, where x'' + 2 a x' + K x = c + sum of A cos(w t + p), all motions
+from a box of states meet the same bound first and within the time that is found, and after it are
+in a box with a derivative. Why that suffices is sections 11.3 (a flight) and 11.4 (the first event)
+of docs/theory/certified.md.
 """
 
 from __future__ import annotations
@@ -84,9 +84,9 @@ class Bound(NamedTuple):
 class Numbers(NamedTuple):
     """The numbers of a region as intervals: K, a, c, K - a^2, and its bounds with -1 below, 1 above.
 
-    At rest x is c/K; without a spring it drifts by c/2a a unit of time or, without damping, by c t/2.
-    Of each tone its frequency, amplitude and phase, and the p and q of the motion p cos + q sin under
-    it: None at resonance.
+    At rest x is c/K; without a spring it drifts by c/2a a unit of time or, without damping, by c
+    t/2. Of each tone its frequency, amplitude and phase, and the p and q of the motion p cos + q
+    sin under it: None at resonance.
     """
 
     k: Any
@@ -253,8 +253,8 @@ class Flight:
 
         That is the mean velocity since then. Where the velocity was 0, or had the sign of the mean
         acceleration, it is that.
-        By Taylor's theorem, with x and v on all of the step in intervals that Picard's operator maps
-        into themselves, and therefore hold the motion.
+        By Taylor's theorem, with x and v on all of the step in intervals that Picard's operator
+        maps into themselves, and therefore hold the motion.
         """
         Work.goes_on()
         since, force = of(0, h), self.force(of(begin, begin + h))
@@ -274,9 +274,10 @@ class Flight:
     ) -> Landing | None:
         """Return where all motions first meet a bound.
 
-        On each step before, x keeps off both bounds; on the last one it passes the bound and v keeps
-        its sign, so that each motion passes it once. ``departed`` is the bound of the start. None says
-        that all motions are proven to meet no bound ``until`` then or, with ``may_settle``, any more.
+        On each step before, x keeps off both bounds; on the last one it passes the bound and v
+        keeps its sign, so that each motion passes it once. ``departed`` is the bound of the start.
+        None says that all motions are proven to meet no bound ``until`` then or, with
+        ``may_settle``, any more.
         """
         begin, h = Fraction(0), LONGEST
         # Steps that are short beside the width of the states are of no use.
@@ -350,8 +351,8 @@ def met(
     """Return the next event of states, proven to be the first one, with interval Newton steps.
 
     Its derivative is by t and v after the event at the start or, where there was none, by x and v.
-    ``landing`` is that of a set with these states, where it is known; an instant in ``enough`` units
-    need not be known better.
+    ``landing`` is that of a set with these states, where it is known; an instant in ``enough``
+    units need not be known better.
     """
     bound, side, low, high = landing or _landing(flight, departed)
     at = of(flight.law.bounds[bound].at)

@@ -1,8 +1,8 @@
 """Complete lists: all orbits with some impacts in some periods, for one wall.
 
-Proven here: on parts of the region of all their impacts, together the whole of it, there is no motion
-that comes back but those of the orbits that the list has, each of them proven and no two the same.
-Section 11.9 of docs/theory/certified.md, with orbits by 11.6.
+Proven here: on parts of the region of all their impacts, together the whole of it, there is no
+motion that comes back but those of the orbits that the list has, each of them proven and no two the
+same. Section 11.9 of docs/theory/certified.md, with orbits by 11.6.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from orbits import check_different, check_inside, contracted, inverse, proven_or
 from parts import Rectangle, Side, proven_on_parts
 from words import counted, told
 
-# Boxes are not made smaller than this part of the region, and steps of flights in which some of them
-# may have an impact not shorter than this.
+# Boxes are not made smaller than this part of the region, and steps of flights in which some of
+# them may have an impact not shorter than this.
 SMALLEST_BOX, FINEST_STEP = Fraction(1, 2**24), Fraction(1, 64)
 # There are no lists of more impacts or periods.
 MOST_RETURNS = 100
@@ -28,8 +28,8 @@ MOST_RETURNS = 100
 class Returns:
     """The equations of motions that meet one wall n times in p periods and then come back.
 
-    From (t, v) after an impact: x(t + p T) is the wall, and an impact there leaves with v again. The
-    speeds after all impacts are between two.
+    From (t, v) after an impact: x(t + p T) is the wall, and an impact there leaves with v again.
+    The speeds after all impacts are between two.
     """
 
     def __init__(self, law: Law, n: int, p: int, speeds: Side) -> None:
@@ -100,8 +100,9 @@ class Returns:
     def comes_to_nothing(self, start: State, k: int, begin: State) -> bool:
         """Return whether no motion from a box after k impacts comes back, by intervals alone.
 
-        An impact that is too slow is none of a motion that is sought: the flight goes on, through the
-        wall. Where an impact may be, what follows it is looked at, and the flight without it as well.
+        An impact that is too slow is none of a motion that is sought: the flight goes on, through
+        the wall. Where an impact may be, what follows it is looked at, and the flight without it as
+        well.
         """
         flight, end = Flight(self.law, 0, start), begin.t + self.duration
         if k == self.n - 1:

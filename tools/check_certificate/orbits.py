@@ -206,8 +206,8 @@ def check_first(cycle: Cycle, states: Sequence[Pair], slow: int | None = None) -
 def _check_touch(flight: Flight, departed: int, bound: int, tau: Interval) -> None:
     """Prove that a flight which ends on a wall at tau with no or little speed meets nothing before.
 
-    Shortly before, x'' points off the wall: by Taylor's theorem at the end, where the velocity is not
-    off it, the motion is off it then.
+    Shortly before, x'' points off the wall: by Taylor's theorem at the end, where the velocity is
+    not off it, the motion is off it then.
     """
     restitution, sides = flight.law.bounds[bound].restitution, flight.law.sides(flight.number)
     if restitution is None or of(restitution).low <= 0 or bound not in dict(sides):
@@ -252,7 +252,8 @@ def contracted(
 def check_inside(widths: Sequence[Interval], moved: Sequence[Interval]) -> None:
     """Prove that one zero, and one only, lies in a box (Krawczyk)."""
     for width, part in zip(widths, moved, strict=True):
-        # By 3 units inside of the widened box: inside of what is claimed, which `of` rounded outward.
+        # By 3 units inside of the widened box: inside of what is claimed, which `of` rounded
+        # outward.
         if not Interval(width.low + 3, width.high - 3).holds(part):
             raise NotProvenError("the boxes are not proven to hold an orbit")
 

@@ -1,8 +1,9 @@
 """A rectangle is divided until something is proven on each of its parts.
 
-Proven here: the parts on which something is proven are together all of the rectangle, edges included,
-since both halves of a part have the cut between them. What is to be proven, and why it suffices to
-prove it on parts, is said where it is asked for. Section 11.8 of docs/theory/certified.md.
+Proven here: the parts on which something is proven are together all of the rectangle, edges
+included, since both halves of a part have the cut between them. What is to be proven, and why it
+suffices to prove it on parts, is said where it is asked for. Section 11.8 of
+docs/theory/certified.md.
 """
 
 from __future__ import annotations
@@ -28,9 +29,9 @@ def proven_on_parts(
 ) -> Iterator[Proven]:
     """Yield what is proven on parts of a rectangle: of each the half, while it is None or not proven.
 
-    The longer side is halved: in units of that of the whole, unless their ``lengths`` are said. A part
-    of which both sides are below ``smallest``, in units of those of the whole, is not divided: that
-    is an error, which says where.
+    The longer side is halved: in units of that of the whole, unless their ``lengths`` are said. A
+    part of which both sides are below ``smallest``, in units of those of the whole, is not divided:
+    that is an error, which says where.
     """
     sizes = [high - low for low, high in whole]
     parts = [whole]

@@ -1,8 +1,9 @@
 """What a certificate says, read in one way only.
 
 Proven here: a certificate has the names of its kind and no others, each once, with numbers that are
-rational and words for nothing else; its law has a meaning, and the period of its force is the smallest.
-Why nothing is read in two ways, and no claim left unread, is section 11.1 of docs/theory/certified.md.
+rational and words for nothing else; its law has a meaning, and the period of its force is the
+smallest. Why nothing is read in two ways, and no claim left unread, is section 11.1 of
+docs/theory/certified.md.
 """
 
 from __future__ import annotations
@@ -42,9 +43,9 @@ LAW = {
     "tones": [{"omega": "l", "amplitude": "l", "phase": PAIR}],
     "base": "l?",
 }  # fmt: skip
-# Orbits for all values of one coordinate, number ``along``, of the instants and velocities after the
-# events and the parameter: within ``sizes`` of middle + tangent (value - middle of this coordinate).
-# Next to a graze ``slow`` is the number of the event whose velocity goes to zero.
+# Orbits for all values of one coordinate, number ``along``, of the instants and velocities after
+# the events and the parameter: within ``sizes`` of middle + tangent (value - middle of this
+# coordinate). Next to a graze ``slow`` is the number of the event whose velocity goes to zero.
 STRIP = {
     "along": "n", "begin": "q", "end": "q", "middle": ["q"], "tangent": ["q"], "sizes": ["q"],
     "stability": "w", "slow": "n?",

@@ -1,8 +1,9 @@
 """Runs: a motion meets its stops at these instants, and at no others.
 
-Proven here: from a start that is given exactly a motion has the events of a certificate up to the last
-of them, each at an instant and with velocities within the intervals that are claimed. Event follows
-event, each proven to be the first after the one before. Section 11.5 of docs/theory/certified.md.
+Proven here: from a start that is given exactly a motion has the events of a certificate up to the
+last of them, each at an instant and with velocities within the intervals that are claimed. Event
+follows event, each proven to be the first after the one before. Section 11.5 of
+docs/theory/certified.md.
 """
 
 from __future__ import annotations
@@ -66,7 +67,8 @@ def _start(law: Law, begin: Any) -> tuple[State, int, int | None]:
             continue
         departed, sign = next(((bound, sign) for bound, sign, gap in sides if gap == 0), (None, 0))
         flight = Flight(law, number, state)
-        # From rest on a bound a motion goes where the force points, which is the same on both sides.
+        # From rest on a bound a motion goes where the force points, which is the same on both
+        # sides.
         away = flight.acceleration(flight.force(of(0)), state.x, state.v) if v == 0 else of(v)
         if departed is None or (sign * away).high < 0:
             return state, number, departed

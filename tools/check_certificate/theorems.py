@@ -1,7 +1,7 @@
 """The theorem of a certificate.
 
-Proven here: what one of the modules of its kind proves, of the law that the certificate gives. That the
-law has a meaning, and a period where it needs one, is section 11.1 of docs/theory/certified.md.
+Proven here: what one of the modules of its kind proves, of the law that the certificate gives. That
+the law has a meaning, and a period where it needs one, is section 11.1 of docs/theory/certified.md.
 """
 
 from __future__ import annotations

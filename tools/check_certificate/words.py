@@ -1,7 +1,7 @@
 """Numbers and equations in words.
 
-Nothing is proven here, and nothing that is proven depends on it: it is how a theorem is said, and of
-what. Decimals are rounded down, as the theorem says. What theorems say is section 11.1 of
+Nothing is proven here, and nothing that is proven depends on it: it is how a theorem is said, and
+of what. Decimals are rounded down, as the theorem says. What theorems say is section 11.1 of
 docs/theory/certified.md.
 """
 

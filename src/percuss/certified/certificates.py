@@ -1,7 +1,7 @@
 """What a proof says, as JSON that `tools/check_certificate` proves anew without percuss.
 
-A certificate holds the exact numbers of the system, per unit mass, and what is claimed; rationals are
-written as "p/q". docs/theory/certified.md, section 11, has the theorems.
+A certificate holds the exact numbers of the system, per unit mass, and what is claimed; rationals
+are written as "p/q". docs/theory/certified.md, section 11, has the theorems.
 """
 
 from __future__ import annotations
@@ -42,7 +42,8 @@ __all__ = ["certificate"]
 VERSION = 1
 # A claim is wider than the ball that percuss has by this, so that other arithmetic can prove it.
 WIDER = 8
-# How much wider the sides of tubes next to a graze, and about a special point, are than those proven.
+# How much wider the sides of tubes next to a graze, and about a special point, are than those
+# proven.
 ROOM = Fraction(3, 2)
 # Digits to which the ends of a claim are rounded outward, relative to its width.
 ROUNDING = 1000
@@ -63,8 +64,8 @@ def certificate(
     Parameters
     ----------
     result
-        Of `certify`, or of `prove_chaos`, `list_orbits` or `prove_basins`. Of a branch, what is proven
-        of orbits that pass through no stop; of a special point, the short branch about it.
+        Of `certify`, or of `prove_chaos`, `list_orbits` or `prove_basins`. Of a branch, what is
+        proven of orbits that pass through no stop; of a special point, the short branch about it.
 
     Returns
     -------
@@ -74,11 +75,12 @@ def certificate(
     Raises
     ------
     ParameterError
-        If nothing is proven; if numbers are irrational or an interval, the force has a record or a wall
-        a table of restitutions; if a run holds a chatter or a contact, or an orbit has no events; if
-        the numbers of the equation of motion are not linear in the parameter of a branch; if the
-        orbits of a special point are formal, or it is a corner or the graze of a soft stop; if a list
-        is not complete, or of more than one wall; if no cell of a basin is proven.
+        If nothing is proven; if numbers are irrational or an interval, the force has a record or a
+        wall a table of restitutions; if a run holds a chatter or a contact, or an orbit has no
+        events; if the numbers of the equation of motion are not linear in the parameter of a
+        branch; if the orbits of a special point are formal, or it is a corner or the graze of a
+        soft stop; if a list is not complete, or of more than one wall; if no cell of a basin is
+        proven.
 
     Examples
     --------
@@ -286,7 +288,7 @@ def _branch(branch: CertifiedBranch) -> Json:
 
 
 class _Part(NamedTuple):
-    """Motions on a curve: strips, how much wider they may be, their special points, grazes at the ends."""
+    """Motions on a curve: strips, their widening, their special points, grazes at the ends."""
 
     curve: OrbitCurve
     strips: list[Strip]

@@ -94,8 +94,8 @@ class CertifiedBranch:
     """A branch of periodic orbits that is proven whole; made by `certify`.
 
     Along each stretch there is exactly one orbit near each of those that were given: the curve of
-    orbits is smooth, has no gap and no second curve beside it. Each stretch that is `joined` goes on
-    from the one before.
+    orbits is smooth, has no gap and no second curve beside it. Each stretch that is `joined` goes
+    on from the one before.
 
     Attributes
     ----------
@@ -106,7 +106,8 @@ class CertifiedBranch:
     stretches
         In order along the branch.
     special_points
-        Those that are proven to lie on it, in order; several of one kind within a ball count as one.
+        Those that are proven to lie on it, in order; several of one kind within a ball count as
+        one.
     complete
         Whether the proof goes from the first orbit of the branch to the last without a gap.
     reason
@@ -114,8 +115,8 @@ class CertifiedBranch:
     precision
         The bits that were worked with.
     chains, grazes
-        What the proof is made of: strips, and for each chain what leads from its begin and from its end
-        to a graze, or None.
+        What the proof is made of: strips, and for each chain what leads from its begin and from its
+        end to a graze, or None.
     """
 
     oscillator: Oscillator
@@ -147,8 +148,8 @@ class CertifiedBranch:
         Returns
         -------
         list of (Balls, Balls)
-            One for each strip that may have an orbit there: of orbits of one curve that pass a value
-            twice, as at a fold, both; at the end of a strip that of the next one as well.
+            One for each strip that may have an orbit there: of orbits of one curve that pass a
+            value twice, as at a fold, both; at the end of a strip that of the next one as well.
 
         Raises
         ------

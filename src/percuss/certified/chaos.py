@@ -48,7 +48,8 @@ from percuss.progress import Progress, Report
 __all__ = ["CertifiedChaos", "growth_of_loops", "prove_chaos"]
 
 BITS = 96
-# A set is longer than what it has to cover needs, and wider than the image that crosses it, by this.
+# A set is longer than what it has to cover needs, and wider than the image that crosses it, by
+# this.
 LONGER, WIDER = 1.3, 1.2
 # Half-length of the set about the saddle, in the distance of the last point of the homoclinic orbit
 # inside of it.
@@ -58,7 +59,8 @@ PARTS = (0.3, 0.6, 1.0)
 # The largest and the smallest set about a saddle that are tried, in units of a cycle and of the
 # orbit's velocity.
 LARGEST, SMALLEST = 0.04, 1e-3
-# Trials of the lengths of sets along a homoclinic orbit, each with the shear that the last one showed.
+# Trials of the lengths of sets along a homoclinic orbit, each with the shear that the last one
+# showed.
 TRIALS = 6
 # Trials of the length of the part of the saddle's set from which a chain begins.
 STRIPS = 4
@@ -70,9 +72,10 @@ ROOT_BITS = 60
 class CertifiedChaos:
     """Sets of states that motions visit in any order that a graph allows, proven; of `prove_chaos`.
 
-    The sets are disjoint, and the image of each under the impact map crosses those to which a transition
-    leads. So for every endless walk in the graph there is a motion that visits the sets in its order,
-    and for every closed walk one that is periodic (docs/theory/certified.md, section 10).
+    The sets are disjoint, and the image of each under the impact map crosses those to which a
+    transition leads. So for every endless walk in the graph there is a motion that visits the sets
+    in its order, and for every closed walk one that is periodic (docs/theory/certified.md, section
+    10).
 
     Attributes
     ----------
@@ -83,15 +86,15 @@ class CertifiedChaos:
     stop
         Index of the stop of the impact surface.
     sets
-        The parallelograms, number 0 about the saddle; each has ``center``, ``unstable`` and ``stable``
-        as (t, v) [time, length/time], t in the first forcing period.
+        The parallelograms, number 0 about the saddle; each has ``center``, ``unstable`` and
+        ``stable`` as (t, v) [time, length/time], t in the first forcing period.
     transitions
         Pairs of numbers of sets: the image of the first covers the second.
     coverings
         How far, for each transition.
     strips
-        The part of the first set of each transition whose image covers: where its middle is along the
-        unstable direction and its half-length, in units of that of the set.
+        The part of the first set of each transition whose image covers: where its middle is along
+        the unstable direction and its half-length, in units of that of the set.
     loops
         The numbers of the sets on each loop from the saddle's set back to it.
     entropy
@@ -135,7 +138,8 @@ class CertifiedChaos:
         Parameters
         ----------
         itinerary
-            Numbers of loops, in any order: ``[0, 0, 1]`` passes the saddle's loop twice, then the next.
+            Numbers of loops, in any order: ``[0, 0, 1]`` passes the saddle's loop twice, then the
+            next.
         digits
             Digits of the enclosure.
 
@@ -174,10 +178,10 @@ def prove_chaos(
 ) -> CertifiedChaos:
     """Prove that motions are chaotic: that some follow each of infinitely many orders of sets.
 
-    The float engine finds a saddle and homoclinic orbits, along which small parallelograms are laid in
-    the impact surface. Ball arithmetic proves that the image of each, all of it, lies across the next
-    one, and that they are disjoint: covering relations (Zgliczynski & Gidea 2004). Loops of n1, n2, ...
-    impacts through the saddle's set then give motions for every sequence of loops.
+    The float engine finds a saddle and homoclinic orbits, along which small parallelograms are laid
+    in the impact surface. Ball arithmetic proves that the image of each, all of it, lies across the
+    next one, and that they are disjoint: covering relations (Zgliczynski & Gidea 2004). Loops of
+    n1, n2, ... impacts through the saddle's set then give motions for every sequence of loops.
 
     Parameters
     ----------
@@ -202,8 +206,8 @@ def prove_chaos(
     Raises
     ------
     ParameterError
-        If the given orbit is none, or no saddle, does not meet the stop once a period, or is of another system;
-        if the forcing has no period or a record.
+        If the given orbit is none, or no saddle, does not meet the stop once a period, or is of
+        another system; if the forcing has no period or a record.
 
     Examples
     --------

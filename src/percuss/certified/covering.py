@@ -2,8 +2,8 @@
 
 An h-set is a parallelogram with an unstable and a stable pair of sides. One covers another under a
 map if its image lies across the other: between the stable sides, and beyond the unstable ones, on
-either side of them. Along a closed chain of coverings there is a periodic orbit (Zgliczynski & Gidea,
-J. Differential Equations 202 (2004) 32).
+either side of them. Along a closed chain of coverings there is a periodic orbit (Zgliczynski &
+Gidea, J. Differential Equations 202 (2004) 32).
 """
 
 from __future__ import annotations
@@ -68,7 +68,8 @@ class HSet(NamedTuple):
     def strip(self, at: float, half: float) -> HSet:
         """Return the part between the stable sides from at - half to at + half along the unstable.
 
-        In units of the half-length of the unstable direction. What covers the whole covers the part.
+        In units of the half-length of the unstable direction. What covers the whole covers the
+        part.
         """
         (t, v), (dt, dv) = self.center, self.unstable
         return HSet((t + at * dt, v + at * dv), (half * dt, half * dv), self.stable)
@@ -298,8 +299,8 @@ def seen_from(surface: ImpactSurface, image: ImageOfSet, first: HSet, second: HS
 def are_disjoint(surface: ImpactSurface, first: HSet, second: HSet) -> bool:
     """Return whether two sets are proven to have no state in common, whole periods apart or not.
 
-    Sets shorter than a period whose instants are less than two periods apart may have one at a shift by
-    a period or none; of others nothing is said.
+    Sets shorter than a period whose instants are less than two periods apart may have one at a
+    shift by a period or none; of others nothing is said.
     """
     reach = [abs(arb(s.unstable[0])) + abs(arb(s.stable[0])) for s in (first, second)]
     apart = abs(arb(first.center[0]) - second.center[0])

@@ -46,7 +46,8 @@ OVERLAP, STEPS, FEW_BITS = 1.0 + 2.0**-8, 4, 20
 # Times before and after a slow impact in which the acceleration lifts off, as parts of the fastest
 # change of the motion: tried in turn.
 LIFTS = (2.0**-2, 2.0**-4, 2.0**-6, 2.0**-8)
-# The greatest velocity of one tube next to a graze, as a part of that of other events: tried in turn.
+# The greatest velocity of one tube next to a graze, as a part of that of other events: tried in
+# turn.
 PARTS_OF_SPEED = tuple(Fraction(1, 2**n) for n in (16, 24, 32))
 
 
@@ -75,7 +76,7 @@ class GrazeEnd:
     stability: str
 
     def holds(self, point: Sequence[float]) -> bool:
-        """Return whether a point, instants, velocities and the parameter, lies where its orbits alone are."""
+        """Return whether a point (instants, velocities, parameter) lies where its orbits alone are."""
         box = [arb(value) for value in point]
         return any(tube.has_only(box) for tube in self.tubes)
 
@@ -314,7 +315,8 @@ def _check_goes_on(tube: Tube, position: Vector) -> None:
 def _check_motions(equations: StripEquations, tube: Tube, number: int, away: int) -> States:
     """Return the states of a tube; prove that its orbits meet the stops at their events alone.
 
-    That with velocity zero touches the stop there instead. ``away`` is the sign of velocities off it.
+    That with velocity zero touches the stop there instead. ``away`` is the sign of velocities off
+    it.
 
     Raises
     ------
@@ -342,9 +344,9 @@ def _check_motions(equations: StripEquations, tube: Tube, number: int, away: int
 def _are_unstable(equations: Shooting, states: States, number: int) -> bool:
     """Return whether all orbits are proven to be unstable whose slow impact has some velocity.
 
-    The velocity v before that impact is a divisor of their derivative over a period. Times v, that is
-    known on all of a tube; if its trace is above 2 v and the determinant at most 1, a multiplier lies
-    outside of the circle.
+    The velocity v before that impact is a divisor of their derivative over a period. Times v, that
+    is known on all of a tube; if its trace is above 2 v and the determinant at most 1, a multiplier
+    lies outside of the circle.
     """
     system = equations.system
     if any(system.damping(region) < 0 for region in system.regions):
@@ -373,8 +375,9 @@ def _slow_flights_are_clear(
 ) -> bool:
     """Return whether the flights to and from a slow impact meet nothing but its stop there.
 
-    From ``lift`` before to ``lift`` after it the acceleration points off the stop: by Taylor's theorem
-    the motion is off it then. Before and after that, the search for the first event decides.
+    From ``lift`` before to ``lift`` after it the acceleration points off the stop: by Taylor's
+    theorem the motion is off it then. Before and after that, the search for the first event
+    decides.
     """
     system, n = equations.system, len(states)
     before = (number - 1) % n

@@ -44,8 +44,8 @@ FINEST = 2.0**-26
 # A box on which the derivative is known to this part of itself is close enough for Newton's method.
 NARROW = 0.5
 STEPS = 12
-# Half-widths of boxes around a root, in units of a cycle and of the greatest speed: the first, and by
-# how much each is wider than the last.
+# Half-widths of boxes around a root, in units of a cycle and of the greatest speed: the first, and
+# by how much each is wider than the last.
 FIRST_HALF, WIDER, LARGEST_HALF = 1e-9, 4.0, 0.2
 # Reasons of open boxes that are told.
 MOST_REASONS = 3
@@ -223,10 +223,10 @@ class CompleteList:
     """All periodic orbits with some impacts in some periods, proven; made by `list_orbits`.
 
     Where `complete` is True, every periodic motion of `periods` forcing periods that meets the stop
-    `impacts` times, leaves all stops with the first of `speeds` at least and this one with the second
-    at most, and has one of its impacts on it in the range of `cycle`, is one of `orbits` or, run
-    through more than once, of `shorter`; and these exist. Where it is False, each motion that is
-    missing has all of its impacts on the stop, as far as they lie in the range of `cycle`, in
+    `impacts` times, leaves all stops with the first of `speeds` at least and this one with the
+    second at most, and has one of its impacts on it in the range of `cycle`, is one of `orbits` or,
+    run through more than once, of `shorter`; and these exist. Where it is False, each motion that
+    is missing has all of its impacts on the stop, as far as they lie in the range of `cycle`, in
     `open_boxes`.
 
     Attributes
@@ -236,8 +236,8 @@ class CompleteList:
     stop, impacts, periods
         The stop, how often an orbit meets it, and in how many forcing periods.
     speeds
-        Least speed after any event, and greatest after an impact on the stop [length/time]. The first is
-        the width of the band about the grazing set of which nothing is said.
+        Least speed after any event, and greatest after an impact on the stop [length/time]. The
+        first is the width of the band about the grazing set of which nothing is said.
     cycle
         The range of (t / period) mod 1 of an impact.
     orbits
@@ -364,8 +364,8 @@ def list_orbits(
     """Find all periodic orbits with so many impacts in so many periods, and prove that they are all.
 
     A region of the impact surface is divided into boxes, until each is proven to hold exactly one
-    solution of the equations of such orbits, by the operator of Krawczyk, or none, by an enclosure of
-    where the motions from it are after these periods (docs/theory/certified.md, section 12).
+    solution of the equations of such orbits, by the operator of Krawczyk, or none, by an enclosure
+    of where the motions from it are after these periods (docs/theory/certified.md, section 12).
 
     Parameters
     ----------
@@ -377,8 +377,8 @@ def list_orbits(
         Forcing periods of one round, >= 1.
     speeds
         The region: the least speed after any impact on any stop, entry or exit, above 0, and the
-        greatest after an impact on the stop [length/time]. At a graze the map is not continuous; the
-        band of slower impacts is left out.
+        greatest after an impact on the stop [length/time]. At a graze the map is not continuous;
+        the band of slower impacts is left out.
     cycle
         Range of (t / period) mod 1 in which one of the impacts on the stop lies.
     stop
@@ -387,8 +387,8 @@ def list_orbits(
         Boxes that are looked at, at most; those that are left are open. A box takes about a
         millisecond.
     progress
-        True shows a line on the error stream; a function ``(done, total) -> bool`` is called now and
-        then, and ends the search by returning False.
+        True shows a line on the error stream; a function ``(done, total) -> bool`` is called now
+        and then, and ends the search by returning False.
 
     Returns
     -------

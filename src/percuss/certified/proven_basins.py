@@ -50,11 +50,13 @@ __all__ = ["CertifiedBasins", "prove_basins"]
 BITS = 64
 # Labels of cells that are open, and of those beyond a wall.
 OPEN, NO_START = -1, -2
-# Stretches of flights shorter than this part of the size of a cell, over the frequency, are not tried.
+# Stretches of flights shorter than this part of the size of a cell, over the frequency, are not
+# tried.
 SHORTEST = 2.0**-8
 # Forcing periods in which the next event is looked for, at once and in all.
 LOOKED_FOR, MOST_PERIODS = 2, 60
-# How far a flight without events is followed, as a part of the time in which it is known to have none.
+# How far a flight without events is followed, as a part of the time in which it is known to have
+# none.
 WITHIN = 0.99
 # Points of the outline of a set in which motions stay.
 OUTLINE = 61
@@ -240,7 +242,8 @@ class CertifiedBasins:
         (len(x0) - 1, len(v0) - 1) array: the number of the attractor that all motions from the cell
         approach, -1 where that is open, -2 beyond a wall.
     areas
-        Area of the proven basin of each attractor in the plane [length^2/time], with parts of cells.
+        Area of the proven basin of each attractor in the plane [length^2/time], with parts of
+        cells.
     open_area
         Area of which nothing is proven.
     parts
@@ -248,10 +251,11 @@ class CertifiedBasins:
     labels_of_parts
         (n,) array: the numbers of their attractors.
     traps
-        For each attractor arrays (n, 2) of (cycle, v): outlines of sets after its impacts into which
-        motions come and which they never leave.
+        For each attractor arrays (n, 2) of (cycle, v): outlines of sets after its impacts into
+        which motions come and which they never leave.
     fates
-        These sets as their proof has them, and the regions in which motions without impacts attract.
+        These sets as their proof has them, and the regions in which motions without impacts
+        attract.
     """
 
     oscillator: Oscillator
@@ -322,9 +326,9 @@ def prove_basins(
 ) -> CertifiedBasins:
     """Prove for cells of starts that all motions from each of them approach one attractor.
 
-    About the impacts of each attractor an ellipse is proven to be mapped into itself by the return map,
-    smaller by a factor at least, so that all motions in it approach the orbit. The cells, all of
-    their starts at once, are followed from impact to impact until they lie inside of one; a cell
+    About the impacts of each attractor an ellipse is proven to be mapped into itself by the return
+    map, smaller by a factor at least, so that all motions in it approach the orbit. The cells, all
+    of their starts at once, are followed from impact to impact until they lie inside of one; a cell
     through which a grazing motion or a boundary passes is divided, and in the end left open
     (docs/theory/certified.md, section 13).
 
@@ -356,8 +360,8 @@ def prove_basins(
     Raises
     ------
     ParameterError
-        If an attractor is not proven to be asymptotically stable, or is of another system; if no set is
-        found in which motions stay; if the range is empty or the forcing has a record.
+        If an attractor is not proven to be asymptotically stable, or is of another system; if no
+        set is found in which motions stay; if the range is empty or the forcing has a record.
     MissingExtraError
         If python-flint is not installed.
 

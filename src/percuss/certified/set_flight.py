@@ -27,8 +27,8 @@ from percuss.certified.system import BallSystem
 
 __all__ = ["SetPassage", "SlowEvents", "event_at", "next_passage", "possible_events", "search_set"]
 
-# How far beyond a time the next event is looked for, as a part of that time: a root at the very end is
-# found on either side of it then.
+# How far beyond a time the next event is looked for, as a part of that time: a root at the very end
+# is found on either side of it then.
 BEYOND = 1.25
 # Interval Newton steps that make the instants of an event narrower.
 STEPS = 2

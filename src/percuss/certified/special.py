@@ -224,7 +224,7 @@ def crossing_of(point: SpecialPoint, path: str, digits: int) -> tuple[arb, bool 
 def half_of_doubled(
     point: SpecialPoint, system: BallSystem
 ) -> tuple[list[OrbitEvent], States, int]:
-    """Return events, states and periods of the orbit of a point: of the one that doubles, not twice it."""
+    """Return events, states and periods of a point's orbit: the one that doubles, not twice it."""
     orbit = point.orbit
     events, guess, n_periods = events_of(system, orbit), guess_of(orbit), orbit.n_periods
     if point.kind == "period_doubling" and TWO_FOLD in point.detail:

@@ -22,8 +22,8 @@ from percuss.certified.system import system_of
 
 __all__ = ["PointStrips", "strips_about"]
 
-# The strips before and after the one with the point, as parts of its length: so short that a sign is
-# known on all of them.
+# The strips before and after the one with the point, as parts of its length: so short that a sign
+# is known on all of them.
 PART = Fraction(1, 2**32)
 # Sides of strips in a certificate, at least, as parts of their length.
 LEAST_SIDE = Fraction(1, 1024)

@@ -146,8 +146,8 @@ def system_of(osc: Oscillator, force: Forcing | None) -> BallSystem:
     Raises
     ------
     ParameterError
-        If irrational places of stops are not told apart, a number may be zero or not, or a sample of
-        a record is an expression.
+        If irrational places of stops are not told apart, a number may be zero or not, or a sample
+        of a record is an expression.
     """
     parameters_in(osc, force)  # one name has one value
     unit, push = System(osc, force).of_unit_mass

@@ -19,8 +19,8 @@ __all__ = ["Trap", "traps_about"]
 
 # A set is mapped into itself, made smaller by this at least.
 SHRINKS = 0.999
-# Radii that are tried, in units of the period and the orbit's velocity: the first, and by how much the
-# next is smaller.
+# Radii that are tried, in units of the period and the orbit's velocity: the first, and by how much
+# the next is smaller.
 LARGEST, SMALLER, TRIALS = 0.3, 0.7, 30
 # Rounds of the orbit after which a set is to be mapped into itself.
 ROUNDS = (1, 3)
@@ -28,8 +28,9 @@ ROUNDS = (1, 3)
 MOST_PARTS = 96
 # Stretches shorter than this part of the spread of a set are not worth a try.
 SHORTEST = 0.25
-# From a set that is wider by this all motions are proven to come into the set before; parts into which
-# it is divided for that, the smallest of their sides, and the events after which they should be there.
+# From a set that is wider by this all motions are proven to come into the set before; parts into
+# which it is divided for that, the smallest of their sides, and the events after which they should
+# be there.
 WIDER, MOST_PARTS_OF_STAGE, SMALLEST_SIDE, MOST_RETURNS = 1.25, 400, 2.0**-6, 20
 # By how much the set on which the derivatives are known is larger, for the radius of its middle.
 MARGIN = 2.0**-20

@@ -121,7 +121,8 @@ def bifurcation_diagram(
     on
         Of a structure the coordinate, direction or point whose y = c . x and velocity are the
         points of a stroboscopic section, or that passes a place; needed there where there are
-        several coordinates. At impacts the number of a stop, whose impacts alone are kept; None keeps those of all.
+        several coordinates. At impacts the number of a stop, whose impacts alone are kept; None
+        keeps those of all.
     starts
         Starts, each a `Start` or x0, v0; of a structure each a `StructureStart` or x0, v0 with a
         number for each coordinate; default: at rest at 0. Followed branches begin at the first one;

@@ -63,10 +63,10 @@ class LyapunovExponents:
         (2,) array, the larger first [1/time]; both -inf where a contact has ended all memory. Of
         a structure of n coordinates (2 n,), two of them -inf for each wall that has held it.
     errors
-        (2,) array, (2 n,) of a structure, their errors [1/time]: the standard error from the means of blocks, and with it
-        the difference between the two halves where this is more than chance. On a periodic orbit,
-        whose multipliers give the exponents, the difference of two of its periods, times those that
-        it still takes to die out.
+        (2,) array, (2 n,) of a structure, their errors [1/time]: the standard error from the means
+        of blocks, and with it the difference between the two halves where this is more than chance.
+        On a periodic orbit, whose multipliers give the exponents, the difference of two of its
+        periods, times those that it still takes to die out.
     total
         Their sum by the sum rule [1/time]: -2 times the time-mean of the damping in force, and 2
         for each wall times its rate of impacts times ln r, over ``duration``.
@@ -104,8 +104,9 @@ def lyapunov_exponents(
     Parameters
     ----------
     osc, force
-        The oscillator and its forcing, or a structure and its loads. Where the forcing has no period, a period below is
-        2 pi / sqrt(stiffness), or without stiffness that of the slowest harmonic.
+        The oscillator and its forcing, or a structure and its loads. Where the forcing has no
+        period, a period below is 2 pi / sqrt(stiffness), or without stiffness that of the slowest
+        harmonic.
     start
         Where it starts: a `Start`, or x0 [length] and v0 [length/time]; of a structure with a
         number for each coordinate; default: at rest at 0.

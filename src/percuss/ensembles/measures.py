@@ -111,7 +111,8 @@ class Measure:
         Returns the numbers of motions from their results, their plan and the window.
     of_structures, of_displacement
         Whether structures have it, and whether it is that of one displacement.
-    needs_extremes, needs_work, needs_loads, needs_load_peaks, needs_strobes, needs_peaks, needs_tangent
+    needs_extremes, needs_work, needs_loads, needs_load_peaks, needs_strobes, needs_peaks,
+    needs_tangent
         What the kernels must record for it: extremes; the work of dashpots; means over time, and
         with them peaks of forces; a strobe in each period; the fastest impacts of intervals of
         time; the growth of a perturbation.

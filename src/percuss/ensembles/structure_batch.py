@@ -26,8 +26,8 @@ from percuss.numerics import matmul
 
 __all__ = ["follow_structures", "views_of"]
 
-# Rows of the buffers of events, at first, and of grazes, which are only counted; and searches of a motion
-# before control returns.
+# Rows of the buffers of events, at first, and of grazes, which are only counted; and searches of a
+# motion before control returns.
 BUFFER, GRAZES, PATIENCE = 128, 4, 20_000
 
 

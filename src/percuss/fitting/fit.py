@@ -60,8 +60,8 @@ def fit(
 ) -> Fit:
     """Fit parameters of an oscillator or a structure to measurements of its motion.
 
-    Multiple shooting: the record is cut at nodes whose states are unknowns beside the parameters, so
-    that chaos does not lead a search astray. Gauss-Newton's steps have derivatives exact to
+    Multiple shooting: the record is cut at nodes whose states are unknowns beside the parameters,
+    so that chaos does not lead a search astray. Gauss-Newton's steps have derivatives exact to
     rounding, through all impacts; events may come, go and change their order on the way.
 
     Parameters
@@ -71,8 +71,8 @@ def fit(
         the second stop) at instants `t`: an xarray.Dataset or DataArray, a pandas.DataFrame, a
         mapping of arrays, or the path of a CSV file with these names, or `time`, `x`, `v`, `a`, and
         perhaps units, which are converted into those of the oscillator; instants need not be even,
-        nor in order, and NaN are left out. A `stop_force` is that on the mass: of a stop above it is
-        negative. Or `impact_times` alone, or beside them. Of a structure
+        nor in order, and NaN are left out. A `stop_force` is that on the mass: of a stop above it
+        is negative. Or `impact_times` alone, or beside them. Of a structure
         `acceleration_2` is that of a coordinate, `acceleration_tip` of a point. A list of these:
         several records.
     osc, force
@@ -82,12 +82,12 @@ def fit(
         The parameters by their paths, those of a given start and names in expressions too: a range
         (least, largest), in which the guess is looked for, or a guess.
     start
-        "free": the state at the first sample is unknown too; else the start, as `simulate` takes it,
-        or a list of starts.
+        "free": the state at the first sample is unknown too; else the start, as `simulate` takes
+        it, or a list of starts.
     noise
         Standard deviation of the data: a number, an array, or a mapping of these by quantity;
-        without it that of `attrs["noise"]`, and else estimated from the residuals. In the units of the
-        model, into which columns of a file are converted.
+        without it that of `attrs["noise"]`, and else estimated from the residuals. In the units of
+        the model, into which columns of a file are converted.
     columns
         Names of the columns of a file by quantity, such as ``{"t": "Clock", "displacement":
         "Laser 2"}``, with their units or without; quantities that are not named keep their own
@@ -95,14 +95,14 @@ def fit(
     prior
         Mean and standard deviation of parameters, from what was known before.
     loss, loss_scale
-        As `scipy.optimize.least_squares` has it: "linear", "soft_l1", "huber", "cauchy" or "arctan",
-        and the residual in standard deviations beyond which it counts less.
+        As `scipy.optimize.least_squares` has it: "linear", "soft_l1", "huber", "cauchy" or
+        "arctan", and the residual in standard deviations beyond which it counts less.
     resume
         A fit of the same data and parameters to go on from, such as one that was stopped: the
         search begins with its values and nodes.
     store
-        A file, such as "rig.fit", in which the search keeps where it is: interrupted, even killed, the
-        same call goes on from there.
+        A file, such as "rig.fit", in which the search keeps where it is: interrupted, even killed,
+        the same call goes on from there.
     progress
         True shows a line on the error stream after two seconds; a function ``(done, total) ->
         bool`` is called after each step, and ends the search by returning False.
@@ -116,9 +116,9 @@ def fit(
     Raises
     ------
     ParameterError
-        If data, ranges or start are not as described, there are fewer values than unknowns, samples lie
-        before the start, or are all the same, forces of stops have the wrong sign, or there is less
-        than a sample in two periods of the force; and for impact times alone of a structure.
+        If data, ranges or start are not as described, there are fewer values than unknowns, samples
+        lie before the start, or are all the same, forces of stops have the wrong sign, or there is
+        less than a sample in two periods of the force; and for impact times alone of a structure.
     OutputError
         If the store cannot be written, or holds something else.
 
@@ -137,8 +137,8 @@ def fit(
     ...     {"t": t, "displacement": x}, model, pc.cosine(2), noise=0.01,
     ...     free={"oscillator.stops.0.at": 0.3, "oscillator.stops.0.restitution": 0.6},
     ... )
-    <Fit: oscillator.stops.0.at = 0.19995 ± 0.00011, oscillator.stops.0.restitution = 0.80007 ± 0.00012; \
-chi2 0.966>
+    <Fit: oscillator.stops.0.at = 0.19995 ± 0.00011, oscillator.stops.0.restitution = 0.80007 ± \
+0.00012; chi2 0.966>
     """
     records = _records(data, osc, force, start, (noise, columns))
     names, low, high, ranged = _box(osc, records, free)

@@ -66,8 +66,8 @@ class MeasuredSamples:
     values
         (n,) array; of an impact its instant.
     quantities
-        (n,) array, the quantity of each (`kernels.segments`), -1 the instant of an impact; of structures
-        and, times `OF_PLACE`, where.
+        (n,) array, the quantity of each (`kernels.segments`), -1 the instant of an impact; of
+        structures and, times `OF_PLACE`, where.
     noise
         (n,) array, standard deviations, estimated where ``is_estimated``.
     is_estimated

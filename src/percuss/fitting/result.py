@@ -90,8 +90,8 @@ class Fit(HasPicture):
         from that of a random sequence: far below 0, the residuals hang together and the model
         misses something.
     unidentifiable
-        Directions in the space of the parameters about which the data say nothing, each a mapping of
-        paths to shares.
+        Directions in the space of the parameters about which the data say nothing, each a mapping
+        of paths to shares.
     converged, reason
         Whether it is a least-squares solution that explains the data, and why not.
     n_runs
@@ -101,8 +101,9 @@ class Fit(HasPicture):
     oscillator, forcing, start
         The fitted model, of a structure with its loads; forcing and start of the first record.
     nodes
-        (n_nodes, 3) array, instants, displacements and velocities from which the motion was followed
-        to the next; of all records, one after the other. (n_nodes, 1 + 2 n) for n coordinates.
+        (n_nodes, 3) array, instants, displacements and velocities from which the motion was
+        followed to the next; of all records, one after the other. (n_nodes, 1 + 2 n) for n
+        coordinates.
     impacts
         (n_impacts,) array, the impacts and entries into soft stops of the fitted motion over the
         first record [time].

@@ -48,14 +48,16 @@ SHIFTS = np.array([(x, v) for x in _SIZES[:9] for v in _SIZES])
 MOST_RESIDUAL, MOST_OF_OUTLIERS = 100.0, 10.0
 # Guesses in ranges: for one range, and the most.
 GUESSES, MOST_GUESSES = 8, 64
-# The half of the range of a phase, a little more than half a turn: no end of it is a bound. Phases of
-# it that are tried, and the part of the largest misfit of flights below which the least one tells it.
+# The half of the range of a phase, a little more than half a turn: no end of it is a bound. Phases
+# of it that are tried, and the part of the largest misfit of flights below which the least one
+# tells it.
 TURN, N_PHASES, TOLD = 1.1 * math.pi, 25, 0.8
 # A mean square of the residuals above this many of its standard errors is not explained.
 UNLIKELY = 6.0
 # Where the noise was estimated: residuals this many times as large as neighbours differ.
 MUCH_LARGER = 3.0
-# How often data are weighed anew by the noise of their residuals, and the change of it that is none.
+# How often data are weighed anew by the noise of their residuals, and the change of it that is
+# none.
 MOST_WEIGHINGS, SAME_NOISE = 20, 1.001
 # Two misfits are the same to this part.
 SAME = 1e-4
@@ -98,7 +100,8 @@ class FitSearch:
     progress
         Counts the steps.
     before
-        Problem and nodes of a search to go on from, with the values of the guesses; None: a new one.
+        Problem and nodes of a search to go on from, with the values of the guesses; None: a new
+        one.
     keep
         See `FitProblem`.
     asked
@@ -346,7 +349,8 @@ class FitSearch:
         for _ in range(MENDINGS):
             torn = candidate.descent.torn(candidate.problem)
             wrong = np.union1d(torn, self._strained(candidate.descent))
-            # A noise that was estimated from the residuals contains the misfit: no segment stands out.
+            # A noise that was estimated from the residuals contains the misfit: no segment stands
+            # out.
             is_fine = not candidate.reason and not self._is_noise_known
             if is_fine or not len(wrong) or self._is_over:
                 break
@@ -446,8 +450,8 @@ class FitSearch:
     def _misfit(self, problem: FitProblem, descent: FitDescent, *, is_weighed: bool) -> str:
         """Return by how much the residuals are too large; empty if they are not.
 
-        Unless ``is_weighed``, that data without a noise have that of their residuals, their weight may
-        pull the motion off those with one.
+        Unless ``is_weighed``, that data without a noise have that of their residuals, their weight
+        may pull the motion off those with one.
         """
         residuals = descent.point.equations.residuals
         guessed = np.concatenate([

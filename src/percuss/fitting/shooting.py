@@ -107,8 +107,8 @@ class Shots:
     counts
         (n,) array, events of each segment; negative where it was not followed.
     hits
-        (n_hits, 2 + n_parameters + d) array, the impacts and entries into soft stops: the segment, the
-        instant, and its derivatives.
+        (n_hits, 2 + n_parameters + d) array, the impacts and entries into soft stops: the segment,
+        the instant, and its derivatives.
     """
 
     nodes: Floats

@@ -116,8 +116,8 @@ def interval_of(profile: Any, level: float = 1.0) -> tuple[float, float]:
     Returns
     -------
     tuple of float
-        Least and largest value, between its points as of a parabola; infinite where the profile does
-        not reach the level, NaN where it has no points.
+        Least and largest value, between its points as of a parabola; infinite where the profile
+        does not reach the level, NaN where it has no points.
 
     Examples
     --------

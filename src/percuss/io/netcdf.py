@@ -54,10 +54,11 @@ def save_netcdf(
     Parameters
     ----------
     result
-        A run, an orbit, a list of orbits, a branch, a curve, a response, a design, a front, a fit, or
-        a dataset of an ensemble. The main table is at the root, where ``xarray.open_dataset(path)`` finds it: the
-        motion of a run or an orbit, the table of what else it is. Groups hold the other tables,
-        such as impacts, crossings, contacts and grazes of a run.
+        A run, an orbit, a list of orbits, a branch, a curve, a response, a design, a front, a fit,
+        or a dataset of an ensemble. The main table is at the root, where
+        ``xarray.open_dataset(path)`` finds it: the motion of a run or an orbit, the table of what
+        else it is. Groups hold the other tables, such as impacts, crossings, contacts and grazes of
+        a run.
     path
         The file, with the suffix ``.nc``.
     study, command

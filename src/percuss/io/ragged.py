@@ -1,4 +1,4 @@
-"""Ragged columns: arrays whose length differs from orbit to orbit, joined into one (CF conventions, 9.3)."""
+"""Ragged columns: arrays whose length differs from orbit to orbit (CF conventions, 9.3)."""
 
 from __future__ import annotations
 

@@ -42,8 +42,8 @@ def save_csv(
     Parameters
     ----------
     result
-        A run, an orbit, a list of orbits, a branch, a curve, a response, a design, a front, a fit or
-        the dataset of an ensemble.
+        A run, an orbit, a list of orbits, a branch, a curve, a response, a design, a front, a fit
+        or the dataset of an ensemble.
     path
         The file, with the suffix ``.csv``.
     table
@@ -51,7 +51,8 @@ def save_csv(
         equally spaced times) of a run;
         "impacts", "orbit" or "motion" of an orbit;
         "branch" or "special_points" of a branch; "searches" or "best" of a design;
-        "parameters", "covariance", "residuals", "impacts" or "profiles" of a fit. Default: the first, or the only one.
+        "parameters", "covariance", "residuals", "impacts" or "profiles" of a fit. Default: the
+        first, or the only one.
     samples
         Number of times of a motion, at least 2; default 2001.
     decimal_comma

@@ -490,6 +490,8 @@ def extremes_of_wall(
         bend = derived[0, FORCE_BOUND + 2]
         if not s < until or not bend > 0.0:
             return
+        # A record's slope is the force of the derived law.
+        set_phases(derived, instant[0], instant[1], arrival)
         heading = push(derived, 0.0, instant, arrival)
         if heading == 0.0:
             s = until

@@ -112,7 +112,8 @@ class StructureSystem:
         Raises
         ------
         ConvergenceError
-            If the modes of one cannot be told apart, or walls hold the structure that hold it twice.
+            If the modes of one cannot be told apart, or walls hold the structure that hold it
+            twice.
         ParameterError
             If all sets together take more than a gigabyte.
         """
@@ -184,7 +185,7 @@ class StructureSystem:
 
     @cached_property
     def _pushes(self) -> Complexes:
-        """The accelerations by each harmonic in coordinates of unit mass, (n_harmonics, n): cos - i sin."""
+        """Accelerations by each harmonic in coordinates of unit mass, (n_harmonics, n): cos - i sin."""
         pushes = np.zeros((len(self.omegas), self.structure.n), dtype=np.complex128)
         for i, component in self._components:
             k = self.omegas.index(component.omega)

@@ -1,8 +1,8 @@
 """Named parameters and expressions of them, which may stand in any field of a model.
 
 An expression is a text of a small grammar, and the values of its parameters. It is read with
-Python's own parser, its nodes are checked against a list, and nothing is ever executed. Its value is
-exact where it is rational or a multiple of pi; else it is enclosed in rational intervals.
+Python's own parser, its nodes are checked against a list, and nothing is ever executed. Its value
+is exact where it is rational or a multiple of pi; else it is enclosed in rational intervals.
 """
 
 from __future__ import annotations
@@ -112,16 +112,16 @@ _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*", re.ASCII)
 class Expression(Computed):
     """A number given by an expression of named parameters, exactly.
 
-    Made by `parameter` and `expression`, and by + - * / and ``**`` of these with numbers. It may stand
-    wherever a model takes a number. The text of a number means that decimal; ``float(0.1)`` is the
-    double. Its methods sqrt, sin and cos, which ``numpy.sqrt`` and the others call, give its
+    Made by `parameter` and `expression`, and by + - * / and ``**`` of these with numbers. It may
+    stand wherever a model takes a number. The text of a number means that decimal; ``float(0.1)``
+    is the double. Its methods sqrt, sin and cos, which ``numpy.sqrt`` and the others call, give its
     functions.
 
     Parameters
     ----------
     text
-        The expression: numbers, names, ``+ - * / **``, parentheses, pi, sqrt, sin and cos. Exponents
-        are whole numbers from -64 to 64.
+        The expression: numbers, names, ``+ - * / **``, parentheses, pi, sqrt, sin and cos.
+        Exponents are whole numbers from -64 to 64.
     parameters
         (name, value) of each parameter in it, ordered by name; a value is a number or a multiple
         of pi.
@@ -311,8 +311,8 @@ def parameter(name: str, value: Phase) -> Expression:
     Parameters
     ----------
     name
-        ASCII letters, digits and underscores; none of the words of paths and results, such as ``omega``
-        and ``x``.
+        ASCII letters, digits and underscores; none of the words of paths and results, such as
+        ``omega`` and ``x``.
     value
         A number, or a multiple of pi; a text means that decimal.
 

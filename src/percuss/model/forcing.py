@@ -280,7 +280,8 @@ class Forcing:
         """
         frequency = self.frequency
         if frequency is not None:
-            # 2 pi / frequency, rounded once; a quotient of integers takes a tenth of one of fractions.
+            # 2 pi / frequency, rounded once; a quotient of integers takes a tenth of one of
+            # fractions.
             return 2 * PI.numerator * frequency.denominator / (PI.denominator * frequency.numerator)
         exact = self.exact_period
         return None if exact is None else as_float(exact)

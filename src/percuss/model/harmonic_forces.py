@@ -139,8 +139,9 @@ def base_excitation(
     """Return the force on a mass whose support moves by -amplitude cos(omega t + phase).
 
     In the frame of the support it is constant + amplitude omega^2 cos(omega t + phase) per unit
-    mass, and marked so: an oscillator with a mass takes it as that acceleration. A study over `forcing.omega` keeps the amplitude of the support: the amplitude of the
-    force is an expression of two parameters, `base_amplitude` and `base_omega`, or of those given.
+    mass, and marked so: an oscillator with a mass takes it as that acceleration. A study over
+    `forcing.omega` keeps the amplitude of the support: the amplitude of the force is an expression
+    of two parameters, `base_amplitude` and `base_omega`, or of those given.
 
     Parameters
     ----------

@@ -145,8 +145,8 @@ class System(_SystemFields):
 # The functions that take one.
 NO_STRUCTURE = (
     "this takes oscillators alone; structures are taken by simulate, gradient, fit, find_orbit, "
-    "find_orbits, continue_orbit, continue_curve, switch_branch, response_curve, sweep, bifurcation_diagram, "
-    "basins, basin_fractions, lyapunov_exponents and explore"
+    "find_orbits, continue_orbit, continue_curve, switch_branch, response_curve, sweep, "
+    "bifurcation_diagram, basins, basin_fractions, lyapunov_exponents and explore"
 )
 
 

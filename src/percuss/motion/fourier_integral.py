@@ -6,9 +6,10 @@ x exp(-i w t) into
     (K - w^2 + 2 i a w) X = F - [(v + (2 a + i w) x) exp(-i w t)] between the flight's ends,
 
 with F that of the forces; that of a record is a sum over the pieces between its knots. Flights that
-follow one another in the same region share F, so that only the jumps of the velocity remain. Where the factor nearly vanishes its division would cost
-digits: there the closed form of the motion is integrated by Gauss and Legendre's rule on panels
-of bounded phase, on which it is smooth. Neither knows a sampling rate, so there is no aliasing.
+follow one another in the same region share F, so that only the jumps of the velocity remain. Where
+the factor nearly vanishes its division would cost digits: there the closed form of the motion is
+integrated by Gauss and Legendre's rule on panels of bounded phase, on which it is smooth. Neither
+knows a sampling rate, so there is no aliasing.
 """
 
 from __future__ import annotations

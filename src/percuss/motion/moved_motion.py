@@ -28,8 +28,8 @@ from percuss.motion.instants import check_limit
 from percuss.motion.tables import HasEvents, Limit
 
 __all__ = [
-    "AnyMotion", "AnyOscillatorMotion", "MovedContacts", "MovedCrossings", "MovedEvents", "MovedGrazes", "MovedImpacts",
-    "MovedMotion", "workspace_of",
+    "AnyMotion", "AnyOscillatorMotion", "MovedContacts", "MovedCrossings", "MovedEvents",
+    "MovedGrazes", "MovedImpacts", "MovedMotion", "workspace_of",
 ]  # fmt: skip
 
 

@@ -14,17 +14,20 @@ from percuss.kernels import sensitivity as engine
 from percuss.kernels.flight import force_and_slopes, set_phases
 from percuss.kernels.flight_columns import fastest_rate, moved_drive
 from percuss.kernels.law_columns import (
+    COSINE,
     DAMPING,
     FIRST_HARMONIC,
     FORCING_CONSTANT,
     MASS,
     N_HARMONICS,
+    N_KNOTS,
     NUMBER,
     OMEGA,
     ORIGIN,
     ORIGIN_FORCE,
     STIFFNESS,
 )
+from percuss.kernels.pieces import begin_of_piece, is_record, piece_at, record_at, record_before
 from percuss.kernels.sample import flight_at, is_tail
 from percuss.model.exact import as_float
 from percuss.model.oscillator import SoftStop, Wall
@@ -37,9 +40,10 @@ __all__ = ["measure_and_derivative"]
 
 
 class _Limit(NamedTuple):
-    """A state on one side of an instant, and its derivatives where that moves by dt."""
+    """A state on one side of an instant (t, t_low), and its derivatives where that moves by dt."""
 
-    t: float
+    t: tuple[float, float]
+    after: bool
     x: float
     v: float
     dx: Floats
@@ -111,7 +115,9 @@ def _limits(d: MovedMotion, t: float, longer: Floats | None) -> list[_Limit]:
     if len(rows) == 0:
         dx, dv = d(t)
         row = flight_at(events, t, True)
-        still = _limit(d, row, (t, x, v), (dx, dv, np.zeros(len(d.paths))))
+        still = _limit(d, row, ((t, 0.0), True, x, v), (dx, dv, np.zeros(len(d.paths))))
+        if still.held and _is_knot(d, t):
+            return _sides_of_knot(d, still)
         if longer is None or t != d.run.t_end:
             return [still]
         rate = 0.0 if still.held else _acceleration(d, still)[0]
@@ -119,24 +125,41 @@ def _limits(d: MovedMotion, t: float, longer: Floats | None) -> list[_Limit]:
     limits = []
     for row in rows.tolist():
         columns, after = d.columns[row], float(events[row, events_of.V_AFTER])
+        at = t, float(events[row, events_of.EVENT_T_LOW])
         late = columns[:, engine.DT]
         dx = columns[:, engine.BASE] + columns[:, engine.OFF] + after * late
-        limits.append(_limit(d, row, (t, x, after), (dx, columns[:, engine.DV_AFTER], late)))
+        moved = dx, columns[:, engine.DV_AFTER], late
+        limits.append(_limit(d, row, (at, True, x, after), moved))
         is_held = marks[row, events_of.KIND] == events_of.CONTACT
         if row > 0 and not is_held:
             before = float(events[row, events_of.V_BEFORE])
             if marks[row, events_of.KIND] == events_of.KNOT:
                 before = after
-            limits.append(
-                _limit(d, row - 1, (t, x, before), (dx, columns[:, engine.DV_BEFORE], late))
-            )
+            moved = dx, columns[:, engine.DV_BEFORE], late
+            limits.append(_limit(d, row - 1, (at, False, x, before), moved))
     return limits
+
+
+def _is_knot(d: MovedMotion, t: float) -> bool:
+    """Return whether a knot of the record falls on an instant, to the last place."""
+    law, last = d.run.system.law, float(np.spacing(t))
+    knot, turn, *_ = begin_of_piece(law, t, -last)
+    return bool(law[0, N_KNOTS] > 0.0 and piece_at(law, t, last) != (knot, turn))
+
+
+def _sides_of_knot(d: MovedMotion, still: _Limit) -> list[_Limit]:
+    """Return the states on both sides of a knot, which is no event where a wall holds the mass."""
+    law, rows = d.run.system.law, d.moved.change.rows
+    t, last = still.t[0], float(np.spacing(still.t[0]))
+    late = -t * rows[:, FIRST_HARMONIC + int(law[0, N_HARMONICS]) - 1, OMEGA]
+    here = still._replace(dt=late)
+    return [here._replace(t=(t, last)), here._replace(t=(t, -last), after=False)]
 
 
 def _limit(
     d: MovedMotion,
     row: int,
-    state: tuple[float, float, float],
+    state: tuple[tuple[float, float], bool, float, float],
     moved: tuple[Floats, Floats, Floats],
 ) -> _Limit:
     marks = d.run.record[1]
@@ -177,14 +200,20 @@ def _quantity(d: MovedMotion, at: _Limit, of: QuantityName, stop: int) -> MovedV
 def _acceleration(d: MovedMotion, at: _Limit) -> MovedValue:
     """Return the acceleration that the law gives, and its derivative."""
     law, change = d.run.system.law, d.moved.change
-    phases = np.empty((int(law[0, N_HARMONICS]), 2))
-    set_phases(law, at.t, 0.0, phases)
+    n = int(law[0, N_HARMONICS])
+    phases = np.empty((n, 2))
+    set_phases(law, *at.t, phases)
+    jump = np.zeros(len(change.rows))
+    if not at.after and n > 0 and is_record(law, n - 1):
+        phases[-1] = record_before(law, *at.t)
+        before, after = (side(change.unit, *at.t)[0] for side in (record_before, record_at))
+        jump = change.rows[:, FIRST_HARMONIC + n - 1, COSINE] * (before - after)
     drive, slope, _ = force_and_slopes(law, phases)
     row, moved = law[at.region], change.rows[:, at.region]
     force = row[ORIGIN_FORCE] - row[STIFFNESS] * (at.x - row[ORIGIN]) + drive
-    drives = [moved_drive(law, rows, change.unit, at.t, 0.0, phases)[0] for rows in change.rows]
+    drives = [moved_drive(law, rows, change.unit, *at.t, phases)[0] for rows in change.rows]
     column = moved[:, ORIGIN_FORCE] - moved[:, STIFFNESS] * at.x - row[STIFFNESS] * at.dx
-    column += np.array(drives) + slope * at.dt
+    column += np.array(drives) + jump + slope * at.dt
     column -= 2.0 * (moved[:, DAMPING] * at.v + row[DAMPING] * at.dv)
     return float(force - 2.0 * row[DAMPING] * at.v), column
 

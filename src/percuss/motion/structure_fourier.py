@@ -6,9 +6,9 @@ window during which the set acts turns the integrals of u exp(-i w t) and w exp(
 
     (k - w^2 + i w d) U = G - E_w - (i w + d) (E_u - B),     W = i w U + E_u - B,
 
-with B and G those of the inputs, and E_u, E_w the sums of the jumps at the ends of the pieces. Where
-the factor nearly vanishes the mode is integrated by Gauss and Legendre's rule, as with one mass
-(`percuss.motion.fourier_integral`).
+with B and G those of the inputs, and E_u, E_w the sums of the jumps at the ends of the pieces.
+Where the factor nearly vanishes the mode is integrated by Gauss and Legendre's rule, as with one
+mass (`percuss.motion.fourier_integral`).
 """
 
 from __future__ import annotations

@@ -20,6 +20,7 @@ from percuss.numerics.functions import (
     times,
 )
 from percuss.numerics.linear import (
+    balanced,
     cholesky,
     determinant,
     directions,
@@ -41,6 +42,7 @@ __all__ = [
     "ModePairs",
     "Wide",
     "atan2",
+    "balanced",
     "cholesky",
     "cos",
     "cosine_sine",

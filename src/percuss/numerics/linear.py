@@ -15,6 +15,7 @@ from percuss.errors import ConvergenceError
 from percuss.kernels import linear as kernels
 
 __all__ = [
+    "balanced",
     "cholesky",
     "determinant",
     "directions",
@@ -32,6 +33,8 @@ __all__ = [
 
 # Squares of sizes with exponents in between neither overflow nor vanish.
 MOST_DOUBLINGS = 400
+# Rounds of balancing; a few are usual. What a power of two makes smaller by less is not worth one.
+MOST_ROUNDS, WORTH = 100, 0.95
 # The distance of 1 from the next double.
 LAST_PLACE = 2.0**-52
 
@@ -49,6 +52,38 @@ def is_finite(*arrays: Floats) -> bool:
         if not np.isfinite(array).all():
             return False
     return True
+
+
+def balanced(matrix: Floats) -> Floats:
+    """Return a similar matrix whose rows and columns are of like size (Parlett and Reinsch 1969).
+
+    Eigenvalues are found to a rounding of the largest entry, and of states that have displacements
+    and velocities this depends on the unit of time. Powers of two change no digit.
+
+    Examples
+    --------
+    >>> balanced(np.array([[0.5, 2.0**40], [2.0**-38, 0.5]]))
+    array([[0.5, 2. ],
+           [2. , 0.5]])
+    """
+    matrix = np.array(matrix, dtype=np.float64)
+    for _ in range(MOST_ROUNDS):
+        settled = True
+        for i in range(len(matrix)):
+            column, row = (
+                float(np.abs(line).sum()) - abs(float(matrix[i, i]))
+                for line in (matrix[:, i], matrix[i])
+            )
+            if not (column > 0.0 and row > 0.0 and is_finite(matrix)):
+                continue
+            factor = 2.0 ** round(0.5 * (math.frexp(row)[1] - math.frexp(column)[1]))
+            if factor * column + row / factor < WORTH * (column + row):
+                matrix[:, i] *= factor
+                matrix[i] /= factor
+                settled = False
+        if settled:
+            break
+    return matrix
 
 
 def dot(a: Floats, b: Floats) -> float:

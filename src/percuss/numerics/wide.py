@@ -99,7 +99,8 @@ class Wide:
 
     def __matmul__(self, other: Wide) -> Wide:
         out = np.empty((len(self), other.shape[1], 2))
-        # Copies: for arrays of another order, or not to be written to, kernels would be compiled anew.
+        # Copies: for arrays of another order, or not to be written to, kernels would be compiled
+        # anew.
         kernels.multiply(np.array(self.parts, order="C"), np.array(other.parts, order="C"), out)
         return Wide(out)
 

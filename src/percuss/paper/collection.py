@@ -100,8 +100,8 @@ def choose(only: str | None) -> tuple[Item, ...]:
     Parameters
     ----------
     only
-        Names separated by commas or blanks, in capitals or not: of figures and statements, or of what a statement is about:
-        "eq12" for (12), "table2", "fig14". None selects all.
+        Names separated by commas or blanks, in capitals or not: of figures and statements, or of
+        what a statement is about: "eq12" for (12), "table2", "fig14". None selects all.
 
     Returns
     -------

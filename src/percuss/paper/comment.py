@@ -162,8 +162,8 @@ def _abstract(counts: dict[str, int], own: int) -> str:
         f"in {sum(counts.values())} records. {counts['holds']} hold as printed, "
         f"{counts['corrected']} with a correction, {counts['fails']} fail, and "
         f"{counts['undecided']} are left undecided. Behind those that do not hold as printed stand "
-        f"{own} errors; the others repeat one of these, on which the article rests them. Each verdict follows from numbers with their "
-        "errors, from enclosures in ball arithmetic, or from deductions that are carried out "
+        f"{own} errors; the others repeat one of these, on which the article rests them. Each "
+        "verdict follows from numbers with their errors, from enclosures in ball arithmetic, or from deductions that are carried out "
         "whenever the report is made."
     )
 

@@ -188,7 +188,8 @@ def view_of(
     Raises
     ------
     ParameterError
-        If there is no such direction, or the run is one of an oscillator, which has none, or no run.
+        If there is no such direction, or the run is one of an oscillator, which has none, or no
+        run.
     """
     if isinstance(run, StructureOrbit):
         run = run.run

@@ -107,18 +107,18 @@ def plot_enclosure(
     straight rise is an error that grows exponentially, as in chaos. An orbit is drawn as a phase
     portrait, with its multipliers in the complex plane: blue if they certainly lie inside the unit
     circle, red if outside, and black if their ball meets it. A branch is drawn as its strips, at
-    their size, in the parameter and the velocity after the first event. The sets of a proof of chaos are drawn in
-    the impact surface, at their size and with their numbers; best on the axes of `plot_manifolds`. A
-    complete list is drawn there, too: the impacts of its orbits, the boxes in which each is proven to be
-    alone, and those that are open. Proven basins are coloured cells of the plane of starts, open ones
-    white.
+    their size, in the parameter and the velocity after the first event. The sets of a proof of
+    chaos are drawn in the impact surface, at their size and with their numbers; best on the axes of
+    `plot_manifolds`. A complete list is drawn there, too: the impacts of its orbits, the boxes in
+    which each is proven to be alone, and those that are open. Proven basins are coloured cells of
+    the plane of starts, open ones white.
 
     Parameters
     ----------
     proven
-        What `percuss.certify` has returned for a run, an orbit, a branch, a special point, or a list
-        of those for the special points of one branch; or what `percuss.certified.prove_chaos` or
-        `percuss.certified.list_orbits` or `percuss.certified.prove_basins` has.
+        What `percuss.certify` has returned for a run, an orbit, a branch, a special point, or a
+        list of those for the special points of one branch; or what `percuss.certified.prove_chaos`
+        or `percuss.certified.list_orbits` or `percuss.certified.prove_basins` has.
     ax
         Axes to draw on; default: those of a new figure. An orbit and special points leave a part
         of their area to further axes, to the right or below.
@@ -135,8 +135,8 @@ def plot_enclosure(
     Raises
     ------
     ParameterError
-        If it is not a certified result, or an orbit, a branch or chaos that is not proven; if the branch is missing or
-        over another parameter.
+        If it is not a certified result, or an orbit, a branch or chaos that is not proven; if the
+        branch is missing or over another parameter.
     MissingExtraError
         If python-flint is not installed.
     """

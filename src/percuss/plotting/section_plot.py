@@ -116,8 +116,8 @@ def plot_manifolds(
     found
         What `percuss.manifolds` has returned.
     on
-        Of a structure the coordinate, direction or point in whose plane of displacement and velocity
-        the curves are drawn; default: the line of its first stop.
+        Of a structure the coordinate, direction or point in whose plane of displacement and
+        velocity the curves are drawn; default: the line of its first stop.
 
     Returns
     -------

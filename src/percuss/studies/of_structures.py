@@ -32,8 +32,8 @@ if TYPE_CHECKING:
     from percuss.orbits import StructureOrbit
 
 __all__ = [
-    "check_drawn", "check_measured", "check_on", "check_sought", "checked_motion", "checked_start", "draw_motion",
-    "motion_of", "report_of_motion", "report_of_orbit", "shown_directions",
+    "check_drawn", "check_measured", "check_on", "check_sought", "checked_motion", "checked_start",
+    "draw_motion", "motion_of", "report_of_motion", "report_of_orbit", "shown_directions",
 ]  # fmt: skip
 
 # Displacements in one picture, and in a report.

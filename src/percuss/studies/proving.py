@@ -161,24 +161,24 @@ def proven(
     chaos
         Whether chaos is to be proven.
     orbits, speeds
-        Impacts and periods of the orbits of which all are to be found, and the range of speeds after
-        impacts, as in `list_of`.
+        Impacts and periods of the orbits of which all are to be found, and the range of speeds
+        after impacts, as in `list_of`.
 
     point
         Number of the special point of a branch that is to be proven by itself, from 1.
 
     Returns
     -------
-    CertifiedRun, CertifiedOrbit, CertifiedPoint, CertifiedBranch, CertifiedBasins, CertifiedChaos or
-    CompleteList
+    CertifiedRun, CertifiedOrbit, CertifiedPoint, CertifiedBranch, CertifiedBasins, CertifiedChaos
+    or CompleteList
         What has a certificate, or says what is open.
 
     Raises
     ------
     ParameterError
-        If the study has a structure, no motion, orbit, branch or basins, or no forcing that chaos and
-        lists need; if speeds are given without the orbits, or these together with chaos; if a branch
-        has no special point of that number.
+        If the study has a structure, no motion, orbit, branch or basins, or no forcing that chaos
+        and lists need; if speeds are given without the orbits, or these together with chaos; if a
+        branch has no special point of that number.
     MissingExtraError
         If python-flint is not installed.
     """

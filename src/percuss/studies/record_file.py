@@ -36,8 +36,8 @@ def read_record(
 ) -> Forcing:
     r"""Return the force in a table as spreadsheets and data loggers save it.
 
-    Commas, semicolons or tabs separate its columns, numbers may have decimal commas; lines above the
-    names and those that begin with # are notes.
+    Commas, semicolons or tabs separate its columns, numbers may have decimal commas; lines above
+    the names and those that begin with # are notes.
 
     Parameters
     ----------

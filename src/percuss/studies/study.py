@@ -40,8 +40,8 @@ if TYPE_CHECKING:
     from percuss.plotting.animation import Film
 
 __all__ = [
-    "AT_REST", "TABLES", "Picture", "Question", "Study", "StudyDraft",
-    "check_start", "ends_in_words", "ends_of", "failure_rows", "impacts_in_words", "intervals_in_words",
+    "AT_REST", "TABLES", "Picture", "Question", "Study", "StudyDraft", "check_start",
+    "ends_in_words", "ends_of", "failure_rows", "impacts_in_words", "intervals_in_words",
     "kind_named", "kind_names", "known_walls", "multiplier_text", "study_text", "titled_axes",
 ]  # fmt: skip
 

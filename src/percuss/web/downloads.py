@@ -66,7 +66,8 @@ def file_of(request: PageRequest, extension: str, running: RunningRequest | None
     ----------
     request
         Request for a motion, for a mechanism (Python alone), or of one of the kinds in
-        `percuss.web.view_study.VIEWS`; for CSV its option ``table`` names the table, by default the first.
+        `percuss.web.view_study.VIEWS`; for CSV its option ``table`` names the table, by default the
+        first.
     extension
         One of `FORMATS`.
     running

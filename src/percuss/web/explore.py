@@ -93,8 +93,8 @@ def answer_explore(request: PageRequest, running: RunningRequest | None = None) 
     Returns
     -------
     bytes
-        A frame: t, x of the curve in the window; velocity_t, v of its velocity; force_t0, force0, ...
-        of the forces of the stops that act; portrait_t, portrait_x, portrait_v of its end;
+        A frame: t, x of the curve in the window; velocity_t, v of its velocity; force_t0, force0,
+        ... of the forces of the stops that act; portrait_t, portrait_x, portrait_v of its end;
         cycle, speed, impulse, event_stop and event_t of the impacts; omega, amplitude of the
         spectrum. `elements` of the picture, and facts.
 

@@ -37,17 +37,17 @@ def answer_measured(request: PageRequest, running: RunningRequest | None = None)
     Parameters
     ----------
     request
-        With the options ``csv``, the text of the table, and ``columns``, the names of its columns by
-        quantity, "" for none; None for those that the names say.
+        With the options ``csv``, the text of the table, and ``columns``, the names of its columns
+        by quantity, "" for none; None for those that the names say.
     running
         State of the answer.
 
     Returns
     -------
     bytes
-        A frame: `titles` of all columns, `columns`, the title by each quantity that may be measured,
-        "" for none; with `fault` why these are no record, or else `quantities`, `n` values, and
-        arrays ``t{i}`` and ``y{i}`` of the i-th quantity.
+        A frame: `titles` of all columns, `columns`, the title by each quantity that may be
+        measured, "" for none; with `fault` why these are no record, or else `quantities`, `n`
+        values, and arrays ``t{i}`` and ``y{i}`` of the i-th quantity.
 
     Raises
     ------
@@ -117,8 +117,9 @@ def fit_tables(request: PageRequest, motion: Study) -> Mapping[str, Any]:
     Parameters
     ----------
     request
-        With the options ``csv`` and ``columns``, as `answer_measured` takes them; ``free``, ranges or guesses by path; ``noise``, None where it is
-        estimated; ``start``, whether that of the motion is known.
+        With the options ``csv`` and ``columns``, as `answer_measured` takes them; ``free``, ranges
+        or guesses by path; ``noise``, None where it is estimated; ``start``, whether that of the
+        motion is known.
     motion
         The motion that is set.
     """

@@ -29,9 +29,9 @@ def page_data(report: Path | None = None) -> dict[str, object]:
     Returns
     -------
     dict
-        The version, the presets, the mechanisms of several masses, the outcomes of designs, whether there is a report, its
-        figures by their presets and its claims with their verdicts, and whether runs can be
-        certified here.
+        The version, the presets, the mechanisms of several masses, the outcomes of designs, whether
+        there is a report, its figures by their presets and its claims with their verdicts, and
+        whether runs can be certified here.
 
     Examples
     --------

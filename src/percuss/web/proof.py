@@ -77,8 +77,8 @@ def answer_certify(request: PageRequest, running: RunningRequest) -> Iterator[by
     Parameters
     ----------
     request
-        With the option ``of``, "run", "chaos", "orbits" or "basins"; for a run ``digits``, for basins
-        ``x_low``, ``x_high``, ``v_low`` and ``v_high``.
+        With the option ``of``, "run", "chaos", "orbits" or "basins"; for a run ``digits``, for
+        basins ``x_low``, ``x_high``, ``v_low`` and ``v_high``.
     running
         State of the answer.
 

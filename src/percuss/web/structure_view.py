@@ -87,9 +87,9 @@ def answer_mechanism(request: PageRequest, running: RunningRequest | None = None
     Returns
     -------
     bytes
-        A frame: t, x0, x1, ... of the masses and force0, ... of the stops in the window; portrait_t,
-        portrait_x0, portrait_v0, ... of its end; event_t, event_stop, cycle, speed and impulse of
-        impacts and entries; `elements` of the picture, and facts.
+        A frame: t, x0, x1, ... of the masses and force0, ... of the stops in the window;
+        portrait_t, portrait_x0, portrait_v0, ... of its end; event_t, event_stop, cycle, speed and
+        impulse of impacts and entries; `elements` of the picture, and facts.
 
     Raises
     ------

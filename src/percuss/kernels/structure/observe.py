@@ -16,7 +16,7 @@ from percuss.kernels.event_location import GRAZE, HIT
 from percuss.kernels.next_event import PAUSE
 from percuss.kernels.record import BOUND, EVENT_T, EVENT_T_LOW, HUGE, NEXT_REGION
 from percuss.kernels.sample import flight_at
-from percuss.kernels.structure.basis import CONSTANT, IS_ON, basis_with
+from percuss.kernels.structure.basis import CONSTANT, IS_ON, QUICKEST, basis_with
 from percuss.kernels.structure.flight import (
     ModalFlight,
     arrive,
@@ -243,10 +243,11 @@ def begin_trace(
     doubt += 4.0 * ULP * abs(gauge.present[RISING, CONSTANT])
     before = int(progress[WATCHED])
     if abs(value) <= doubt:
-        set_guard(gauge, max(before, RISING), 0.0, progress)
+        order = order_of_zero(flight, RISING, doubt)
+        set_guard(gauge, max(before, RISING), 0.0, order, progress)
         return count
     side = RISING if value > 0.0 else FALLING
-    set_guard(gauge, side, abs(value), progress)
+    set_guard(gauge, side, abs(value), 0.0, progress)
     if before not in (0, side):
         slope = derivatives(flight, RISING, 0.0, True)[1]
         note_trace(rows, count, progress[NOW], gauge.values[OBSERVED], slope, PASSAGE)
@@ -255,11 +256,25 @@ def begin_trace(
 
 
 @kernel
-def set_guard(gauge: Gauge, side: int, value: float, progress: Floats) -> None:
-    """Watch one of the two rows from here on, which has a value, 0 for exactly zero."""
+def order_of_zero(flight: ModalFlight, i: int, doubt: float) -> float:
+    """Return the order of a guard's zero at the start of a flight, up to 3.
+
+    ``doubt`` is the rounding of its value. A wall lets go without an acceleration: the velocity
+    there has a double zero, whose slope is rounding alone.
+    """
+    _, first, second, _, _, _ = derivatives(flight, i, 0.0, True)
+    rate = flight.basis.of_set[QUICKEST]
+    if abs(first) > doubt * rate:
+        return 1.0
+    return 2.0 if abs(second) > doubt * rate * rate else 3.0
+
+
+@kernel
+def set_guard(gauge: Gauge, side: int, value: float, order: float, progress: Floats) -> None:
+    """Watch one of the two rows from here on, which has a value, or exactly a zero of an order."""
     for i in range(RISING, GAUGE_ROWS):
         gauge.values[i] = value if i == side else -value
-        gauge.order[i] = 1.0 if value == 0.0 else 0.0
+        gauge.order[i] = order
         gauge.free[i] = 0.0
     progress[WATCHED] = side
 
@@ -285,7 +300,9 @@ def pass_through(
         slope = slope if watched == RISING else -slope
         note_trace(rows, count, progress[NOW], gauge.values[OBSERVED], slope, PASSAGE)
         count += 1
-    set_guard(gauge, FALLING if watched == RISING else RISING, 0.0, progress)
+    # At the start of a flight the order of the zero is known, after it a passage has a slope.
+    order = 1.0 if s > 0.0 else max(1.0, gauge.order[watched])
+    set_guard(gauge, FALLING if watched == RISING else RISING, 0.0, order, progress)
     return count
 
 

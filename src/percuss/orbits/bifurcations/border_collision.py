@@ -2,9 +2,9 @@
 
 An impact on either side of a jump has different accelerations about it, and with them another
 saltation matrix: the map over the period is continuous, its derivative jumps. So the branch is
-continuous with a corner, a border collision, at which it goes on or turns, and the multipliers jump.
-At the edge of a soft stop the saltation matrix does not depend on the force: there the branch is
-smooth (docs/theory/border-collisions.md).
+continuous with a corner, a border collision, at which it goes on or turns, and the multipliers
+jump. At the edge of a soft stop the saltation matrix does not depend on the force: there the branch
+is smooth (docs/theory/border-collisions.md).
 """
 
 from __future__ import annotations

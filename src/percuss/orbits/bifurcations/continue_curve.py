@@ -82,7 +82,8 @@ def continue_curve(
     curve of folds passes its end on the curve of grazing, and its orbits are formal beyond it.
 
     Of a structure folds, period doublings, torus points and grazes are followed, folds with their
-    cusps, torus points with their strong resonances, grazes of walls and soft stops as orbits that touch without velocity.
+    cusps, torus points with their strong resonances, grazes of walls and soft stops as orbits that
+    touch without velocity.
 
     Parameters
     ----------

@@ -168,8 +168,8 @@ def _cover_between(
     """Return where the orbit is the two-fold cover of a shorter one, None where it nowhere is.
 
     There a family of doubled orbits begins or ends: beyond lie the same orbits once more, half a
-    period later. What half a period moves goes through zero as a whole. Returned are the part of the
-    chord, the last point of the branch, and the shorter orbit that doubles, if it is a motion.
+    period later. What half a period moves goes through zero as a whole. Returned are the part of
+    the chord, the last point of the branch, and the shorter orbit that doubles, if it is a motion.
     """
     equations = here.problem
     family = equations.halved()
@@ -302,10 +302,10 @@ def continue_structure_orbit(
     """Follow a structure's orbit along a parameter, both ways, stable or not.
 
     The arguments are those of `continue_orbit`. The equations are those of the map over the period:
-    all orbits on the branch exist, and it passes the grazes of soft stops. Where an orbit meets walls
-    at instants of its own, these are unknowns too, and the branch passes the grazes of walls: beyond
-    its orbits are formal. A family of doubled orbits ends where these are two-fold covers of shorter
-    ones.
+    all orbits on the branch exist, and it passes the grazes of soft stops. Where an orbit meets
+    walls at instants of its own, these are unknowns too, and the branch passes the grazes of walls:
+    beyond its orbits are formal. A family of doubled orbits ends where these are two-fold covers of
+    shorter ones.
 
     Raises
     ------

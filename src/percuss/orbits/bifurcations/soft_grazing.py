@@ -3,8 +3,8 @@
 There the order of events changes. The force of a soft stop begins at zero, so that the motion
 depends smoothly enough on its start: beyond the graze there is one orbit as well, with two
 crossings of the stop's edge more, or less (docs/theory/grazing.md). At the graze itself the time
-between these two is zero; the equations are regular there (`BranchEquations.residual`), and the branch
-continues from it. Velocities of either sign into a soft stop belong to the same motion, with
+between these two is zero; the equations are regular there (`BranchEquations.residual`), and the
+branch continues from it. Velocities of either sign into a soft stop belong to the same motion, with
 positive and negative times in the stop: the family turns at the graze and returns formally. The
 special points before the graze lie between it and the last point that meets the stop.
 """

@@ -30,6 +30,7 @@ from percuss.orbits.orbit.structure_orbit import (
     multipliers_of_matrix,
     orbit_of_map,
     period_map,
+    period_of,
 )
 
 if TYPE_CHECKING:
@@ -443,7 +444,8 @@ class StructureEquations:
         """Return the orbit of a solution."""
         mapped, state = self.maps(tuple(z.tolist())), z[: self.size] * self.scale
         system = self.system_at(self.values(z))
-        return orbit_of_map(system, state, self.n_periods, mapped, closing_error(mapped, state))
+        error = closing_error(mapped, state, period_of(system))
+        return orbit_of_map(system, state, self.n_periods, mapped, error)
 
     def point(self, z: Floats, before: Point[Self]) -> Point[Self]:
         """Return a solution with its tangent, on the side of an earlier one's, and its tests."""

@@ -71,10 +71,11 @@ class StructureCurvePoint:
     Attributes
     ----------
     kind
-        "cusp" (two curves of folds meet and end); "resonance_1_3", "resonance_1_4" and "resonance_1_2", "resonance_1_1" where the pair of a
-        torus point has that angle; "fold_doubling", "fold_torus", "doubling_torus", "fold_grazing",
-        "doubling_grazing" and "torus_grazing" where two conditions hold together: at grazes those of
-        the orbit without the impact that begins.
+        "cusp" (two curves of folds meet and end); "resonance_1_3", "resonance_1_4" and
+        "resonance_1_2", "resonance_1_1" where the pair of a torus point has that angle;
+        "fold_doubling", "fold_torus", "doubling_torus", "fold_grazing", "doubling_grazing" and
+        "torus_grazing" where two conditions hold together: at grazes those of the orbit without the
+        impact that begins.
     paths, values
         The two parameters and their values there.
     orbit

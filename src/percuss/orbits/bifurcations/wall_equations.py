@@ -319,8 +319,8 @@ class WallEquations(StructureEquations, Bordered):
         """Return the derivative of the map over the period, from the first impact on.
 
         With the instants eliminated, the state moves by N s in a period, if the first impact is as
-        late at its end as at its beginning, by -b . s. At a fixed time the state is then s + a b . s,
-        of the rate of change a after the impact: the map moves that by N s.
+        late at its end as at its beginning, by -b . s. At a fixed time the state is then s + a b .
+        s, of the rate of change a after the impact: the map moves that by N s.
         """
         matrix, n = motion.derivative, len(self.units)
         moved = matrix[:n, :n]

@@ -24,8 +24,8 @@ MOST_STEPS = 80
 # How often the corrector may fail, the parts of the bracket that are tried then, and the longest
 # bracket that is accepted nevertheless, as a part of the chord.
 MOST_LOST, ASIDE, LOST = 12, (0.5, 0.25, 0.75, 0.4, 0.6, 0.1, 0.9), 1e-2
-# Points through which a guess is interpolated, and how far apart they are at least, as a part of the
-# bracket.
+# Points through which a guess is interpolated, and how far apart they are at least, as a part of
+# the bracket.
 NODES, APART = 4, 0.1
 # Largest value of a function next to a zero that it goes through, as a part of those at the ends.
 LEFT = 1e-4
@@ -158,8 +158,8 @@ def locate_near(
 def _between(known: dict[float, Floats], part: float) -> Floats:
     """Return the polynomial through a few known points at a part of the chord between them.
 
-    Through its neighbours at either side first, and up to two others that are not too near to these.
-    It stays in the plane of the chord: as a function of the part that is a straight line.
+    Through its neighbours at either side first, and up to two others that are not too near to
+    these. It stays in the plane of the chord: as a function of the part that is a straight line.
     """
     if part in known:
         return known[part]

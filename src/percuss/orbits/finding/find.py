@@ -115,8 +115,8 @@ def find_orbit(
     osc
         The oscillator, or a `Structure`.
     force
-        The forcing, with a period, of a structure its loads; None or a constant for free motion, whose period is found:
-        with negative damping, a limit cycle.
+        The forcing, with a period, of a structure its loads; None or a constant for free motion,
+        whose period is found: with negative damping, a limit cycle.
     n_impacts
         Impacts on walls and entries into soft stops: 0 for none, `math.inf` with sticking.
     n_periods

@@ -32,7 +32,9 @@ from percuss.orbits.orbit.signature import are_same
 from percuss.orbits.orbit.structure_orbit import (
     PeriodMap,
     StructureOrbit,
+    in_lengths,
     period_map,
+    period_of,
     structure_orbit_at,
 )
 
@@ -110,8 +112,9 @@ def returning_orbits(
             strobes = _strobes(system, period_map(system, state, STAGE, derivative=False), STAGE)
         except PercussError:
             continue
+        places = in_lengths(strobes, period_of(system))
         for n_periods in range(1, max_periods + 1):
-            for row in _near_returns(strobes, n_periods)[:TRIED]:
+            for row in _near_returns(places, n_periods)[:TRIED]:
                 orbit = primitive_orbit(system, strobes[row], n_periods)
                 if orbit is not None and not any(are_same(orbit, known) for known in orbits):
                     orbits.append(orbit)
@@ -131,14 +134,15 @@ def orbits_from_start(
         strobes = _strobes(system, period_map(system, state, STAGE, derivative=False), STAGE + 1)
     except PercussError:
         strobes = state[None, :]
-    size = float(np.abs(strobes).max())
+    places = in_lengths(strobes, period_of(system))
+    size = float(np.abs(places).max())
     for n_periods in range(1, max_periods + 1):
         tried: list[Floats] = []
-        for row in [0, *_near_returns(strobes, n_periods)]:
-            near = (np.abs(strobes[row] - other).max() <= APART * size for other in tried)
+        for row in [0, *_near_returns(places, n_periods)]:
+            near = (np.abs(places[row] - other).max() <= APART * size for other in tried)
             if any(near):
                 continue
-            tried.append(strobes[row])
+            tried.append(places[row])
             orbit = primitive_orbit(system, strobes[row], n_periods)
             if orbit is not None:
                 yield orbit
@@ -146,12 +150,15 @@ def orbits_from_start(
                 break
 
 
-def _near_returns(strobes: Floats, n_periods: int) -> list[int]:
-    """Return the rows from which a motion almost closes after so many periods, the nearest first."""
-    if n_periods >= len(strobes):
+def _near_returns(places: Floats, n_periods: int) -> list[int]:
+    """Return the rows from which a motion almost closes after so many periods, the nearest first.
+
+    ``places`` are its strobes in lengths.
+    """
+    if n_periods >= len(places):
         return []
-    far = np.abs(strobes[n_periods:] - strobes[:-n_periods]).max(axis=1)
-    far = far / np.abs(strobes).max()
+    far = np.abs(places[n_periods:] - places[:-n_periods]).max(axis=1)
+    far = far / np.abs(places).max()
     around = np.concatenate([[np.inf], far, [np.inf]])
     least = (far <= around[:-2]) & (far <= around[2:]) & (far < RETURNED)
     rows = np.flatnonzero(least)
@@ -208,15 +215,17 @@ def _settled(
         state = strobes[-1]
         if any(_has_arrived(state, seen.orbit) for seen in known):
             return None
+        places = in_lengths(strobes, period_of(system))
         longest = max_periods * (LONGER if stage == STAGES - 1 else 1)
         for n_periods in range(1, min(longest, TAIL - 1) + 1):
-            size = float(np.abs(strobes).max())
-            if np.abs(state - strobes[-1 - n_periods]).max() > NEAR * size:
+            size = float(np.abs(places).max())
+            if np.abs(places[-1] - places[-1 - n_periods]).max() > NEAR * size:
                 continue
             orbit = primitive_orbit(system, state, n_periods)
             if orbit is None or not orbit.is_stable:
                 continue
-            if np.abs(orbit.strobes[0] - state).max() > CLOSE * size:
+            begin = in_lengths(orbit.strobes[0], period_of(system))
+            if np.abs(begin - places[-1]).max() > CLOSE * size:
                 continue
             if any(
                 isinstance(seen.orbit, StructureOrbit) and are_same(orbit, seen.orbit)
@@ -236,8 +245,9 @@ def _settled(
 def _has_arrived(state: Floats, orbit: object) -> bool:
     if not isinstance(orbit, StructureOrbit):
         return False
-    own = orbit.strobes
-    return bool((np.abs(own - state).max(axis=1) <= ARRIVED * np.abs(own).max()).any())
+    period = orbit.period / orbit.n_periods
+    own, place = in_lengths(orbit.strobes, period), in_lengths(state, period)
+    return bool((np.abs(own - place).max(axis=1) <= ARRIVED * np.abs(own).max()).any())
 
 
 def primitive_orbit(
@@ -255,7 +265,7 @@ def primitive_orbit(
 
 
 def _repeats(orbit: StructureOrbit, n_periods: int) -> bool:
-    own = orbit.strobes
+    own = in_lengths(orbit.strobes, orbit.period / orbit.n_periods)
     return bool(np.abs(own[n_periods] - own[0]).max() <= ARRIVED * np.abs(own).max())
 
 

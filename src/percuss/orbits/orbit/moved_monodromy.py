@@ -1,8 +1,8 @@
 """The derivative of a structure's monodromy matrix and of its multipliers by parameters.
 
-The monodromy is a product of propagators of flights and of jumps at events. Its derivative along the
-orbit, which moves with the parameter, is carried beside it, column by column: over a flight by the
-same power series as the columns of the motion, and over an event by the derivative of its jump
+The monodromy is a product of propagators of flights and of jumps at events. Its derivative along
+the orbit, which moves with the parameter, is carried beside it, column by column: over a flight by
+the same power series as the columns of the motion, and over an event by the derivative of its jump
 (docs/theory/sensitivities.md, section 8).
 """
 
@@ -186,8 +186,8 @@ def moved_kept(
         )
 
     r, moved, kept = of(speed)
-    # Between two speeds of a table r(u) and how it moves are linear: the piece beside u is that of u
-    # itself where the slopes of r are the same.
+    # Between two speeds of a table r(u) and how it moves are linear: the piece beside u is that of
+    # u itself where the slopes of r are the same.
     slope = (kept - r) / speed
     tilts = []
     for step in (PIECE * speed, -PIECE * speed):

@@ -196,7 +196,8 @@ def _impacts(orbit: ClosedMotion, motion: Sensitivity) -> MovedImpacts:
     events, marks = motion.run.record
     kinds = marks[:, columns.KIND]
     met = np.flatnonzero((kinds == columns.IMPACT) | (kinds == columns.CROSSING))
-    # The last event is the first one again; a crossing out of a soft stop is no impact of the orbit.
+    # The last event is the first one again; a crossing out of a soft stop is no impact of the
+    # orbit.
     instants = events[met, columns.EVENT_T]
     speeds = events[met, columns.V_AFTER]
     rows, at = [], []

@@ -10,7 +10,7 @@ from percuss.kernels.law_columns import PERIOD
 from percuss.model.system import System
 from percuss.orbits.orbit.itinerary import TOLERANCE, Itinerary, entries_of
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
-from percuss.orbits.orbit.structure_orbit import StructureOrbit
+from percuss.orbits.orbit.structure_orbit import StructureOrbit, in_lengths
 
 __all__ = ["Signature", "are_same", "signature_of", "signature_of_orbit"]
 
@@ -120,6 +120,7 @@ def are_same(one: PeriodicOrbit | StructureOrbit, other: PeriodicOrbit | Structu
 def _are_same_states(one: StructureOrbit, other: StructureOrbit) -> bool:
     if one.n_periods != other.n_periods:
         return False
-    strobes, state = other.strobes, one.strobes[0]
+    period = one.period / one.n_periods
+    strobes, state = (in_lengths(s, period) for s in (other.strobes, one.strobes[0]))
     size = max(float(np.abs(strobes).max()), float(np.abs(state).max()))
     return bool((np.abs(strobes - state).max(axis=1) <= TOLERANCE * size).any())

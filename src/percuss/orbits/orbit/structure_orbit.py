@@ -25,7 +25,7 @@ from percuss.motion.follow_structure import followed
 from percuss.motion.impact_times import classify_impact_times
 from percuss.motion.structures import StructureTrajectory
 from percuss.motion.trajectory import Outcome
-from percuss.numerics import norm, solve_linear
+from percuss.numerics import balanced, norm, solve_linear
 from percuss.orbits.orbit.moved_structure_orbit import (
     ClosedStructureMotion,
     StructureOrbitSensitivity,
@@ -40,6 +40,7 @@ __all__ = [
     "closing_error",
     "covered_twice",
     "find_structure_orbit",
+    "in_lengths",
     "multipliers_of_matrix",
     "orbit_of_map",
     "period_map",
@@ -302,7 +303,8 @@ def structure_orbit_at(system: StructureSystem, state: Floats, n_periods: int) -
     """Return the orbit next to a state (x, v), by Newton's method with halved steps."""
     here = period_map(system, state, n_periods)
     unit = np.eye(2 * system.structure.n)
-    error = closing_error(here, state)
+    period = period_of(system)
+    error = closing_error(here, state, period)
     for _ in range(MOST_STEPS):
         step = solve_linear(here.derivative - unit, state - here.image)
         better = None
@@ -317,13 +319,13 @@ def structure_orbit_at(system: StructureSystem, state: Floats, n_periods: int) -
             except PercussError:
                 part *= 0.5
                 continue
-            if closing_error(mapped, state + part * step) < error or error < SOLVED:
+            if closing_error(mapped, state + part * step, period) < error or error < SOLVED:
                 better = mapped
                 break
             part *= 0.5
         if better is None:
             break
-        new_error = closing_error(better, state + part * step)
+        new_error = closing_error(better, state + part * step, period)
         if error < SOLVED and new_error >= 0.5 * error:
             break
         state, here, error = state + part * step, better, new_error
@@ -339,7 +341,8 @@ def covered_twice(orbit: StructureOrbit) -> StructureOrbit:
     system = StructureSystem.of(orbit.structure, orbit.loads)
     state, n_periods = np.concatenate([orbit.x0, orbit.v0]), 2 * orbit.n_periods
     mapped = period_map(system, state, n_periods)
-    return orbit_of_map(system, state, n_periods, mapped, closing_error(mapped, state))
+    error = closing_error(mapped, state, period_of(system))
+    return orbit_of_map(system, state, n_periods, mapped, error)
 
 
 def orbit_of_map(
@@ -370,16 +373,31 @@ def orbit_of_map(
     )
 
 
-def closing_error(mapped: PeriodMap, state: Floats) -> float:
-    """Return by how much a motion fails to close, as a part of its size."""
-    size = max(norm(state), float(np.abs(mapped.image).max()))
-    return float(np.abs(mapped.image - state).max()) / size if size > 0.0 else 0.0
+def closing_error(mapped: PeriodMap, state: Floats, period: float) -> float:
+    """Return by how much a motion fails to close, as a part of its size; see `in_lengths`."""
+    begin, end = in_lengths(state, period), in_lengths(mapped.image, period)
+    size = max(norm(begin), float(np.abs(end).max()))
+    return float(np.abs(end - begin).max()) / size if size > 0.0 else 0.0
+
+
+def in_lengths(states: Floats, period: float) -> Floats:
+    """Return states (x, v), (..., 2 n), with velocities as what they move in a radian of the loads.
+
+    Distances of states are then the same in every unit of time.
+
+    Examples
+    --------
+    >>> in_lengths(np.array([1.0, 3.0]), np.pi)
+    array([1. , 1.5])
+    """
+    n = states.shape[-1] // 2
+    return np.asarray(states * np.repeat([1.0, period / (2.0 * math.pi)], n))
 
 
 def multipliers_of_matrix(matrix: Floats) -> Complexes:
     """Return the eigenvalues of a real matrix, the largest first, pairs side by side."""
     values = np.empty(len(matrix), dtype=np.complex128)
-    if not kernels.eigenvalues(matrix.astype(np.complex128), values):
+    if not kernels.eigenvalues(balanced(matrix).astype(np.complex128), values):
         raise ConvergenceError("no multipliers of an orbit found", None, math.nan, "")
     sizes = np.sqrt(values.real * values.real + values.imag * values.imag)
     # Of a real matrix: what is within rounding of the axis is real.

@@ -74,8 +74,8 @@ def homoclinic_orbits(
 ) -> tuple[HomoclinicOrbit, ...]:
     """Find homoclinic orbits of a saddle: motions that leave it and come back to it.
 
-    A fundamental domain of the unstable manifold is followed forward. Where the images of two of its
-    neighbouring points lie on different sides of the stable manifold next to the saddle, the
+    A fundamental domain of the unstable manifold is followed forward. Where the images of two of
+    its neighbouring points lie on different sides of the stable manifold next to the saddle, the
     manifolds cross in between; the crossing is found by halving, by the side on which a motion
     leaves the saddle again.
 
@@ -100,8 +100,8 @@ def homoclinic_orbits(
     Raises
     ------
     ParameterError
-        If the orbit is no saddle, or not physical, or meets the stop never or more than once; under a
-        record.
+        If the orbit is no saddle, or not physical, or meets the stop never or more than once; under
+        a record.
 
     Examples
     --------

@@ -195,7 +195,8 @@ def manifolds(
         Stop of the impact surface; default: that of the orbit's first impact.
     length
         Length of each branch, > 0. Units of length are the ranges of x and v on the orbit, or 1
-        without any range, of a structure the largest of all coordinates and of all velocities; in the impact surface a cycle and the largest impact velocity.
+        without any range, of a structure the largest of all coordinates and of all velocities; in
+        the impact surface a cycle and the largest impact velocity.
     spacing
         Largest distance of neighbouring points in these units, > 0.
     max_points

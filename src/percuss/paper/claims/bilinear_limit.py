@@ -233,8 +233,8 @@ def graze_error(case: Graze, stiffness: float) -> float:
 def saturation_speed(n: int, stiffness: float, factor: float = 4.0) -> float:
     """Return the largest speed under sin(n t), n even, from rest, to leading order.
 
-    4 sqrt(k-) / (pi (n^2 - 1)), or another factor than 4: the bilinear oscillator's resonance lies 1/sqrt(k-) below, and
-    it beats.
+    4 sqrt(k-) / (pi (n^2 - 1)), or another factor than 4: the bilinear oscillator's resonance lies
+    1/sqrt(k-) below, and it beats.
 
     Examples
     --------

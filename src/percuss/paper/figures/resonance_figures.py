@@ -231,9 +231,10 @@ def _portrait_caption(data: Dataset) -> str:
     return (
         "Motions in the plane V(cos ψ, sin ψ), with V the speed after an impact and ψ the phase of "
         "the force in the middle of the flight; grey, the levels of the averaged H = V²⁻ᵠ h cos "
-        f"qψ, h = {numbers}. Vermilion: the speed grows over the next impacts; blue: it falls. First order: straight lines, all motions leave in one direction, which "
-        "attracts. Second order: rays; the phase stays. Third order: petals; the outgoing "
-        "directions repel, motions come back to low speeds, and leave again. Far from a ratio 2p/q "
+        f"qψ, h = {numbers}. Vermilion: the speed grows over the next impacts; blue: it falls. "
+        "First order: straight lines, all motions leave in one direction, which attracts. "
+        "Second order: rays; the phase stays. Third order: petals; the outgoing directions repel, "
+        "motions come back to low speeds, and leave again. Far from a ratio 2p/q "
         "of small numbers, the levels are circles, and nothing grows."
     )
 

@@ -1,1 +1,4 @@
-"""The paper's motions, and what they are compared with: averages, ensembles, the paper's own integrator, a smooth law."""
+"""The paper's motions, and what they are compared with.
+
+Averages, ensembles, the paper's own integrator, a smooth law.
+"""

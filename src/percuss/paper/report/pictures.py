@@ -14,8 +14,8 @@ __all__ = ["LARGEST_SVG", "figure_element", "is_of_article", "thumbnail"]
 
 # A larger SVG would make the page slow on a telephone: its PNG stands there instead [bytes].
 LARGEST_SVG = 260_000
-# Least width of a small picture in pixels, twice what it takes on the page for fine screens, and its
-# height over its width: of figures of several panels it shows the first.
+# Least width of a small picture in pixels, twice what it takes on the page for fine screens, and
+# its height over its width: of figures of several panels it shows the first.
 THUMBNAIL = 200
 FLAT = 0.62
 NETCDF = ".nc"

@@ -183,7 +183,7 @@ class Design(Question):
             faults.add(("design", "n"), "of a front, which is between two outcomes", str(self.n))
 
     def _checked_motion(self, study: StudyDraft) -> Any:
-        """Return the start of the run; add the faults of the run, or the orbit, and tables of the other."""
+        """Return the start of the run; add the faults of run or orbit, and tables of the other."""
         if study.faults.is_wrong("design.on"):
             return self.start
         others = {"run": ("orbit",), "orbit": ("start", "run")}[self.on]

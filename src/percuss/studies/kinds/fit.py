@@ -46,7 +46,8 @@ if TYPE_CHECKING:
 __all__ = ["Fit"]
 
 NO_PRIOR = "not [mean, standard deviation], the latter above 0"
-# The number of runs of one sign differs by so many standard deviations: residuals that hang together.
+# The number of runs of one sign differs by so many standard deviations: residuals that hang
+# together.
 NOT_WHITE = -4.0
 # Residuals far below the noise that was given.
 FAR_TOO_SMALL = 0.01

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 from percuss.execution import Execution
 from percuss.model import exact
 from percuss.model.exact import as_float, phase_problem
-from percuss.model.faults import draft, positive_faults
+from percuss.model.faults import positive_faults
 from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads
-from percuss.model.oscillator import Oscillator, SoftStop
-from percuss.model.start import end_after_periods, periods_faults, start_faults
+from percuss.model.oscillator import SoftStop
+from percuss.model.start import end_after_periods, limit_faults, periods_faults
 from percuss.model.units import FORCE
-from percuss.studies.study import Question, StudyDraft, ends_in_words, known_walls, span_in_words
+from percuss.studies.study import Question, StudyDraft, check_start, ends_in_words, span_in_words
 from percuss.studies.tables import Limits, StartState, shown, table
 from percuss.wording import counted
 
@@ -42,7 +42,7 @@ class Motion(Question):
 
     doing: ClassVar = "simulating"
     is_certifiable: ClassVar = True
-    needed: ClassVar = ("start", "run")
+    needed: ClassVar = ("run",)
     needed_of_structures: ClassVar = ("run",)
     save_keys: ClassVar = ("samples",)
     draw_keys: ClassVar = ("window", "animation")
@@ -103,16 +103,8 @@ class Motion(Question):
         is_open = t_end is None and limits.periods is None and limits.max_impacts is None
         if is_open and not faults.is_wrong("run"):
             faults.add(("run",), "missing a limit; give t_end, periods or max_impacts")
-        wrong = start_faults(
-            draft(Oscillator, stops=known_walls(study)),
-            start.x0,
-            start.v0,
-            start.t0,
-            t_end,
-            limits.max_impacts,
-            start="start",
-            run="run",
-        )
+        check_start(start, study)
+        wrong = limit_faults(start.t0, t_end, limits.max_impacts, run="run")
         faults.add_from_model(
             fault for fault in wrong if fault.name != "run.t_end" or t_end is not None
         )
