@@ -91,7 +91,7 @@ def test_a_branch_goes_on_where_an_entry_passes_the_strobe_next_to_a_fold() -> N
         [1.71, 1.27, 0.93, 0.58], [1.08, 1.11, 0.57, 0.57, 2], dashpots="0.04345", stops=stops
     )
     near = [0.9281, 1.2486, 1.1661, 0.483], [0.4344, 0.2039, 0.334, 0.0757]
-    orbit = pc.find_orbit(four, pc.Loads({3: pc.cosine("0.58", amplitude="0.4715")}), near)
+    orbit = pc.find_orbit(four, pc.Loads({3: pc.cosine("0.58", amplitude="0.4715")}), guess=near)
 
     branch = pc.continue_orbit(orbit, {OMEGA: (0.5, 1.0)}, max_points=40, largest_step=0.05)
 
