@@ -98,6 +98,23 @@ def test_a_branch_goes_on_where_an_entry_passes_the_strobe_next_to_a_fold() -> N
     assert branch.end_reason.count("max_points = 40 reached") == 2
 
 
+def test_the_words_of_a_graze_hold_in_the_order_of_the_rows_and_in_the_other() -> None:
+    """The first half of a branch is walked against its rows: there "less" was more."""
+    stop = pc.SoftStop("0.5", "above", 5, on=1)
+    two = pc.chain([1, 1], [1, 1, 1], dashpots="0.1", stops=[stop])
+    orbit = pc.find_orbit(two, pc.Loads({0: pc.cosine("0.5", amplitude="0.3")}))
+
+    words = [
+        point.detail
+        for over in ((0.5, 1.5), (1.5, 0.5))
+        for point in pc.continue_orbit(orbit, over={OMEGA: over}).special_points
+        if point.kind == "grazing"
+    ]
+
+    assert words
+    assert set(words) == {"1 contact more on one side"}
+
+
 def test_a_direction_is_measured_and_drawn() -> None:
     chart = pc.response_curve(
         NLVIB, LOADS, {OMEGA: (0.8, 0.9)}, on=(1, -1), max_impacts=1, max_periods=1, n_seeds=1

@@ -36,6 +36,7 @@ from percuss.orbits.continuation.locate import changes_sign, locate, locate_near
 from percuss.orbits.continuation.problem import Point, along_parameter
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
 from percuss.progress import Progress, Report
+from percuss.wording import counted
 
 __all__ = ["continue_structure_orbit"]
 
@@ -267,13 +268,16 @@ def _past_the_strobe(here: Point[StructureEquations]) -> Point[StructureEquation
 def _detail(
     kind: SpecialPointKind, orbit: StructureOrbit, ends: tuple[float, float], test: str
 ) -> str | None:
-    """Return a point in words, None where it is none."""
+    """Return a point in words, None where it is none.
+
+    They say nothing of an order: the walk to one end is against that of the rows.
+    """
     values = orbit.multipliers
     if kind == "grazing" and test != "contacts":
         what = "an impact without velocity" if "velocity" in test else "a wall is touched"
-        return f"{what}; the orbits {'beyond' if ends[1] < 0.0 else 'before'} are formal"
+        return f"{what}; the orbits on one side are formal"
     if kind == "grazing":
-        return f"{abs(ends[1] - ends[0]):g} contact {'more' if ends[1] > ends[0] else 'less'}"
+        return f"{counted(round(abs(ends[1] - ends[0])), 'contact')} more on one side"
     if kind in ("fold", "branch_point"):
         return "two orbits meet and end" if kind == "fold" else "a multiplier of 1"
     if kind == "period_doubling":
