@@ -175,6 +175,58 @@ def test_a_doubled_branch_reaches_its_doublings_over_any_range_in_any_steps() ->
         assert branch.values[[0, -1]].tolist() == values
 
 
+def test_a_doubled_branch_ends_at_a_doubling_next_to_a_fold_of_the_shorter_orbits() -> None:
+    """At the parameters of the bracket about it there were no shorter orbits."""
+    stops: list[pc.Wall | pc.SoftStop] = [
+        pc.Wall("0.339", "above", "0.565", on=1),
+        pc.SoftStop("-0.44", "below", "15.34", "0.478", on=2),
+        pc.SoftStop("0.237", "above", "8.881", "0.221", on=3),
+    ]
+    four = pc.chain(
+        ["0.799", "0.633", "1.48", "1.189"],
+        ["1.982", "1.777", "1.755", "0.577", "1.333"],
+        dashpots="0.025",
+        stops=stops,
+    )
+    loads = pc.Loads({0: pc.cosine("1.42", amplitude="0.387")})
+    orbit = pc.find_orbits(four, loads, 4, 1, effort=0.3)[0]
+    base = pc.continue_orbit(orbit, over={"loads.0.omega": (1.38, 1.45)})
+    doubling = next(point for point in base.special_points if point.kind == "period_doubling")
+    doubled = pc.switch_branch(doubling)
+
+    for ends in ((1.27, 2.2), (1.0, 2.0), (1.25, 2.5), (1.0, 3.0)):
+        branch = pc.continue_orbit(doubled, over={"loads.0.omega": ends}, max_points=8)
+
+        end = branch.special_points[0]
+        assert (end.kind, end.row, end.status) == ("period_doubling", 0, "located")
+        assert end.value == pytest.approx(doubling.value, rel=1e-11)
+
+
+def test_a_doubled_orbit_is_found_where_the_branch_of_the_shorter_one_grazes_soon() -> None:
+    """The family bends within a thousandth of its size: all steps onto it were longer."""
+    stops: list[pc.Wall | pc.SoftStop] = [
+        pc.Wall("0.315", "above", "0.7945", on=3),
+        pc.SoftStop("-0.41", "below", "59.1", "0.222", on=0),
+    ]
+    four = pc.chain(
+        ["1.27", "1.96", "0.62", "1.41"],
+        ["1.06", "1.7", "0.76", "1.81", "1.32"],
+        dashpots="0.0677",
+        stops=stops,
+    )
+    loads = pc.Loads({2: pc.cosine("1.77", amplitude="0.809")})
+    (orbit,) = pc.find_orbits(four, loads, 4, 1, effort=0.3)
+    branch = pc.continue_orbit(orbit, over={"loads.0.omega": ("1.75", "1.81")})
+    doubling = next(point for point in branch.special_points if point.kind == "period_doubling")
+
+    doubled = pc.switch_branch(doubling)
+
+    assert (doubled.n_periods, doubled.n_impacts) == (2, 4)
+    run = pc.simulate(four, doubled.loads, x0=doubled.x0, v0=doubled.v0, t_end=doubled.period)
+    assert np.abs(np.concatenate(run(run.t_end)) - [*doubled.x0, *doubled.v0]).max() < 1e-10
+    assert np.abs(run(0.5 * run.t_end)[0] - doubled.x0).max() > 1e-6
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_the_derivative_of_a_run_is_that_of_differences(seed: int) -> None:
     random = np.random.default_rng(seed)

@@ -81,6 +81,23 @@ def test_a_branch_goes_on_where_an_impact_passes_the_strobe() -> None:
     assert branch.special_points == ()
 
 
+def test_a_branch_goes_on_where_an_entry_passes_the_strobe_next_to_a_fold() -> None:
+    """The dashpot makes a kink there; a start on the stop itself was taken to be inside it."""
+    stops = [
+        pc.SoftStop("0.3175", "above", "51.12", "0.2354", on=(1, -1, 0, 0)),
+        pc.SoftStop("-0.3175", "below", "31.1", "0.406", on=(1, -1, 0, 0)),
+    ]
+    four = pc.chain(
+        [1.71, 1.27, 0.93, 0.58], [1.08, 1.11, 0.57, 0.57, 2], dashpots="0.04345", stops=stops
+    )
+    near = [0.9281, 1.2486, 1.1661, 0.483], [0.4344, 0.2039, 0.334, 0.0757]
+    orbit = pc.find_orbit(four, pc.Loads({3: pc.cosine("0.58", amplitude="0.4715")}), guess=near)
+
+    branch = pc.continue_orbit(orbit, {OMEGA: (0.5, 1.0)}, max_points=40, largest_step=0.05)
+
+    assert branch.end_reason.count("max_points = 40 reached") == 2
+
+
 def test_a_direction_is_measured_and_drawn() -> None:
     chart = pc.response_curve(
         NLVIB, LOADS, {OMEGA: (0.8, 0.9)}, on=(1, -1), max_impacts=1, max_periods=1, n_seeds=1

@@ -20,7 +20,7 @@ from percuss.numerics import dot, norm
 from percuss.orbits.bifurcations.branch_equations import BranchEquations
 from percuss.orbits.bifurcations.multiple_covers import primitive_orbit
 from percuss.orbits.continuation.locate import Zero, locate_near
-from percuss.orbits.continuation.problem import Point
+from percuss.orbits.continuation.problem import Point, along_parameter
 from percuss.orbits.orbit.itinerary import Itinerary
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.symmetry import is_symmetric_system
@@ -102,11 +102,13 @@ def located_origin(family: BranchEquations, zero: Zero, origin: Origin) -> Zero 
             simpler = BranchEquations(simple, family.path, family.low, family.high)
             start = simpler.start(simple, family.value(zero.z))
             test = partial(simpler.test, name="multiplier -1")
-            origin_zero = locate_near(simpler, start, test, near_others=False)
+            along = along_parameter(len(start))
+            origin_zero = locate_near(simpler, start, along, test, near_others=False)
         else:
             simpler = family
             start = np.append(_symmetric(family, zero.z[:-1]), zero.z[-1])
-            origin_zero = locate_near(family, start, partial(family.test, name="multiplier 1"))
+            test = partial(family.test, name="multiplier 1")
+            origin_zero = locate_near(family, start, along_parameter(len(start)), test)
         if origin_zero is None:
             return None
         lift = _lift(simpler, family, origin)

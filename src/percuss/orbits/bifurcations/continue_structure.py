@@ -48,7 +48,7 @@ RESONANT = 1e-3
 # A bracket in the parameter that is a location, as a part of it.
 LOCATED = 1e-9
 # An event this near to t = 0, as a part of the period, is passing it; parts of the range beyond.
-STROBED, BEYOND = 1e-6, (100.0 * DIFFERENCE, 1e-4, 1e-3)
+STROBED, BEYOND = 1e-6, (10.0 * DIFFERENCE, 1e-5, 1e-4, 1e-3)
 
 
 StructureRow: TypeAlias = tuple[Point[StructureEquations], StructureSpecialPoint | None]
@@ -172,13 +172,14 @@ def _cover_between(
     the chord, the last point of the branch, and the shorter orbit that doubles, if it is a motion.
     """
     equations = here.problem
-    if equations.n_periods % 2:
+    family = equations.halved()
+    if family is None:
         return None
     ends = equations.halves(here.orbit), equations.halves(new.orbit)
     if dot(*ends) >= 0.0:
         return None
     along = ends[1] - ends[0]
-    doubling = _doubling_near(here, new, norm(ends[0]) / norm(along))
+    doubling = _doubling_near(here, new, norm(ends[0]) / norm(along), family)
     if doubling is not None:
         return doubling
 
@@ -192,16 +193,17 @@ def _cover_between(
 
 
 def _doubling_near(
-    here: Point[StructureEquations], new: Point[StructureEquations], part: float
+    here: Point[StructureEquations],
+    new: Point[StructureEquations],
+    part: float,
+    family: StructureEquations,
 ) -> tuple[float, Point[StructureEquations], StructureSpecialPoint] | None:
-    """Return the period doubling of the shorter orbit near a part of a chord, None without one.
+    """Return the period doubling of the family near a part of a chord, None without one.
 
     Newton's method fails next to a cover, but not for the shorter orbit.
     """
     equations, chord = here.problem, new.z - here.z
-    family, rough = equations.halved(), here.z + part * chord
-    if family is None:
-        return None
+    rough = here.z + part * chord
     normal = along_parameter(len(family.scale) + 1)
 
     def test(z: Floats) -> float:
@@ -210,7 +212,7 @@ def _doubling_near(
     try:
         z = family.corrected(equations.once(rough), normal)
         start = family.point(z, Point(z, normal, None, {}, family))
-        zero = locate_near(family, start.z, test)
+        zero = locate_near(family, start.z, start.tangent, test)
         if zero is None:
             return None
         cover = equations.twice(zero.z)
@@ -243,18 +245,18 @@ def _past_the_strobe(here: Point[StructureEquations]) -> Point[StructureEquation
         return None
     times = np.sort(np.concatenate([run.impacts.t, run.crossings.t]))
     sign = math.copysign(1.0, here.tangent[-1])
-    for limit, at in (("after", times[:1]), ("before", times[-1:])):
-        distance = np.abs(at - (0.0 if limit == "after" else run.t_end))
-        if not (distance < STROBED * run.t_end).any():
+    for at, border, aside in ((times[:1], 0.0, 1.0), (times[-1:], run.t_end, -1.0)):
+        if not (np.abs(at - border) < STROBED * run.t_end).any():
             continue
-        state = np.concatenate(run(float(at[0]), limit=limit)) / equations.scale
         for step in BEYOND:
             part = here.z[-1] + sign * step
             if not 0.0 <= part <= 1.0:
                 return None
+            # A motion that meets the event as those beyond do, on the other side of t = 0.
+            state = np.concatenate(run(float(at[0]) + aside * step * run.t_end))
             try:
                 normal = along_parameter(len(here.z))
-                z = equations.corrected(np.append(state, part), normal)
+                z = equations.corrected(np.append(state / equations.scale, part), normal)
                 point = equations.started(equations.solution(z), equations.values(z))
                 return dataclasses.replace(point, tangent=sign * point.tangent)
             except PercussError:

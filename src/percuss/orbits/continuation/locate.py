@@ -12,7 +12,7 @@ import numpy as np
 from percuss.arrays import Floats
 from percuss.errors import ConvergenceError, PercussError
 from percuss.numerics import norm
-from percuss.orbits.continuation.problem import P, Point, along_parameter
+from percuss.orbits.continuation.problem import P, Point
 
 __all__ = ["Zero", "bracketed", "changes_sign", "locate", "locate_near"]
 
@@ -29,8 +29,8 @@ MOST_LOST, ASIDE, LOST = 12, (0.5, 0.25, 0.75, 0.4, 0.6, 0.1, 0.9), 1e-2
 NODES, APART = 4, 0.1
 # Largest value of a function next to a zero that it goes through, as a part of those at the ends.
 LEFT = 1e-4
-# First and largest distance of the ends of a bracket from a solution, in scaled parameter, and the
-# factor between two.
+# First and largest scaled distance of the ends of a bracket from a solution, and the factor between
+# two.
 NEAR, FAR, FARTHER = 1e-7, 1e-2, 4.0
 
 
@@ -124,24 +124,29 @@ def locate(
 
 
 def locate_near(
-    problem: P, start: Floats, test: Callable[[Floats], float], *, near_others: bool = True
+    problem: P,
+    start: Floats,
+    direction: Floats,
+    test: Callable[[Floats], float],
+    *,
+    near_others: bool = True,
 ) -> Zero | None:
-    """Return the zero of a test function along the parameter, near a solution, None for none.
+    """Return the zero of a test function near a solution of one parameter, None for none.
 
-    The arguments are those of `locate`; the solution has one parameter.
+    The arguments are those of `locate`; the direction is a unit vector along which solutions lie.
 
     Raises
     ------
     PercussError
-        If the problem has no solution at a parameter next to that of the given one.
+        If the problem has no solution next to the given one.
     """
-    normal = along_parameter(len(start))
     distance = NEAR
     while distance <= FAR:
-        steps = -distance * normal, distance * normal
         a, b = (
-            Point(problem.corrected(start + step, normal), normal, None, {}, problem)
-            for step in steps
+            Point(
+                problem.corrected(start + step * direction, direction), direction, None, {}, problem
+            )
+            for step in (-distance, distance)
         )
         values = test(a.z), test(b.z)
         if changes_sign(*values):
