@@ -527,3 +527,25 @@ def test_a_list_of_parameters_is_told_in_a_sentence(more: dict[str, Any], senten
     arguments: dict[str, Any] = {"free": {GAP: 0.3}} | more
     with pytest.raises(pc.ParameterError, match=sentence):
         pc.fit({"impact_times": [1.0, 2.0, 3.0]}, osc, pc.cosine(2), **arguments)
+
+
+@pytest.mark.parametrize("lowest", [0.5, 5.0])
+def test_a_gap_that_the_motion_does_not_reach_is_told_at_an_end_of_its_range_too(
+    lowest: float,
+) -> None:
+    """It has no error of 0 there: the data say nothing about it."""
+    wall = pc.Wall(at=50, side="above", restitution=0.7)
+    osc, force = pc.Oscillator(4.0, 0.08, stops=(wall,)), pc.cosine(2.3)
+    t = np.linspace(0.0, 25.0, 250)
+    x = pc.simulate(osc, force, 0.1, 0.2, t_end=25)(t)[0]
+    data = {"t": t, "displacement": x + 0.01 * np.random.default_rng(1).normal(size=len(t))}
+    gap = "oscillator.stops.0.at"
+
+    fit = pc.fit(
+        data, osc, force, start=(0.1, 0.2), noise=0.01,
+        free={gap: (lowest, 80), "oscillator.damping": (0, 0.3)},
+    )  # fmt: skip
+
+    assert fit.errors[gap] == np.inf
+    assert fit.errors["oscillator.damping"] < 1e-3
+    assert [list(direction) for direction in fit.unidentifiable] == [[gap]]

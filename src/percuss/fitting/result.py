@@ -425,10 +425,12 @@ def _uncertainty(
     scales = np.maximum(np.abs(values), width)
     scales = np.where(scales > 0.0, scales, 1.0)
     covariance, errors = np.zeros((n, n)), np.zeros(n)
-    free = np.flatnonzero(~at_bound)
+    matrix = best.descent.triangle[:, :-1] * scales
+    # Where the data do not feel a parameter at all they do not hold it at the end of its range.
+    is_felt = np.sqrt((matrix * matrix).sum(axis=0)) * UNKNOWN >= 1.0
+    free = np.flatnonzero(~at_bound | ~is_felt)
     unknown = []
     if len(free):
-        matrix = best.descent.triangle[:, :-1] * scales
         sizes, rows = directions(matrix[:, free])
         for size, row in zip(sizes.tolist(), rows, strict=True):
             if size * UNKNOWN < 1.0:
