@@ -3,8 +3,9 @@
 The C library's elementary functions differ between its versions and, where it has variants with
 fused multiplication, between processors; NumPy's and a compiler's vector forms differ from both.
 What IEEE 754 rounds correctly, + - * / and the square root, is the same everywhere, and kernels
-are compiled without contraction; a fused product stands only where its answer is exact. Methods and coefficients are those of fdlibm (Sun Microsystems
-1993); all answers are right to one unit in the last place.
+are compiled without contraction; a fused product stands only where its answer is exact. Methods and
+coefficients are those of fdlibm (Sun Microsystems 1993); all answers are right to one unit in the
+last place.
 
 Sums and products that keep their rounding errors are those of Dekker 1971 and Knuth 1969. An
 instant is the exact sum of a pair ``(t, t_low)``: at t = 2e6 one ulp of t alone is 4.7e-10, far

@@ -24,8 +24,8 @@ class Chain(NamedTuple):
     ``rows`` (n_samples, n_p + d) and ``right`` (n_samples,) are those of the samples, the segment's
     node last; ``first`` (n + 1,) the number of its first one. ``end_rows`` (n, d, n_p + d) and
     ``defects`` (n, d) say by how much the end of a segment misses the next node, ``linked`` (n,)
-    whether there is one; ``weights`` (n, d) are those of these equations, and ``anchors`` (d,) those
-    of a node's state being left as it is.
+    whether there is one; ``weights`` (n, d) are those of these equations, and ``anchors`` (d,)
+    those of a node's state being left as it is.
     """
 
     rows: Floats

@@ -499,8 +499,8 @@ def keeps_clear(
     """Return whether all motions within the errors of a flight meet nothing before it ends.
 
     ``kind`` is whether it begins with a release, and whether it ends at a knot; ``ends`` are the
-    velocity and the instant at the end, ``spread`` the errors of x, v and of the constant force at the
-    start. At first a motion goes away from a bound where it began, at last
+    velocity and the instant at the end, ``spread`` the errors of x, v and of the constant force at
+    the start. At first a motion goes away from a bound where it began, at last
     towards that where it ends; in between it is bounded on steps as long as possible.
     """
     law, region, start, phases, arrival = flight

@@ -71,7 +71,8 @@ MOST_TERMS = 40
 # to v and the rate of the latter, the rate of the former being the response to v.
 XX, XV, VX, VV, IMPULSE, RISE, RAMP, OF_Y, OF_V, RATE_OF_V = range(10)
 SHARED_ENTRIES = 10
-# Entries of a harmonic: the responses to cos(w s), sin(w s), s cos(w s), s sin(w s), and their rates.
+# Entries of a harmonic: the responses to cos(w s), sin(w s), s cos(w s), s sin(w s), and their
+# rates.
 TO_COS, TO_SIN, TO_LATE_COS, TO_LATE_SIN = 0, 1, 2, 3
 RATES = 4
 PHASE_ENTRIES = 8

@@ -6,9 +6,9 @@ whose numbers stay in registers: 2.5 times as fast. Everything else is left to t
 untouched: a flight near a graze, a short or a long one, a slow impact.
 
 A search need not wait for the cosine and sine of the instant at which its flight begins: it goes by
-the force that the landing before has turned along, right to 12 roundings. Those of the instant enter
-the result alone. Both depend on the motion alone, however it is left and taken up again, because the
-state carries that force (docs/decisions/004-harmonic-flights.md).
+the force that the landing before has turned along, right to 12 roundings. Those of the instant
+enter the result alone. Both depend on the motion alone, however it is left and taken up again,
+because the state carries that force (docs/decisions/004-harmonic-flights.md).
 
 The arithmetic is in functions of numbers alone, free of branches; `lockstep` applies the same
 functions to many motions at once, as vectors: the same operations in the same order, hence the

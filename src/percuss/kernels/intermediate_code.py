@@ -4,7 +4,8 @@ Two thirds of a first compilation are numba's way from Python to LLVM's intermed
 the same on all machines of a kind. ``tools/precompile.py`` keeps the code of each part
 (`percuss.kernels.parts`) in a file whose name carries the hash of the kernels' text. Where the file
 is of these kernels, this version of numba and this kind of machine, parts are taken from it, and
-LLVM alone is left to be waited for; elsewhere they are compiled (docs/decisions/027-intermediate-code.md).
+LLVM alone is left to be waited for; elsewhere they are compiled
+(docs/decisions/027-intermediate-code.md).
 """
 
 from __future__ import annotations

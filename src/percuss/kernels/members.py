@@ -85,8 +85,8 @@ class Options(NamedTuple):
 
     ``section`` names the points that are kept (`observables`), ``with_extremes`` asks for the
     extremes, ``with_work`` for the work of the dashpots, ``with_loads`` for means over time,
-    ``with_load_peaks`` for those of forces and accelerations beside them, and ``patience`` bounds the
-    searches of each member before control returns.
+    ``with_load_peaks`` for those of forces and accelerations beside them, and ``patience`` bounds
+    the searches of each member before control returns.
     """
 
     max_impacts: int

@@ -105,8 +105,8 @@ AMPLITUDE_SLACK = 1e-9
 WALK_SLACK = 1e-11
 THIRD = 1.0 / 3.0
 # A flight is taken for a hop where, at the acceleration of its start, it lasts less than this part
-# of a step, and that acceleration is no rounding of the forces. At BEYOND times its end it is in the
-# wall, by this part of its first velocity times the time.
+# of a step, and that acceleration is no rounding of the forces. At BEYOND times its end it is in
+# the wall, by this part of its first velocity times the time.
 HOP = 0.8
 LEAST_FALL = 1e-6
 BEYOND = 1.25

@@ -141,9 +141,10 @@ class SegmentResults(NamedTuple):
 
     ``values`` (n_samples, 2) and ``rows`` (n_samples, 2, n_columns) are the samples and their
     derivatives, and what they would be on the other side of an event that is ``away`` (n_samples,)
-    from them, infinite where there is none; ``ends`` (n, 2) and ``end_rows`` (n, 2, n_columns) those of x and v at the end.
-    ``hits`` (capacity, 2 + n_columns) are the impacts and entries into stops: segment, instant and
-    its derivatives; ``counts`` (n,) the events of each segment, negative where it was not followed.
+    from them, infinite where there is none; ``ends`` (n, 2) and ``end_rows`` (n, 2, n_columns)
+    those of x and v at the end. ``hits`` (capacity, 2 + n_columns) are the impacts and entries into
+    stops: segment, instant and its derivatives; ``counts`` (n,) the events of each segment,
+    negative where it was not followed.
     """
 
     values: Floats

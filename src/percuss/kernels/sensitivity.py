@@ -88,9 +88,9 @@ BEGIN_X, BEGIN_V, BEGIN_T = range(3)
 class VariedRecord(NamedTuple):
     """A motion whose derivatives are asked for: its record, the change and where it grazes walls.
 
-    ``graze_times`` (n,) are the instants of grazes, in order, and ``jumps`` (n, n_parameters) what each
-    adds to the velocity of each column: NaN where the motion has no derivative, 0 on the side on
-    which it passes the wall without an impact.
+    ``graze_times`` (n,) are the instants of grazes, in order, and ``jumps`` (n, n_parameters) what
+    each adds to the velocity of each column: NaN where the motion has no derivative, 0 on the side
+    on which it passes the wall without an impact.
     """
 
     record: MotionRecord
@@ -451,7 +451,8 @@ def tail_columns(
 ) -> None:
     """Write the columns in the summed tail of a chatter, of the parabolas that `sample` has there.
 
-    Hop n begins at e = T (1 - r^n) with the velocity w = v r^n and is bent by p = 2 v / (T (1 - r)).
+    Hop n begins at e = T (1 - r^n) with the velocity w = v r^n and is bent by
+    p = 2 v / (T (1 - r)).
     """
     record, change = varied.record, varied.change
     law, events, marks = record.law, record.events, record.marks

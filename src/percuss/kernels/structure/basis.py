@@ -57,19 +57,28 @@ SET_COLUMNS = 5
 
 
 class Sets(NamedTuple):
-    """The sets that are known, stacked; shapes with b sets, n modes, m harmonics, s stops, r records.
+    """The sets that are known, stacked.
 
-    law: (b, rows, COLUMNS), the modes as regions; modes: (b, n, MODE_COLUMNS); drive:
-    (b, n, m, 4); walk: (b, WALK_ROWS + 4 m, n), what a walk takes of these; record_drive: (b, n, r, 2), input of each record into w' and u'; guard:
-    (b, s, n, 3); levels: (b, s, LEVEL_COLUMNS); feed: (b, s, m, 2) and record_feed (b, s, r), what
-    a guard takes of the loads directly; steps: (b, l, STEP_ENTRIES + 4 m, n) and turns (b, l, m, 2),
-    the maps over steps of doubling lengths; shape: (b, n, 2, n_x), displacements of u and w;
-    offset: (b, n_x); inverse: (b, 2 n_x, 2, n); kick: (b, s, n, 2), the jump of the modes that
-    changes the velocity of a stop by 1; of_set: (b, SET_COLUMNS); keys: (b,), bits of the stops
-    that act; stops: (s, STOP_COLUMNS); walls: (s, rows, COLUMNS), laws that hold one wall each, for
-    its restitution; normals and impulses: (s, n_x), the gradient of the clearance to a stop and the
-    change of the velocities by an impulse that changes that of the clearance by 1; records:
-    (r, rows, COLUMNS), laws that hold one record each.
+    With b sets, n modes, n_x coordinates, m harmonics, r records, s stops and l levels of steps:
+
+    - ``law`` (b, rows, COLUMNS): the modes as regions;
+    - ``modes`` (b, n, MODE_COLUMNS), ``drive`` (b, n, m, 4), and ``walk``
+      (b, WALK_ROWS + 4 m, n), what a walk takes of these;
+    - ``record_drive`` (b, n, r, 2): input of each record into w' and u';
+    - ``guard`` (b, s, n, 3), ``levels`` (b, s, LEVEL_COLUMNS), ``feed`` (b, s, m, 2) and
+      ``record_feed`` (b, s, r): what a guard takes of the modes, of constants, and of the loads
+      directly;
+    - ``steps`` (b, l, STEP_ENTRIES + 4 m, n), ``turns`` (b, l, m, 2): the maps over steps of
+      doubling lengths;
+    - ``shape`` (b, n, 2, n_x): displacements of u and w; ``offset`` (b, n_x); ``inverse``
+      (b, 2 n_x, 2, n);
+    - ``kick`` (b, s, n, 2): the jump of the modes that changes the velocity of a stop by 1;
+    - ``of_set`` (b, SET_COLUMNS); ``keys`` (b,): bits of the stops that act;
+    - ``stops`` (s, STOP_COLUMNS); ``walls`` (s, rows, COLUMNS): laws that hold one wall each, for
+      its restitution;
+    - ``normals``, ``impulses`` (s, n_x): the gradient of the clearance to a stop, and the change of
+      the velocities by an impulse that changes that of the clearance by 1;
+    - ``records`` (r, rows, COLUMNS): laws that hold one record each.
     """
 
     law: Floats

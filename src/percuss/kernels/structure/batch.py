@@ -1,8 +1,9 @@
 """Many motions of one structure in one call, and what is kept of each in place of its events.
 
 The members of a batch go one after another from event to event as `march` does, through a small
-record whose rows are observed and dropped. A member waits, NEW_SET, where it first meets a set of acting stops; once
-the set is made, it goes on. The result of a member does not depend on the others.
+record whose rows are observed and dropped. A member waits, NEW_SET, where it first meets a set of
+acting stops; once the set is made, it goes on. The result of a member does not depend on the
+others.
 """
 
 from __future__ import annotations
@@ -394,8 +395,9 @@ def observe_stretch(
 ) -> None:
     """Record strobes and what is seen on the flight of a row.
 
-    ``end`` is its instant (t, t_low) and the time before which its strobes lie: a strobe at the very
-    instant of an event belongs to what follows, one at the end of the motion to the last flight.
+    ``end`` is its instant (t, t_low) and the time before which its strobes lie: a strobe at the
+    very instant of an event belongs to what follows, one at the end of the motion to the last
+    flight.
     """
     plan = members.plans[i]
     values = members.values[i]

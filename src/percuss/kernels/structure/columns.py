@@ -5,11 +5,11 @@ equation, forced by the change of the equation along the motion,
 
     M xi'' + C xi' + K xi = dF - dM x'' - dC x' - dK x.
 
-In the modes of the flight, which do not move, the right-hand side is a matrix of the parameter times
-the modes, and the change of the loads: no derivative of a mode is needed, which two equal poles do
-not have. Modes and columns are followed together by their power series in steps of a few radians:
-nothing is divided by a difference of poles, so that equal poles, resonance, critical damping, free
-masses and growing motions are one code (docs/theory/sensitivities.md).
+In the modes of the flight, which do not move, the right-hand side is a matrix of the parameter
+times the modes, and the change of the loads: no derivative of a mode is needed, which two equal
+poles do not have. Modes and columns are followed together by their power series in steps of a few
+radians: nothing is divided by a difference of poles, so that equal poles, resonance, critical
+damping, free masses and growing motions are one code (docs/theory/sensitivities.md).
 """
 
 from __future__ import annotations
@@ -45,7 +45,8 @@ from percuss.kernels.structure.flight import (
     W,
 )
 
-# Functions of time by which the change of a harmonic enters: cos(w t), sin(w t), t cos(w t) and t sin(w t).
+# Functions of time by which the change of a harmonic enters: cos(w t), sin(w t), t cos(w t) and t
+# sin(w t).
 WAVE_ENTRIES = 4
 
 
@@ -56,14 +57,16 @@ class MovedSets(NamedTuple):
     receives a force of coordinates are q = 2 n + s rows: u' and w' of each mode, and the guard of
     each wall that holds.
 
-    change: (b, n, 2, q, p), what it receives of the modes; push: (b, q, p), constants; waves:
-    (b, m, 4, q, p), of the harmonics; records: (b, r, 3, q, p), of a record's value, of that at
-    scale 1, and of t times its slope; places: (b, n, p), where held walls take the coordinates, and
-    reactions: (b, s, n, p), the change of the velocities by which a wall stops the unit velocity of
-    a clearance; drags: (b, s, p), those of SELF_DRAG; impulses: (s, n, p), those of `Sets`; levels:
-    (s, p), the places of stops along their clearances; walls: (p, s, rows, COLUMNS), of the laws of
-    one wall; paces: (r, p), the logarithms of the records' paces; units: (r, rows, COLUMNS), laws of
-    the records at scale 1; record_pushes: (r, n), the accelerations by records at value 1.
+    - ``change`` (b, n, 2, q, p): what it receives of the modes; ``push`` (b, q, p): constants;
+      ``waves`` (b, m, 4, q, p): of the harmonics; ``records`` (b, r, 3, q, p): of a record's value,
+      of that at scale 1, and of t times its slope;
+    - ``places`` (b, n, p): where held walls take the coordinates; ``reactions`` (b, s, n, p): the
+      change of the velocities by which a wall stops the unit velocity of a clearance;
+    - ``drags`` (b, s, p): those of SELF_DRAG; ``impulses`` (s, n, p): those of `Sets`;
+    - ``levels`` (s, p): the places of stops along their clearances; ``walls``
+      (p, s, rows, COLUMNS): of the laws of one wall;
+    - ``paces`` (r, p): the logarithms of the records' paces; ``units`` (r, rows, COLUMNS): laws of
+      the records at scale 1; ``record_pushes`` (r, n): the accelerations by records at value 1.
     """
 
     change: Floats

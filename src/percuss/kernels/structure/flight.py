@@ -61,8 +61,8 @@ U, W = range(2)
 U_FIRST, W_FIRST, U_SECOND, W_SECOND, NORM = range(5)
 # From so many modes on they are taken in loops of one row each, which become vector instructions.
 MANY = 12
-# Columns of what is seen of a guard: value, slope, second derivative, bound of the fourth without the growth
-# over the stretch, and the sums of the magnitudes of the terms of value and slope.
+# Columns of what is seen of a guard: value, slope, second derivative, bound of the fourth without
+# the growth over the stretch, and the sums of the magnitudes of the terms of value and slope.
 VALUE, SPEED, SECOND, BEND, SIZE, RATE_SIZE = range(6)
 SEEN_COLUMNS = 6
 # Terms of a mode's power series below these phases: what is left is less than 1e-17 of the sum.

@@ -2,8 +2,9 @@
 
 The walk goes in steps of doubling lengths, each as long as its tests can tell something. Over a
 step the guard lies within M h^4 / 384 of the cubic through its ends, with M the bound of its fourth
-derivative from the norms of the modes; so a quick mode of small amplitude does not shorten the step.
-A step that is not clear is halved, down to the shortest, and there `first_root` decides as it does for one mass (docs/theory/structures.md).
+derivative from the norms of the modes; so a quick mode of small amplitude does not shorten the
+step. A step that is not clear is halved, down to the shortest, and there `first_root` decides as it
+does for one mass (docs/theory/structures.md).
 """
 
 from __future__ import annotations
@@ -254,9 +255,9 @@ def next_event(
     """Return the first passage of a guard through zero before ``longest``.
 
     ``free`` (stops,) are the times up to which each guard is known to be positive, and come back
-    so. ``scratch`` (8, k, 6), of which the last array is the caller's, holds phases and what is seen
-    along the walk; k is the largest number of modes, harmonics and stops. ``rows`` (9, n) holds the
-    modes.
+    so. ``scratch`` (8, k, 6), of which the last array is the caller's, holds phases and what is
+    seen along the walk; k is the largest number of modes, harmonics and stops. ``rows`` (9, n)
+    holds the modes.
     """
     basis = flight.basis
     n = basis.modes.shape[0]

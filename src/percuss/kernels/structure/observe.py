@@ -43,8 +43,8 @@ GAUGE_ROWS = 3
 # rows is watched, 0 before the first; and a stop that does not press in a tail, -1 for none.
 STRETCH, INSIDE, NOW, NOW_LOW, WATCHED, STOP = range(6)
 PROGRESS_ENTRIES = 6
-# Columns of what is written: the instant, the observable there, that of the function whose zeros are
-# sought, and the kind of the row.
+# Columns of what is written: the instant, the observable there, that of the function whose zeros
+# are sought, and the kind of the row.
 AT_T, AT_VALUE, AT_SLOPE, AT_KIND = range(4)
 TRACE_COLUMNS = 4
 BEGIN, PASSAGE, END = range(3)

@@ -88,9 +88,9 @@ class StructureSegments(NamedTuple):
 
     spans: (n, 2), the instants; nodes: (n, n_x, 2), x and v at the first; sets: (n,), the acting
     stops there; begins: (n, 2 n_x + 1, p), the columns of x, v and t there. Sample i, of those from
-    first[k] to first[k + 1] in segment k, is of quantities[i] at instants[i]; directions: (n_places,
-    n_x), c of each place. Of stops (s, 3) at, stiffness and damping, with their changes (p, s, 3),
-    and signs (s,), 1 where the clearance grows with y.
+    first[k] to first[k + 1] in segment k, is of quantities[i] at instants[i]; directions:
+    (n_places, n_x), c of each place. Of stops (s, 3) at, stiffness and damping, with their changes
+    (p, s, 3), and signs (s,), 1 where the clearance grows with y.
     """
 
     spans: Floats

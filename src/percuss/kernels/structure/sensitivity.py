@@ -76,9 +76,10 @@ ALIKE, ROUNDED = 1e-9, 1e-12
 class VariedRun(NamedTuple):
     """A motion whose derivatives are asked for: its record, the change and where it grazes walls.
 
-    ``graze_times`` (k,) are the instants of grazes, in order, ``graze_stops`` (k,) the stops, and ``jumps``
-    (k, p) what each adds to the velocity of its clearance in each column, as an impulse does: NaN
-    where the motion has no derivative, 0 on the side on which it passes without an impact.
+    ``graze_times`` (k,) are the instants of grazes, in order, ``graze_stops`` (k,) the stops, and
+    ``jumps`` (k, p) what each adds to the velocity of its clearance in each column, as an impulse
+    does: NaN where the motion has no derivative, 0 on the side on which it passes without an
+    impact.
     """
 
     run: StructureRun
@@ -507,7 +508,8 @@ def moved_tail(varied: VariedRun, record: ColumnRecord, row: int, work: CarryWor
 def is_forced_off(run: StructureRun, row: int, s: float) -> bool:
     """Return whether a release, a time s after the event before it, is one by a jump of the forces.
 
-    They jump at a knot, at the edge of a soft stop with a dashpot, and at an impact of another wall.
+    They jump at a knot, at the edge of a soft stop with a dashpot, and at an impact of another
+    wall.
     """
     return s == 0.0 and run.marks[row - 1, KIND] != START
 

@@ -175,7 +175,8 @@ def delay_of(run: StructureRun, row: int, place: Floats, c: int) -> float:
     if run.marks[row, KIND] == IMPACT:
         speed = run.events[row, V_AFTER]
     elif run.marks[row, KIND] == CROSSING:
-        # Its speed is that at which a clearance falls or, on the way out, how deep the stop is pressed in.
+        # Its speed is that at which a clearance falls or, on the way out, how deep the stop is
+        # pressed in.
         is_out = run.events[row, V_AFTER] > 0.0
         speed = -run.events[row, V_BEFORE] if is_out else run.events[row, V_BEFORE]
     else:
@@ -270,9 +271,9 @@ def bounce_column(
 ) -> None:
     """Carry a column across an impact that changes the motion along its impulse alone.
 
-    ``impact`` is (change of the clearance, velocity before, after); ``paces`` hold the accelerations
-    before in [0, 1] and those of `push_of_kick` in [1, 1]. What two large terms would leave, each
-    divided by a small velocity, stands here as it is: hops of a chatter lose no digits.
+    ``impact`` is (change of the clearance, velocity before, after); ``paces`` hold the
+    accelerations before in [0, 1] and those of `push_of_kick` in [1, 1]. What two large terms would
+    leave, each divided by a small velocity, stands here as it is: hops of a chatter lose no digits.
     """
     fall, speed, rebound = impact
     n = place.shape[1]

@@ -62,7 +62,8 @@ def attractor(
 ) -> int:
     """Follow a motion from (x0, v0, t0) and keep its points; return why it ended.
 
-    ``kept`` are the plan, the observables and the ring of points, whose oldest one is not the first.
+    ``kept`` are the plan, the observables and the ring of points, whose oldest one is not the
+    first.
     """
     plan, values, points = kept
     plan_section(run.law, start[2], asked, plan)

@@ -28,7 +28,8 @@ from percuss.kernels.record import AT_REST, REACHED_END
 from percuss.web.facts import PERIODS, TRANSIENT
 from percuss.web.wasm.basins import Space, follow_from
 
-# What is written: the exponent [1/time], its error, and 1 where neighbours part, -1 where they meet.
+# What is written: the exponent [1/time], its error, and 1 where neighbours part, -1 where they
+# meet.
 OUT_VALUE, OUT_ERROR, OUT_SIGN, OUT_ENTRIES = range(4)
 
 
