@@ -244,8 +244,8 @@ def test_a_table_that_creates_energy_or_is_none_is_refused(
 STUDY = """
 [oscillator]
 damping = "0.05"
-stops = [{type = "wall", at = 0, side = "below", restitution = {speeds = [0, "1.5"], values =
-["0.9", "0.7"]}}] [[forcing.harmonics]]
+stops = [{type = "wall", at = 0, side = "below", restitution = {speeds = [0, "1.5"], values = ["0.9", "0.7"]}}]
+[[forcing.harmonics]]
 amplitude = 1
 omega = "2.8"
 [start]

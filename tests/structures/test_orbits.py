@@ -118,6 +118,15 @@ def test_a_run_that_settles_leads_to_its_orbit_with_its_periods() -> None:
     assert pc.find_orbit(NLVIB, loads, guess=orbit).n_periods == 2
 
 
+def test_in_chaos_an_orbit_is_found_from_one_of_the_states_that_the_motion_passes() -> None:
+    wall = pc.Wall(at="0.5", side="above", restitution="0.7", on=0)
+    chain = pc.chain([1, 1], [1, 1, 0], ["0.1", "0.1", 0], stops=(wall,))
+    orbit = pc.find_orbit(chain, pc.Loads({0: pc.square_wave(2)}))
+    assert not orbit.is_stable
+    again = pc.simulate(chain, orbit.loads, x0=orbit.x0, v0=orbit.v0, t_end=orbit.period)
+    assert np.abs(np.concatenate(again(orbit.period)) - [*orbit.x0, *orbit.v0]).max() < 1e-12
+
+
 def test_a_doubled_branch_ends_at_the_doublings_at_both_ends() -> None:
     """It went on with the same orbits half a period later: each of its points came twice or more."""
     over = {"loads.0.omega": (0.6, 0.9)}

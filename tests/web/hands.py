@@ -76,8 +76,8 @@ def pixels(page: Page, k: int = 0) -> list[int]:
           const canvas = document.querySelectorAll('.explore .plot canvas')[k];
           const data = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data;
           const sums = new Array(16).fill(0);
-          for (let i = 3; i < data.length; i += 4) sums[Math.floor(i * 16 / data.length)] +=
-          data[i]; return sums;
+          for (let i = 3; i < data.length; i += 4) sums[Math.floor(i * 16 / data.length)] += data[i];
+          return sums;
         }""",
         k,
     )

@@ -26,8 +26,8 @@ _TICKS = """async (count) => {
     most = Math.max(most, ticks.length);
     if (high / low > 1 + 1e-9) fewest = Math.min(fewest, ticks.length);
     const room = 1e-8 * (high - low) + 1e-8 * (isLog ? high : 0) + 2e-15 * high;
-    const isRight = ticks.every((tick, i) => tick >= low * (1 - 1e-8) - room && tick <= high + room
-    && (i === 0 || tick >= ticks[i - 1])); if (!isRight) wrong.push([low, high, ticks]);
+    const isRight = ticks.every((tick, i) => tick >= low * (1 - 1e-8) - room && tick <= high + room && (i === 0 || tick >= ticks[i - 1]));
+    if (!isRight) wrong.push([low, high, ticks]);
   }
   return { axes, most, fewest, wrong: wrong.slice(0, 3) };
 }"""
@@ -43,8 +43,7 @@ _DRAWN = """async (count) => {
   let n = 0;
   for (; n < count && performance.now() - began < 20000; n += 1) {
     const low = (9.4 + 0.6 * (n / count)) * 10 ** (-12 + (n % 11));
-    plot.show([{ x: [0, 1], y: [low, 1e3 * low], colour: '--curve' }], [], { x: [0, 1], y: [low, 1e7
-    * low] });
+    plot.show([{ x: [0, 1], y: [low, 1e3 * low], colour: '--curve' }], [], { x: [0, 1], y: [low, 1e7 * low] });
   }
   const says = plot.empty.hidden ? '' : plot.empty.textContent;
   plot.close();
@@ -85,8 +84,8 @@ def test_a_slider_dragged_over_its_whole_range_leaves_the_page_alive(page: Page)
       slider.dispatchEvent(new PointerEvent('pointerdown', { bubbles: true }));
       let n = 0;
       for (let value = 800; value >= 0; value -= 16) {
-        const seen = new Promise((resolve) => view.addEventListener('drawn', resolve, { once: true
-        })); slider.value = String(value);
+        const seen = new Promise((resolve) => view.addEventListener('drawn', resolve, { once: true }));
+        slider.value = String(value);
         slider.dispatchEvent(new Event('input', { bubbles: true }));
         await seen;
         n += 1;

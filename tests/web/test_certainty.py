@@ -19,8 +19,8 @@ BLACK = """() => {
   const canvas = document.querySelector('section[aria-label=Basins] canvas');
   const data = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data;
   let n = 0;
-  for (let i = 0; i < data.length; i += 4) if (data[i + 3] > 250 && data[i] + data[i + 1] + data[i +
-  2] < 130) n += 1; return n;
+  for (let i = 0; i < data.length; i += 4) if (data[i + 3] > 250 && data[i] + data[i + 1] + data[i + 2] < 130) n += 1;
+  return n;
 }"""
 
 

@@ -183,8 +183,8 @@ def test_a_record_is_loaded_fitted_and_put_into_the_sliders(page: Page, tmp_path
 CHOOSE = """(root, wanted) => {
   for (const label of root.querySelectorAll("label")) {
     const select = label.querySelector("select");
-    const [, title] = Object.entries(wanted).find(([name]) => label.textContent.startsWith(name)) ??
-    []; if (title === undefined) continue;
+    const [, title] = Object.entries(wanted).find(([name]) => label.textContent.startsWith(name)) ?? [];
+    if (title === undefined) continue;
     select.value = title;
     select.dispatchEvent(new Event("change"));
   }

@@ -161,10 +161,10 @@ def test_arrow_keys_and_shift_drag_pan_in_both_directions(page: Page) -> None:
 PINCH = """() => {
   const over = document.querySelector('.explore .u-over');
   const box = over.getBoundingClientRect();
-  const at = (id, x) => new Touch({ identifier: id, target: over, clientX: box.left + x * box.width,
-  clientY: box.top + box.height / 2 }); const say = (name, touches) => over.dispatchEvent(new
-  TouchEvent(name, { touches, bubbles: true, cancelable: true })); say('touchstart', [at(1, 0.4),
-  at(2, 0.6)]); const isTaken = !say('touchmove', [at(1, 0.3), at(2, 0.7)]);
+  const at = (id, x) => new Touch({ identifier: id, target: over, clientX: box.left + x * box.width, clientY: box.top + box.height / 2 });
+  const say = (name, touches) => over.dispatchEvent(new TouchEvent(name, { touches, bubbles: true, cancelable: true }));
+  say('touchstart', [at(1, 0.4), at(2, 0.6)]);
+  const isTaken = !say('touchmove', [at(1, 0.3), at(2, 0.7)]);
   say('touchend', []);
   const isLeft = say('touchstart', [at(1, 0.4)]) && say('touchmove', [at(1, 0.2)]);
   say('touchend', []);

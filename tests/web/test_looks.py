@@ -147,8 +147,8 @@ def test_what_comes_before_a_motion_has_settled_is_pale(page: Page) -> None:
     # The impacts of the second half of the run, and those of the first half.
     strong, pale = page.evaluate(
         """() => {
-          const plot = [...document.querySelectorAll('.explore .plot')].find((it) =>
-          it.textContent.includes('Impacts')); const canvas = plot.querySelector('canvas');
+          const plot = [...document.querySelectorAll('.explore .plot')].find((it) => it.textContent.includes('Impacts'));
+          const canvas = plot.querySelector('canvas');
           const colour = getComputedStyle(plot).getPropertyValue('--curve').trim();
           const wanted = [1, 3, 5].map((k) => Number.parseInt(colour.slice(k, k + 2), 16));
           const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);

@@ -36,16 +36,13 @@ PLACE = """() => {
 MARKS = """() => [...document.querySelectorAll('.explore .plot')].flatMap((plot) => {
   const [over, dot, line] = ['.u-over', '.dot', '.time'].map((it) => plot.querySelector(it));
   if (!over) return [];
-  const [{ x: [low, high], y: [bottom, top] }, box] =
-  [JSON.parse(plot.querySelector('.canvas').dataset.limits), over.getBoundingClientRect()]; const at
-  = (it) => {
+  const [{ x: [low, high], y: [bottom, top] }, box] = [JSON.parse(plot.querySelector('.canvas').dataset.limits), over.getBoundingClientRect()];
+  const at = (it) => {
     if (it.hidden) return null;
     const { left, top: up, width, height } = it.getBoundingClientRect();
-    return [low + (high - low) * (left + width / 2 - box.left) / box.width, top - (top - bottom) *
-    (up + height / 2 - box.top) / box.height];
+    return [low + (high - low) * (left + width / 2 - box.left) / box.width, top - (top - bottom) * (up + height / 2 - box.top) / box.height];
   };
-  return [{ title: plot.querySelector('strong').textContent, dot: at(dot), line: at(line)?.[0] ??
-  null, unit: [(high - low) / box.width, (top - bottom) / box.height] }];
+  return [{ title: plot.querySelector('strong').textContent, dot: at(dot), line: at(line)?.[0] ?? null, unit: [(high - low) / box.width, (top - bottom) / box.height] }];
 })"""
 
 
@@ -304,8 +301,7 @@ SCHEDULE = """async (impacts) => {
   const found = [];
   // Frames of 1/60 s, each from where the one before ended.
   for (let now = 0; now < impacts.end; now += 0.03) {
-    for (const it of clicksBetween(impacts, now, now + 0.03, 1.8)) found.push([it.time, now + 1.8 *
-    it.delay, it.loudness]);
+    for (const it of clicksBetween(impacts, now, now + 0.03, 1.8)) found.push([it.time, now + 1.8 * it.delay, it.loudness]);
   }
   return found;
 }"""
@@ -313,8 +309,8 @@ SCHEDULE = """async (impacts) => {
 SILENCE = """() => {
   window.sounds = [];
   const value = () => ({ setValueAtTime() {}, exponentialRampToValueAtTime() {} });
-  const node = () => ({ frequency: value(), gain: value(), connect: (to) => to, start: (at) =>
-  window.sounds.push(at), stop() {} }); window.AudioContext = class {
+  const node = () => ({ frequency: value(), gain: value(), connect: (to) => to, start: (at) => window.sounds.push(at), stop() {} });
+  window.AudioContext = class {
     get currentTime() { return performance.now() / 1000; }
     resume() {}
     close() {}

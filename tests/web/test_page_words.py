@@ -34,8 +34,7 @@ def test_a_share_of_all_starts_tells_what_the_number_of_starts_allows(page: Page
     said = page.evaluate(
         """async () => {
           const { shareText } = await import('/static/js/basin_picture.js');
-          return [shareText({ fraction: 1, error: 0 }, 65536), shareText({ fraction: 0.5, error:
-          0.002 }, 65536), shareText({ fraction: 1, error: 0 }, 256)];
+          return [shareText({ fraction: 1, error: 0 }, 65536), shareText({ fraction: 0.5, error: 0.002 }, 65536), shareText({ fraction: 1, error: 0 }, 256)];
         }"""
     )
     # By the rule of three: with 3 / n at 95 %.

@@ -123,8 +123,8 @@ def test_a_record_is_dropped_on_the_panel(page: Page) -> None:
     data = page.evaluate_handle(
         """() => {
           const data = new DataTransfer();
-          data.items.add(new File(['t,f\\n0,0\\n1,1\\n4,0\\n'], 'dropped.csv', { type: 'text/csv'
-          })); return data;
+          data.items.add(new File(['t,f\\n0,0\\n1,1\\n4,0\\n'], 'dropped.csv', { type: 'text/csv' }));
+          return data;
         }"""
     )
     page.locator("form.panel").dispatch_event("drop", {"dataTransfer": data})

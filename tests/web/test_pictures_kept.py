@@ -183,8 +183,8 @@ def test_the_bar_of_basins_says_what_the_text_says(page: Page) -> None:
     view.get_by_role("button", name="Compute", exact=True).click()
     said = page.evaluate(
         """async () => {
-          const [bar, status] = ['progress', '.status'].map((it) =>
-          document.querySelector(`section[aria-label=Basins] ${it}`)); const rows = [];
+          const [bar, status] = ['progress', '.status'].map((it) => document.querySelector(`section[aria-label=Basins] ${it}`));
+          const rows = [];
           while (!status.textContent.startsWith('done') && rows.length < 40) {
             const share = /^(\\d+) %/.exec(status.textContent);
             if (share) rows.push([Number(share[1]), Math.round(100 * bar.value)]);

@@ -43,8 +43,7 @@ def test_a_box_shows_all_digits(page: Page, width: int) -> None:
             letters = len(end.input_value())
             needed = end.evaluate(
                 """(it, n) => { const pen = document.createElement('canvas').getContext('2d');
-                pen.font = getComputedStyle(it).font; return pen.measureText('0'.repeat(n)).width;
-                }""",
+                pen.font = getComputedStyle(it).font; return pen.measureText('0'.repeat(n)).width; }""",
                 letters,
             )
             assert end.evaluate("it => it.clientWidth") >= needed + 10

@@ -107,9 +107,8 @@ STOPS = """(name) => {
   const style = getComputedStyle(canvas);
   const data = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data;
   return ['--wall', '--stop'].map((colour) => {
-    const wanted = [1, 3, 5].map((k) => parseInt(style.getPropertyValue(colour).trim().slice(k, k +
-    2), 16)); return Array.from({ length: data.length / 4 }, (_, i) => wanted.every((part, k) =>
-    data[4 * i + k] === part) && data[4 * i + 3] === 255).filter((it) => it).length;
+    const wanted = [1, 3, 5].map((k) => parseInt(style.getPropertyValue(colour).trim().slice(k, k + 2), 16));
+    return Array.from({ length: data.length / 4 }, (_, i) => wanted.every((part, k) => data[4 * i + k] === part) && data[4 * i + 3] === 255).filter((it) => it).length;
   });
 }"""
 
@@ -280,11 +279,10 @@ def test_the_bits_of_a_motion_in_the_browser_are_those_of_python(page: Page) -> 
           const { loadKernels } = await import('/static/js/kernels.js');
           const { follow } = await import('/static/js/local_motion.js');
           const { readStudy } = await import('/static/js/local_study.js');
-          const kernels = await loadKernels(await (await
-          fetch('/static/kernels.wasm')).arrayBuffer()); return studies.map((study) => {
+          const kernels = await loadKernels(await (await fetch('/static/kernels.wasm')).arrayBuffer());
+          return studies.map((study) => {
             kernels.clear();
-            return [...new BigInt64Array(follow(kernels, readStudy(study,
-            kernels)).rows.events.buffer)].map(String);
+            return [...new BigInt64Array(follow(kernels, readStudy(study, kernels)).rows.events.buffer)].map(String);
           });
         }""",
         tables,

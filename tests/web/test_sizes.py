@@ -30,8 +30,8 @@ def test_nothing_is_cut_off_at_any_size(tab: Page, address: str, width: int, hei
         assert opened.evaluate("document.documentElement.scrollWidth") <= width
         wide = opened.evaluate(
             """() => [...document.querySelectorAll('section:not([hidden]) :is(button, label, dd, dt, legend)')]
-              .filter((it) => it.offsetParent && it.scrollWidth > it.clientWidth + 1 &&
-              getComputedStyle(it).display !== 'inline') .map((it) => it.textContent)"""
+              .filter((it) => it.offsetParent && it.scrollWidth > it.clientWidth + 1 && getComputedStyle(it).display !== 'inline')
+              .map((it) => it.textContent)"""
         )
         assert wide == []
     opened.close()

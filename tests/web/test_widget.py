@@ -30,8 +30,8 @@ for _ in range(600):
     await asyncio.sleep(0.1)
     if sent:
         break
-widget.cells.take(widget, {"kind": "file", "id": "a", "extension": "py", "request": {**request,
-"kind": "motion"}}, []) data = sent[0][1][0]
+widget.cells.take(widget, {"kind": "file", "id": "a", "extension": "py", "request": {**request, "kind": "motion"}}, [])
+data = sent[0][1][0]
 header = json.loads(data[4 : 4 + int.from_bytes(data[:4], "little")])
 print(header["id"], header["n_impacts"], sent[1][0]["name"])
 """
@@ -143,9 +143,8 @@ def test_the_width_of_the_cell_decides_the_layout(
     asides = page.evaluate(
         """(width) => [...document.querySelectorAll('.explore')].map((explore) => {
           explore.closest('.percuss').style.width = `${width}px`;
-          const [aside, plot] = ['aside', '.plot'].map((it) =>
-          explore.querySelector(it).getBoundingClientRect()); return plot.left >= aside.right &&
-          explore.scrollWidth <= width;
+          const [aside, plot] = ['aside', '.plot'].map((it) => explore.querySelector(it).getBoundingClientRect());
+          return plot.left >= aside.right && explore.scrollWidth <= width;
         })""",
         width,
     )

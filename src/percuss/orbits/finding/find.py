@@ -107,8 +107,8 @@ def find_orbit(
     sticking.
 
     An orbit of a structure is found by Newton's method on the map over its period, from the state
-    of a guess, or where a motion from rest is after 200 periods; it takes `n_periods` and `guess`
-    alone, and returns a `StructureOrbit`.
+    of a guess, or where a motion from rest is after 200 periods, or some more if none is found from
+    there; it takes `n_periods` and `guess` alone, and returns a `StructureOrbit`.
 
     Parameters
     ----------

@@ -57,6 +57,8 @@ HALVINGS = 8
 ON_CIRCLE = 1e-9
 # Periods of an orbit after which a motion from rest may have settled.
 SETTLING = 200
+# States, a period apart, from which an orbit is then sought.
+ATTEMPTS = 20
 # Events of one period.
 MOST_EVENTS = 100_000
 
@@ -252,7 +254,7 @@ def find_structure_orbit(
     guess
         (x0, v0), the state at t = 0 near which to look [length, length/time], a run that settles
         on the orbit, or an orbit of a similar structure. Default: the motion from rest, after 200
-        periods of the orbit.
+        periods of the orbit, or some more where none is found from there.
     n_periods
         Periods of the loads after which it repeats; 1 stands for those of a guess that is a run or
         an orbit.
@@ -272,11 +274,7 @@ def find_structure_orbit(
     loads, n_periods = loads_of(structure, loads), whole("n_periods", n_periods, 1)
     system = StructureSystem.of(structure, loads)
     if guess is None:
-        start = check_start(structure)
-        state = period_map(
-            system, np.concatenate([start.x, start.v]), n_periods * SETTLING, derivative=False
-        ).image
-        return structure_orbit_at(system, state, n_periods)
+        return _orbit_from_rest(system, n_periods)
     if isinstance(guess, StructureTrajectory):
         if n_periods == 1:
             n_periods = classify_impact_times(guess).n_periods or 1
@@ -289,6 +287,23 @@ def find_structure_orbit(
         raise ParameterError("guess", guess, reason)
     start = check_start(structure, guess[0], guess[1])
     return structure_orbit_at(system, np.concatenate([start.x, start.v]), n_periods)
+
+
+def _orbit_from_rest(system: StructureSystem, n_periods: int) -> StructureOrbit:
+    """Return the orbit next to where the motion from rest has come to.
+
+    Where it does not settle, in chaos, Newton's method leads to an orbit from some of the states
+    that it passes, and not from others.
+    """
+    start = check_start(system.structure)
+    state = np.concatenate([start.x, start.v])
+    state = period_map(system, state, n_periods * SETTLING, derivative=False).image
+    for _ in range(ATTEMPTS - 1):
+        try:
+            return structure_orbit_at(system, state, n_periods)
+        except ConvergenceError:
+            state = period_map(system, state, n_periods, derivative=False).image
+    return structure_orbit_at(system, state, n_periods)
 
 
 def _last_strobe(run: StructureTrajectory) -> tuple[list[float], list[float]]:
