@@ -257,6 +257,25 @@ def test_a_symmetry_between_walls_breaks_where_that_of_the_oscillator_does() -> 
     assert {point.row for point in ends} == {0, len(family) - 1}
 
 
+def test_a_branch_folds_where_orbits_of_another_family_lie_beside_the_fold() -> None:
+    """It went on along the other one, with a "branch point" without a multiplier of 1."""
+    stops = [
+        pc.SoftStop("0.3566", "above", "48.2", "0.3323", on=(1, -1)),
+        pc.SoftStop("-0.3566", "below", "49.84", "0.3665", on=(1, -1)),
+    ]
+    two = pc.chain(["1.6305", "1.1978"], ["0.65559", "1.9503", 0], dashpots="0.10578", stops=stops)
+    loads = pc.Loads({0: pc.cosine("1.0638", amplitude="0.91443")})
+    orbit = pc.find_orbits(two, loads, 4, 1, effort=0.3)[2]
+
+    branch = pc.continue_orbit(orbit, over={"loads.0.omega": ("1.01", "1.1")}, largest_step=0.1)
+
+    kinds = [point.kind for point in branch.special_points]
+    assert "branch_point" not in kinds
+    folds = [point for point in branch.special_points if point.kind == "fold"]
+    assert [fold.value for fold in folds] == pytest.approx([1.015213361563, 1.014813901241])
+    assert all(np.abs(fold.orbit.multipliers - 1.0).min() < 1e-5 for fold in folds)
+
+
 def test_a_doubled_orbit_is_found_where_the_branch_of_the_shorter_one_grazes_soon() -> None:
     """The family bends within a thousandth of its size: all steps onto it were longer."""
     stops: list[pc.Wall | pc.SoftStop] = [

@@ -49,6 +49,9 @@ COVERED = 1e-3
 RESONANT = 1e-3
 # A bracket in the parameter that is a location, as a part of it.
 LOCATED = 1e-9
+# Points next to a zero that are farther apart lie on two families: beside a fold of one the
+# corrector finds the other.
+APART = 1e-6
 # An event this near to t = 0, as a part of the period, is passing it; parts of the range beyond.
 STROBED, BEYOND = 1e-6, (10.0 * DIFFERENCE, 1e-5, 1e-4, 1e-3)
 
@@ -86,6 +89,7 @@ class _BranchDetector:
         """Return the special points between two neighbours, in order."""
         equations = here.problem
         rows: list[PlacedRow] = []
+        is_astray = False
         end = _origin_between(here, new)
         for name in equations.kinds:
             ends = (here.tests[name], new.tests[name])
@@ -103,12 +107,16 @@ class _BranchDetector:
                 return equations.tests(z, equations.solution(z))[name] - middle
 
             zero = locate(here, new, test, ends)
+            if name == "multiplier 1":
+                origin = None if zero is None else _origin_at(here, new, zero)
+                if origin is not None:
+                    rows.append(origin)
+                    end = end if equations.is_symmetric(here.orbit) else origin
+                    continue
+                is_astray = zero is None or norm(zero.ends[1] - zero.ends[0]) > APART
+                if is_astray:
+                    continue
             if zero is None:
-                continue
-            origin = _origin_at(here, new, zero) if name == "multiplier 1" else None
-            if origin is not None:
-                rows.append(origin)
-                end = end if equations.is_symmetric(here.orbit) else origin
                 continue
             row = _special_at(here, new, zero, name, ends)
             if row is not None:
@@ -122,7 +130,7 @@ class _BranchDetector:
             where = near if end[2] is None else f"at {end[1].text}"
             why = f"{where} {ENDS[equations.origin]}"
         rows.sort(key=lambda row: row[0])
-        return Segment([(point, special) for _, point, special in rows], why)
+        return Segment([(point, special) for _, point, special in rows], why, is_astray=is_astray)
 
     def stopped(
         self,
