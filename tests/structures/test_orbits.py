@@ -276,6 +276,29 @@ def test_a_branch_folds_where_orbits_of_another_family_lie_beside_the_fold() -> 
     assert all(np.abs(fold.orbit.multipliers - 1.0).min() < 1e-5 for fold in folds)
 
 
+def test_a_branch_of_formal_orbits_ends_where_two_impacts_coincide() -> None:
+    """It went on among instants that are solutions to rounding, with false folds and doublings."""
+    wall = pc.Wall("0.4662", "above", "0.8305", on=(1, -1, 0))
+    three = pc.chain(
+        ["1.652", "0.689", "1.74"],
+        ["1.774", "1.025", "1.267", 0],
+        dashpots="0.08218",
+        stops=[wall],
+    )
+    loads = pc.Loads({0: pc.cosine("1.058", amplitude="1.176")})
+    orbit = pc.find_orbits(three, loads, 4, 2, effort=0.3)[1]
+
+    branch = pc.continue_orbit(orbit, over={"loads.0.omega": ("0.79", "1.38")}, largest_step=0.1)
+
+    assert branch.end_reason.count("impacts coincide") == 2
+    for end in (branch[0], branch[-1]):
+        nearest = int(np.argmin(np.diff(end.run.impacts.t)))
+        assert np.abs(end.run.impacts.v_before[nearest : nearest + 2]).max() < 1e-2
+    ends = branch.values[[0, -1]]
+    points = np.array([point.value for point in branch.special_points])
+    assert np.abs(points[:, None] - ends).min() > 1e-4
+
+
 def test_a_doubled_orbit_is_found_where_the_branch_of_the_shorter_one_grazes_soon() -> None:
     """The family bends within a thousandth of its size: all steps onto it were longer."""
     stops: list[pc.Wall | pc.SoftStop] = [

@@ -17,6 +17,7 @@ from percuss.numerics import dot, norm
 from percuss.orbits.bifurcations.bifurcation_origin import ONE_AND_THE_SAME, Origin
 from percuss.orbits.bifurcations.border_collision import border_reached, effect_of
 from percuss.orbits.bifurcations.branch_equations import range_about
+from percuss.orbits.bifurcations.detector import COINCIDENCE
 from percuss.orbits.bifurcations.special_points import SpecialPointKind
 from percuss.orbits.bifurcations.structure_branch import (
     DIFFERENCE,
@@ -129,6 +130,10 @@ class _BranchDetector:
             near = f"near {equations.paths[0]} = {value:.5g}"
             where = near if end[2] is None else f"at {end[1].text}"
             why = f"{where} {ENDS[equations.origin]}"
+        elif isinstance(equations, WallEquations) and equations.coincide(here.z, new.z):
+            # As many digits as are right.
+            value = equations.values(new.z)[0]
+            why = f"near {equations.paths[0]} = {value:.5g} {COINCIDENCE}"
         rows.sort(key=lambda row: row[0])
         return Segment([(point, special) for _, point, special in rows], why, is_astray=is_astray)
 

@@ -48,6 +48,7 @@ from percuss.motion.structures import StructureTrajectory
 from percuss.motion.trajectory import Outcome
 from percuss.numerics import determinant, dot, matmul, solve_linear
 from percuss.orbits.bifurcations.borders import Bordered
+from percuss.orbits.bifurcations.branch_equations import NO_TIME
 from percuss.orbits.bifurcations.force_jumps import Crossing
 from percuss.orbits.bifurcations.jumps_of_loads import JumpsOfLoads
 from percuss.orbits.bifurcations.special_points import SpecialPointKind
@@ -239,6 +240,27 @@ class WallEquations(StructureEquations, Bordered):
             return z
         state, instants, parameters = np.split(z, [len(self.units), len(z) - len(self.paths)])
         return np.concatenate([state, 0.5 * instants, 0.5 * instants + 0.5, parameters])
+
+    def coincide(self, here: Floats, new: Floats) -> bool:
+        """Return whether two impacts on one wall come to one instant from a point to the next.
+
+        There their velocities vanish, and so do the derivatives of their clearances: any instant
+        near is a solution to rounding.
+        """
+        first, k = len(self.units), len(self.walls)
+        before, after = (
+            np.diff(z[first : first + k], append=z[first : first + 1] + 1.0) for z in (here, new)
+        )
+        return any(
+            wall == following and b < a and b < NO_TIME
+            for wall, following, a, b in zip(
+                self.walls,
+                (*self.walls[1:], *self.walls[:1]),
+                before.tolist(),
+                after.tolist(),
+                strict=True,
+            )
+        )
 
     def closure(self, z: Floats) -> tuple[Floats, Floats]:
         """Return the scaled residuals of a point, and their derivative without the parameters."""
