@@ -211,6 +211,94 @@ def test_a_doubled_branch_ends_at_a_doubling_next_to_a_fold_of_the_shorter_orbit
         assert end.value == pytest.approx(doubling.value, rel=1e-11)
 
 
+def test_a_family_of_mirrored_pairs_ends_where_its_orbits_are_symmetric() -> None:
+    """It turned at the symmetric orbits without a special point, and came back mirrored."""
+    stops = [
+        pc.SoftStop("0.25", "above", "9.7", "0.43", on=1),
+        pc.SoftStop("-0.25", "below", "9.7", "0.43", on=1),
+    ]
+    two = pc.chain(["0.97", "0.68"], ["0.985", "1.897", 0], dashpots="0.05", stops=stops)
+    over = {"loads.0.omega": ("1.2", "1.57")}
+    symmetric = pc.find_orbit(two, pc.Loads({0: pc.cosine("1.55", amplitude="0.56")}))
+    ends = pc.continue_orbit(symmetric, over=over).special_points
+
+    family = pc.continue_orbit(pc.switch_branch(ends[0]), over=over)
+
+    assert [point.kind for point in ends] == ["symmetry_breaking", "symmetry_breaking"]
+    assert family.end_reason.count("symmetric; beyond it lies the mirrored family") == 2
+    first, last = family.special_points[0], family.special_points[-1]
+    assert (first.row, last.row) == (0, len(family) - 1)
+    for point, other in zip((first, last), sorted(ends, key=lambda end: end.value), strict=True):
+        assert (point.kind, point.status) == ("symmetry_breaking", "located")
+        assert point.value == pytest.approx(other.value, rel=1e-10)
+        x, v = point.orbit.run(0.5 * point.orbit.period)
+        assert np.abs([x + point.orbit.x0, v + point.orbit.v0]).max() < 1e-6
+        assert np.abs(point.orbit.multipliers - 1.0).min() < 1e-6
+
+
+def test_a_symmetry_between_walls_breaks_where_that_of_the_oscillator_does() -> None:
+    walls = pc.Wall("0.5", "above", "0.6"), pc.Wall("-0.5", "below", "0.6")
+    osc = pc.Oscillator(stiffness=1, damping="0.05", stops=walls)
+    one = pc.Structure(mass=1, stiffness=1, damping="0.1", stops=walls)
+    force = pc.cosine("1.5")
+    (orbit, *_) = pc.find_orbits(osc, force, 2, 1)
+    alone = pc.continue_orbit(orbit, over={"forcing.omega": ("1.1", "1.5")})
+    expected = [point.value for point in alone.special_points if point.kind == "symmetry_breaking"]
+    over = {"loads.0.omega": ("1.1", "1.5")}
+
+    symmetric = pc.continue_orbit(pc.find_orbit(one, pc.Loads({0: force})), over=over)
+    breaks = [point for point in symmetric.special_points if point.kind == "symmetry_breaking"]
+    family = pc.continue_orbit(pc.switch_branch(breaks[0]), over=over)
+
+    assert [point.value for point in breaks] == pytest.approx(expected, rel=1e-9)
+    assert len(expected) == 2
+    ends = [point for point in family.special_points if point.kind == "symmetry_breaking"]
+    assert sorted(point.value for point in ends) == pytest.approx(sorted(expected), rel=1e-9)
+    assert {point.row for point in ends} == {0, len(family) - 1}
+
+
+def test_a_branch_folds_where_orbits_of_another_family_lie_beside_the_fold() -> None:
+    """It went on along the other one, with a "branch point" without a multiplier of 1."""
+    stops = [
+        pc.SoftStop("0.3566", "above", "48.2", "0.3323", on=(1, -1)),
+        pc.SoftStop("-0.3566", "below", "49.84", "0.3665", on=(1, -1)),
+    ]
+    two = pc.chain(["1.6305", "1.1978"], ["0.65559", "1.9503", 0], dashpots="0.10578", stops=stops)
+    loads = pc.Loads({0: pc.cosine("1.0638", amplitude="0.91443")})
+    orbit = pc.find_orbits(two, loads, 4, 1, effort=0.3)[2]
+
+    branch = pc.continue_orbit(orbit, over={"loads.0.omega": ("1.01", "1.1")}, largest_step=0.1)
+
+    kinds = [point.kind for point in branch.special_points]
+    assert "branch_point" not in kinds
+    folds = [point for point in branch.special_points if point.kind == "fold"]
+    assert [fold.value for fold in folds] == pytest.approx([1.015213361563, 1.014813901241])
+    assert all(np.abs(fold.orbit.multipliers - 1.0).min() < 1e-5 for fold in folds)
+
+
+def test_a_branch_of_formal_orbits_ends_where_two_impacts_coincide() -> None:
+    """It went on among instants that are solutions to rounding, with false folds and doublings."""
+    wall = pc.Wall("0.4662", "above", "0.8305", on=(1, -1, 0))
+    three = pc.chain(
+        ["1.652", "0.689", "1.74"],
+        ["1.774", "1.025", "1.267", 0],
+        dashpots="0.08218",
+        stops=[wall],
+    )
+    loads = pc.Loads({0: pc.cosine("1.058", amplitude="1.176")})
+    orbit = pc.find_orbits(three, loads, 4, 2, effort=0.3)[1]
+
+    branch = pc.continue_orbit(orbit, over={"loads.0.omega": ("0.79", "1.38")}, largest_step=0.1)
+
+    assert branch.end_reason.count("impacts coincide") == 2
+    for end in (branch[0], branch[-1]):
+        nearest = int(np.argmin(np.diff(end.run.impacts.t)))
+        assert np.abs(end.run.impacts.v_before[nearest : nearest + 2]).max() < 1e-2
+    ends = branch.values[[0, -1]]
+    points = np.array([point.value for point in branch.special_points])
+    assert np.abs(points[:, None] - ends).min() > 1e-4
+
+
 def test_a_doubled_orbit_is_found_where_the_branch_of_the_shorter_one_grazes_soon() -> None:
     """The family bends within a thousandth of its size: all steps onto it were longer."""
     stops: list[pc.Wall | pc.SoftStop] = [

@@ -32,6 +32,7 @@ from percuss.orbits.orbit.solve import Solution, orbit_of_solution
 from percuss.orbits.orbit.steady import steady_orbit
 
 __all__ = [
+    "NO_TIME",
     "BranchEquations",
     "OrbitEquations",
     "Ranges",

@@ -14,8 +14,10 @@ from percuss.errors import PercussError
 from percuss.model.exact import Phase
 from percuss.model.faults import check_mapping
 from percuss.numerics import dot, norm
+from percuss.orbits.bifurcations.bifurcation_origin import ONE_AND_THE_SAME, Origin
 from percuss.orbits.bifurcations.border_collision import border_reached, effect_of
 from percuss.orbits.bifurcations.branch_equations import range_about
+from percuss.orbits.bifurcations.detector import COINCIDENCE
 from percuss.orbits.bifurcations.special_points import SpecialPointKind
 from percuss.orbits.bifurcations.structure_branch import (
     DIFFERENCE,
@@ -32,27 +34,51 @@ from percuss.orbits.continuation.follow import (
     follow_both_ways,
     special_points_of,
 )
-from percuss.orbits.continuation.locate import changes_sign, locate, locate_near
+from percuss.orbits.continuation.locate import Zero, changes_sign, locate, locate_near
 from percuss.orbits.continuation.problem import Point, along_parameter
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
+from percuss.orbits.orbit.symmetry import MIRRORED
 from percuss.progress import Progress, Report
 from percuss.wording import counted
 
 __all__ = ["continue_structure_orbit"]
 
-# By how much half a period moves an orbit that covers a shorter one, as a part of what it moves its
-# neighbours.
+# Difference of the halves of an orbit at the origin of its family, as a part of its neighbours'.
 COVERED = 1e-3
 # A pair of multipliers on the unit circle nearer than this to a root of unity of low order is a
 # strong resonance.
 RESONANT = 1e-3
 # A bracket in the parameter that is a location, as a part of it.
 LOCATED = 1e-9
+# Points next to a zero that are farther apart lie on two families: beside a fold of one the
+# corrector finds the other.
+APART = 1e-6
 # An event this near to t = 0, as a part of the period, is passing it; parts of the range beyond.
 STROBED, BEYOND = 1e-6, (10.0 * DIFFERENCE, 1e-5, 1e-4, 1e-3)
 
 
+# Of the origins of families the simpler orbits' test, its kind and detail, and why they end there.
+ORIGINS: dict[Origin, tuple[str, SpecialPointKind, str]] = {
+    "doubled": (
+        "multiplier -1",
+        "period_doubling",
+        "the family of doubled orbits begins here; the orbit is the one that doubles",
+    ),
+    "mirrored": (
+        "multiplier 1",
+        "symmetry_breaking",
+        "the orbit is symmetric; two that mirror each other start",
+    ),
+}
+ENDS: dict[Origin, str] = {
+    "doubled": "the orbit is the two-fold cover of a shorter one",
+    "mirrored": "the orbit is symmetric; beyond it lies the mirrored family",
+}
+
+
 StructureRow: TypeAlias = tuple[Point[StructureEquations], StructureSpecialPoint | None]
+# A row after the part of a chord at which it lies.
+PlacedRow: TypeAlias = tuple[float, Point[StructureEquations], StructureSpecialPoint | None]
 
 
 class _BranchDetector:
@@ -63,9 +89,10 @@ class _BranchDetector:
     ) -> Segment[StructureEquations, StructureSpecialPoint]:
         """Return the special points between two neighbours, in order."""
         equations = here.problem
-        rows: list[tuple[float, Point[StructureEquations], StructureSpecialPoint | None]] = []
-        turns = here.tangent[-1] * new.tangent[-1] < 0.0
-        for name, kind in equations.kinds.items():
+        rows: list[PlacedRow] = []
+        is_astray = False
+        end = _origin_between(here, new)
+        for name in equations.kinds:
             ends = (here.tests[name], new.tests[name])
             if name == "contacts":
                 middle = 0.5 * (ends[0] + ends[1])
@@ -81,40 +108,34 @@ class _BranchDetector:
                 return equations.tests(z, equations.solution(z))[name] - middle
 
             zero = locate(here, new, test, ends)
+            if name == "multiplier 1":
+                origin = None if zero is None else _origin_at(here, new, zero)
+                if origin is not None:
+                    rows.append(origin)
+                    end = end if equations.is_symmetric(here.orbit) else origin
+                    continue
+                is_astray = zero is None or norm(zero.ends[1] - zero.ends[0]) > APART
+                if is_astray:
+                    continue
             if zero is None:
                 continue
-            orbit = cast("StructureOrbit", zero.orbit)
-            tests = equations.tests(zero.z, orbit)
-            if name in equations.of_motions and any(
-                tests[other] < 0.0 for other in equations.of_motions if other != name
-            ):
-                continue
-            is_fold = name == "multiplier 1" and turns
-            detail = _detail("fold" if is_fold else kind, orbit, ends, name)
-            if detail is None:
-                continue
-            width = abs(zero.ends[0][-1] - zero.ends[1][-1])
-            special = StructureSpecialPoint(
-                "fold" if is_fold else kind,
-                equations.paths[0],
-                equations.values(zero.z)[0],
-                "located" if width <= LOCATED else "bracketed",
-                orbit,
-                -1,
-                detail,
-            )
-            point = Point(zero.z, new.tangent, zero.orbit, tests, equations)
-            rows.append((zero.part, point, special))
-        end, why = _cover_between(here, new), ""
+            row = _special_at(here, new, zero, name, ends)
+            if row is not None:
+                rows.append(row)
+        why = ""
         if end is not None:
             rows = [*(row for row in rows if row[0] < end[0]), end]
-            # Without the shorter orbit as many digits as are right.
+            # Without the simpler orbit as many digits as are right.
             value = equations.values(end[1].z)[0]
             near = f"near {equations.paths[0]} = {value:.5g}"
             where = near if end[2] is None else f"at {end[1].text}"
-            why = f"{where} the orbit is the two-fold cover of a shorter one"
+            why = f"{where} {ENDS[equations.origin]}"
+        elif isinstance(equations, WallEquations) and equations.coincide(here.z, new.z):
+            # As many digits as are right.
+            value = equations.values(new.z)[0]
+            why = f"near {equations.paths[0]} = {value:.5g} {COINCIDENCE}"
         rows.sort(key=lambda row: row[0])
-        return Segment([(point, special) for _, point, special in rows], why)
+        return Segment([(point, special) for _, point, special in rows], why, is_astray=is_astray)
 
     def stopped(
         self,
@@ -163,26 +184,26 @@ class _BranchDetector:
         return Segment(rows, border.end_reason, beyond)
 
 
-def _cover_between(
+def _origin_between(
     here: Point[StructureEquations], new: Point[StructureEquations]
-) -> tuple[float, Point[StructureEquations], StructureSpecialPoint | None] | None:
-    """Return where the orbit is the two-fold cover of a shorter one, None where it nowhere is.
+) -> PlacedRow | None:
+    """Return where the family originates from a simpler one, None where it nowhere does.
 
-    There a family of doubled orbits begins or ends: beyond lie the same orbits once more, half a
-    period later. What half a period moves goes through zero as a whole. Returned are the part of
-    the chord, the last point of the branch, and the shorter orbit that doubles, if it is a motion.
+    A family of doubled orbits begins or ends where they are two-fold covers, one of mirrored pairs
+    where they are symmetric: beyond lie the same orbits once more, half a period later, or
+    mirrored. The difference of an orbit's halves goes through zero there as a whole. Returned are
+    the part of the chord, the last point of the branch, and the simpler orbit, if it is a motion.
     """
     equations = here.problem
-    family = equations.halved()
-    if family is None:
+    if equations.simpler(here.orbit) is None:
         return None
     ends = equations.halves(here.orbit), equations.halves(new.orbit)
-    if dot(*ends) >= 0.0:
+    if dot(*ends) >= 0.0 or min(float(np.abs(end).max()) for end in ends) < MIRRORED:
         return None
     along = ends[1] - ends[0]
-    doubling = _doubling_near(here, new, norm(ends[0]) / norm(along), family)
-    if doubling is not None:
-        return doubling
+    origin = _origin_near(here, new, norm(ends[0]) / norm(along))
+    if origin is not None:
+        return origin
 
     def test(z: Floats) -> float:
         return dot(along, equations.halves(equations.solution(z)))
@@ -193,22 +214,84 @@ def _cover_between(
     return cover.part, Point(cover.z, new.tangent, cover.orbit, new.tests, equations), None
 
 
-def _doubling_near(
+def _origin_at(
+    here: Point[StructureEquations], new: Point[StructureEquations], zero: Zero
+) -> PlacedRow | None:
+    """Return a multiplier of 1 as that of the simpler orbit from which a family starts, if it is.
+
+    There the equations have two small singular values: it is located along the simpler orbits.
+    """
+    equations = here.problem
+    if _turns(here, new) == equations.is_symmetric(here.orbit):
+        # No family starts; or symmetric orbits fold.
+        return None
+    if float(np.abs(equations.halves(zero.orbit)).max()) > ONE_AND_THE_SAME:
+        return None
+    return _origin_near(here, new, zero.part)
+
+
+def _turns(here: Point[StructureEquations], new: Point[StructureEquations]) -> bool:
+    """Return whether the parameter turns between two neighbours."""
+    return bool(here.tangent[-1] * new.tangent[-1] < 0.0)
+
+
+def _special_at(
+    here: Point[StructureEquations],
+    new: Point[StructureEquations],
+    zero: Zero,
+    name: str,
+    ends: tuple[float, float],
+) -> PlacedRow | None:
+    """Return the zero of a test between two neighbours as a special point, None where it is none.
+
+    The test is given by its name, and its values at both.
+    """
+    equations, orbit = here.problem, cast("StructureOrbit", zero.orbit)
+    kind, tests = equations.kinds[name], equations.tests(zero.z, orbit)
+    if name in equations.of_motions and any(
+        tests[other] < 0.0 for other in equations.of_motions if other != name
+    ):
+        return None
+    if name == "multiplier 1" and _turns(here, new):
+        kind = "fold"
+    elif name == "multiplier 1" and equations.is_symmetric(here.orbit):
+        # The square of -1, of the map over half an orbit.
+        kind = "symmetry_breaking"
+    detail = _detail(kind, orbit, ends, name)
+    if detail is None:
+        return None
+    width = abs(zero.ends[0][-1] - zero.ends[1][-1])
+    special = StructureSpecialPoint(
+        kind,
+        equations.paths[0],
+        equations.values(zero.z)[0],
+        "located" if width <= LOCATED else "bracketed",
+        orbit,
+        -1,
+        detail,
+    )
+    return zero.part, Point(zero.z, new.tangent, zero.orbit, tests, equations), special
+
+
+def _origin_near(
     here: Point[StructureEquations],
     new: Point[StructureEquations],
     part: float,
-    family: StructureEquations,
-) -> tuple[float, Point[StructureEquations], StructureSpecialPoint] | None:
-    """Return the period doubling of the family near a part of a chord, None without one.
+) -> PlacedRow | None:
+    """Return where the simpler orbits have the multiplier near a part of a chord, None for nowhere.
 
-    Newton's method fails next to a cover, but not for the shorter orbit.
+    Newton's method fails next to the origin, but not for the simpler orbit.
     """
     equations, chord = here.problem, new.z - here.z
+    family = equations.simpler(here.orbit)
+    if family is None:
+        return None
     rough = here.z + part * chord
     normal = along_parameter(len(family.scale) + 1)
+    name, kind, detail = ORIGINS[equations.origin]
 
     def test(z: Floats) -> float:
-        return family.tests(z, family.solution(z))["multiplier -1"]
+        return family.tests(z, family.solution(z))[name]
 
     try:
         z = family.corrected(equations.once(rough), normal)
@@ -216,22 +299,22 @@ def _doubling_near(
         zero = locate_near(family, start.z, start.tangent, test)
         if zero is None:
             return None
-        cover = equations.twice(zero.z)
-        orbit = equations.solution(cover)
+        lifted = equations.twice(zero.z)
+        orbit = equations.solution(lifted)
     except PercussError:
         return None
-    if norm(cover - rough) > norm(chord):
+    if norm(lifted - rough) > max(norm(chord), ONE_AND_THE_SAME):
         return None
     special = StructureSpecialPoint(
-        "period_doubling",
+        kind,
         equations.paths[0],
         family.values(zero.z)[0],
         "located",
         cast("StructureOrbit", zero.orbit),
         -1,
-        "the family of doubled orbits begins here; the orbit is the one that doubles",
+        detail,
     )
-    return part, Point(cover, new.tangent, orbit, new.tests, equations), special
+    return part, Point(lifted, new.tangent, orbit, new.tests, equations), special
 
 
 def _past_the_strobe(here: Point[StructureEquations]) -> Point[StructureEquations] | None:
@@ -278,6 +361,8 @@ def _detail(
         return f"{what}; the orbits on one side are formal"
     if kind == "grazing":
         return f"{counted(round(abs(ends[1] - ends[0])), 'contact')} more on one side"
+    if kind == "symmetry_breaking":
+        return ORIGINS["mirrored"][2]
     if kind in ("fold", "branch_point"):
         return "two orbits meet and end" if kind == "fold" else "a multiplier of 1"
     if kind == "period_doubling":
@@ -309,7 +394,7 @@ def continue_structure_orbit(
     all orbits on the branch exist, and it passes the grazes of soft stops. Where an orbit meets
     walls at instants of its own, these are unknowns too, and the branch passes the grazes of walls:
     beyond its orbits are formal. A family of doubled orbits ends where these are two-fold covers of
-    shorter ones.
+    shorter ones, one of pairs that mirror each other where they are symmetric.
 
     Raises
     ------

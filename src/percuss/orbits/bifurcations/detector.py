@@ -21,7 +21,7 @@ from percuss.orbits.bifurcations.special_points import (
 from percuss.orbits.continuation.follow import Segment
 from percuss.orbits.continuation.problem import Point
 
-__all__ = ["BranchDetector", "Row"]
+__all__ = ["COINCIDENCE", "BranchDetector", "Row"]
 
 Row: TypeAlias = tuple[Point[BranchEquations], SpecialPoint | None]
 

@@ -18,6 +18,7 @@ from percuss.model.exact import as_float
 from percuss.model.oscillator import On
 from percuss.model.paths import get_parameter, long_form, replace_parameters
 from percuss.numerics import determinant, dot, matmul
+from percuss.orbits.bifurcations.bifurcation_origin import Origin
 from percuss.orbits.bifurcations.branch import Branch, BranchRows, OrbitRows
 from percuss.orbits.bifurcations.special_points import SpecialPointKind
 from percuss.orbits.continuation.correct import corrected, tangent_of
@@ -32,6 +33,7 @@ from percuss.orbits.orbit.structure_orbit import (
     period_map,
     period_of,
 )
+from percuss.orbits.orbit.symmetry import MIRRORED, is_symmetric_structure
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -80,8 +82,9 @@ class StructureSpecialPoint:
     ----------
     kind
         "fold" (two orbits meet and end), "period_doubling" (a multiplier of -1), "torus" (a complex
-        pair of multipliers leaves the unit circle: Neimark-Sacker), "branch_point" (a multiplier of
-        1 otherwise), "grazing" (a stop is touched: there is one contact more or less),
+        pair of multipliers leaves the unit circle: Neimark-Sacker), "symmetry_breaking" (a
+        multiplier of 1 of an orbit that repeats itself mirrored after half its period: two that
+        mirror each other start), "branch_point" (a multiplier of 1 otherwise), "grazing" (a stop is touched: there is one contact more or less),
         "border_collision" (an impact meets a jump of the loads: multipliers jump, and the branch
         may turn, a nonsmooth fold).
     path, value
@@ -303,26 +306,50 @@ class StructureEquations:
         """Return the unknowns of an orbit, without parameters."""
         return np.concatenate([orbit.x0, orbit.v0]) / self.scale
 
-    def halves(self, orbit: StructureOrbit) -> Floats:
-        """Return by how much half a period moves the state of an orbit, scaled."""
-        x, v = orbit.run(0.5 * orbit.period)
-        return np.concatenate([x - orbit.x0, v - orbit.v0]) / self.units
+    @property
+    def origin(self) -> Origin:
+        """From which simpler orbits a family of such orbits may originate."""
+        return "mirrored" if self.n_periods % 2 else "doubled"
 
-    def halved(self) -> Self | None:
-        """Return the equations of the orbits that some of these cover twice, None if none can."""
-        if self.n_periods % 2:
-            return None
+    def halves(self, orbit: StructureOrbit) -> Floats:
+        """Return by how much the state half a period later differs from that of an orbit, scaled.
+
+        From its mirror image where the orbit repeats after an odd number of periods.
+        """
+        sign = -1.0 if self.origin == "mirrored" else 1.0
+        x, v = orbit.run(0.5 * orbit.period)
+        return np.concatenate([x - sign * orbit.x0, v - sign * orbit.v0]) / self.units
+
+    def is_symmetric(self, orbit: StructureOrbit) -> bool:
+        """Return whether an orbit repeats itself mirrored after half its period."""
+        return (
+            self.origin == "mirrored"
+            and is_symmetric_structure(orbit.structure, orbit.loads)
+            and float(np.abs(self.halves(orbit)).max()) < MIRRORED
+        )
+
+    def simpler(self, orbit: StructureOrbit) -> Self | None:
+        """Return the equations of the orbits from which a family originates, None if it cannot.
+
+        Those of the orbits that some of the family cover twice; the same, of symmetric orbits.
+        """
+        if self.origin == "mirrored":
+            return self if is_symmetric_structure(orbit.structure, orbit.loads) else None
         half = copy.copy(self)
         half.n_periods = self.n_periods // 2
         half.take_scale(self.scale)
         return half
 
     def once(self, z: Floats) -> Floats:
-        """Return the point of the halved equations that a two-fold cover covers."""
-        return z
+        """Return the point of the simpler equations near one: of the half, or its mirrored mean."""
+        if self.origin == "doubled":
+            return z
+        state, orbit = z[: self.size], self.solution(z)
+        half = np.concatenate(orbit.run(0.5 * orbit.period)) / self.scale
+        return np.append(0.5 * (state - half), z[self.size :])
 
     def twice(self, z: Floats) -> Floats:
-        """Return the two-fold cover of a point of the halved equations."""
+        """Return the orbit of a point of the simpler equations as a point of these."""
         return z
 
     def closure(self, z: Floats) -> tuple[Floats, Floats]:

@@ -36,7 +36,7 @@ def switch_structure_branch(
     ConvergenceError
         If none is found there.
     """
-    if point.kind not in ("period_doubling", "branch_point"):
+    if point.kind not in ("period_doubling", "symmetry_breaking", "branch_point"):
         reason = f"a point of kind {point.kind} of a structure; no other family is known there"
         raise ParameterError("point", point.value, reason)
     if not point.orbit.admissible:

@@ -69,7 +69,7 @@ def switch_branch(
     ----------
     point
         Of kind "period_doubling", "symmetry_breaking", "branch_point", "grazing" or
-        "border_collision"; of a structure of the first or the third.
+        "border_collision"; of a structure one of the first three.
     other_side
         Whether to step in the opposite direction, not at a graze: to the mirrored orbit, the same
         doubled orbit a period later, or the other half of a family that crosses.

@@ -48,6 +48,7 @@ from percuss.motion.structures import StructureTrajectory
 from percuss.motion.trajectory import Outcome
 from percuss.numerics import determinant, dot, matmul, solve_linear
 from percuss.orbits.bifurcations.borders import Bordered
+from percuss.orbits.bifurcations.branch_equations import NO_TIME
 from percuss.orbits.bifurcations.force_jumps import Crossing
 from percuss.orbits.bifurcations.jumps_of_loads import JumpsOfLoads
 from percuss.orbits.bifurcations.special_points import SpecialPointKind
@@ -209,9 +210,11 @@ class WallEquations(StructureEquations, Bordered):
         state = np.concatenate(orbit.run(float(self.instants[0]), limit="after"))
         return np.concatenate([state / self.units, self.instants / orbit.period])
 
-    def halved(self) -> Self | None:
-        """Return the equations of the orbits that some of these cover twice, None if none can."""
-        half, k = super().halved(), len(self.walls) // 2
+    def simpler(self, orbit: StructureOrbit) -> Self | None:
+        """Return the equations of the orbits from which a family originates, None if it cannot."""
+        half, k = super().simpler(orbit), len(self.walls) // 2
+        if self.origin == "mirrored":
+            return half if len(self.walls) == 2 * k else None
         if half is None or self.walls[:k] != self.walls[k:]:
             return None
         half.walls, half.instants = self.walls[:k], self.instants[:k]
@@ -220,14 +223,44 @@ class WallEquations(StructureEquations, Bordered):
         return half
 
     def once(self, z: Floats) -> Floats:
-        """Return the point of the halved equations that a two-fold cover covers."""
+        """Return the point of the simpler equations near one: of the half, or its mirrored mean."""
         state, instants, parameters = np.split(z, [len(self.units), self.size])
-        return np.concatenate([state, 2.0 * instants[: len(instants) // 2], parameters])
+        k = len(instants) // 2
+        if self.origin == "doubled":
+            return np.concatenate([state, 2.0 * instants[:k], parameters])
+        if k == 0:
+            return super().once(z)
+        half = self.motions(tuple(z.tolist())).flights[k].start / self.units
+        first = 0.5 * (instants[:k] + instants[k:] - 0.5)
+        return np.concatenate([0.5 * (state - half), first, first + 0.5, parameters])
 
     def twice(self, z: Floats) -> Floats:
-        """Return the two-fold cover of a point of the halved equations."""
+        """Return the orbit of a point of the simpler equations as a point of these."""
+        if self.origin == "mirrored":
+            return z
         state, instants, parameters = np.split(z, [len(self.units), len(z) - len(self.paths)])
         return np.concatenate([state, 0.5 * instants, 0.5 * instants + 0.5, parameters])
+
+    def coincide(self, here: Floats, new: Floats) -> bool:
+        """Return whether two impacts on one wall come to one instant from a point to the next.
+
+        There their velocities vanish, and so do the derivatives of their clearances: any instant
+        near is a solution to rounding.
+        """
+        first, k = len(self.units), len(self.walls)
+        before, after = (
+            np.diff(z[first : first + k], append=z[first : first + 1] + 1.0) for z in (here, new)
+        )
+        return any(
+            wall == following and b < a and b < NO_TIME
+            for wall, following, a, b in zip(
+                self.walls,
+                (*self.walls[1:], *self.walls[:1]),
+                before.tolist(),
+                after.tolist(),
+                strict=True,
+            )
+        )
 
     def closure(self, z: Floats) -> tuple[Floats, Floats]:
         """Return the scaled residuals of a point, and their derivative without the parameters."""

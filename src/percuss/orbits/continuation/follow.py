@@ -33,6 +33,8 @@ S = TypeVar("S")
 # above the second the next one is longer.
 TURNED, STRAIGHT = 0.97, 0.995
 LONGER = 1.6
+# Part of a step from one curve to another that is tried next.
+SHORTER = 0.25
 # The corrector may move a predicted point by this part of the step.
 ASIDE = 0.5
 # A closed curve has more points than this, and its last step passes the start within this part of
@@ -75,11 +77,15 @@ class Segment(Generic[P, S]):
         Why the second neighbour does not belong to it; "" if it does.
     beyond
         The point, of this or another problem, that continues it then; None if it ends.
+    is_astray
+        Whether the second neighbour seems to lie on another branch or curve: a shorter step, where
+        there is one, stays on this.
     """
 
     rows: list[tuple[Point[P], S | None]]
     end_reason: str = ""
     beyond: Point[P] | None = None
+    is_astray: bool = False
 
 
 class Detector(Protocol[P, S]):
@@ -168,6 +174,11 @@ def follow(
         here.problem.recentre(here)
         new, step, why = _step(here, curve, step, steps)
         segment = detector.stopped(here, why) if new is None else detector.between(here, new)
+        if new is not None and segment.is_astray:
+            shorter = SHORTER * norm(new.z - here.z)
+            if shorter > steps.least:
+                step = shorter
+                continue
         for row in segment.rows:
             rows.append(row)
             if until is not None and row[1] is not None and until(row[1]):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import cmath
 import math
+from collections.abc import Callable
 
 import numpy as np
 
@@ -13,10 +14,18 @@ from percuss.kernels.law_columns import N_HARMONICS, Law
 from percuss.kernels.tangent import neighbours
 from percuss.model.exact import as_fraction
 from percuss.model.forcing import Forcing
+from percuss.model.loads import Loads
 from percuss.model.oscillator import Oscillator, SoftStop, Stop
 from percuss.model.restitution import restitution_knots
+from percuss.model.structure import Structure
 
-__all__ = ["half_multipliers", "is_mirrored_state", "is_symmetric_system"]
+__all__ = [
+    "MIRRORED",
+    "half_multipliers",
+    "is_mirrored_state",
+    "is_symmetric_structure",
+    "is_symmetric_system",
+]
 
 
 # How far a frequency may be from a whole multiple of the forcing's, as for a given period.
@@ -55,12 +64,41 @@ def is_symmetric_system(osc: Oscillator, force: Forcing | None) -> bool:
         return False
     if force is None:
         return True
-    if as_fraction(force.constant) != 0 or (force.harmonics and force.period is None):
+    if force.harmonics and force.period is None:
         return False
-    if force.record is not None:
-        # Not looked for: an orbit is then told as any other.
-        return False
-    return all(_is_odd(part.omega, force) for part in force.components() if part.cos or part.sin)
+    return _has_odd_harmonics(force, lambda omega: _is_odd(omega, force))
+
+
+def is_symmetric_structure(structure: Structure, loads: Loads) -> bool:
+    """Return whether a structure is unchanged under (x, t) -> (-x, t + half a period of the loads).
+
+    The stops come in mirrored pairs, and the loads have odd multiples of their frequency only, and
+    no constant.
+
+    Examples
+    --------
+    >>> import percuss as pc
+    >>> between = [pc.Wall(1, "above", "0.7", on=1), pc.Wall(-1, "below", "0.7", on=1)]
+    >>> two = pc.chain([1, 1], [1, 1, 1], dashpots="0.1", stops=between)
+    >>> is_symmetric_structure(two, pc.Loads({0: pc.cosine(2)}))
+    True
+    >>> is_symmetric_structure(two, pc.Loads({0: pc.cosine(2, constant=1)}))
+    False
+    """
+    pairs = list(zip(structure.stops, structure.stop_directions.tolist(), strict=True))
+    images = (
+        sorted((_identity(stop, mirrored=mirrored), along) for stop, along in pairs)
+        for mirrored in (False, True)
+    )
+    period = loads.period
+    return (
+        next(images) == next(images)
+        and period is not None
+        and all(
+            _has_odd_harmonics(force, lambda omega: _turns_oddly(omega, period))
+            for force in loads.forcings
+        )
+    )
 
 
 def _identity(stop: Stop, *, mirrored: bool) -> tuple[object, ...]:
@@ -73,12 +111,29 @@ def _identity(stop: Stop, *, mirrored: bool) -> tuple[object, ...]:
     return (-at, not above, *numbers) if mirrored else (at, above, *numbers)
 
 
+def _has_odd_harmonics(force: Forcing, is_odd: Callable[[object], bool]) -> bool:
+    """Return whether a force has odd harmonics only, and no constant.
+
+    A record is not looked at: an orbit under one is told as any other.
+    """
+    return (
+        as_fraction(force.constant) == 0
+        and force.record is None
+        and all(is_odd(part.omega) for part in force.components() if part.cos or part.sin)
+    )
+
+
 def _is_odd(omega: object, force: Forcing) -> bool:
     if force.frequency is not None:
         ratio = as_fraction(omega) / force.frequency  # type: ignore[arg-type]
         return ratio.denominator == 1 and ratio.numerator % 2 == 1
     assert force.period is not None
-    turns = float(as_fraction(omega)) * force.period / (2.0 * math.pi)  # type: ignore[arg-type]
+    return _turns_oddly(omega, force.period)
+
+
+def _turns_oddly(omega: object, period: float) -> bool:
+    """Return whether a harmonic turns an odd number of times in a period."""
+    turns = float(as_fraction(omega)) * period / (2.0 * math.pi)  # type: ignore[arg-type]
     return abs(turns - round(turns)) < WHOLE * max(1.0, turns) and round(turns) % 2 == 1
 
 
