@@ -100,7 +100,7 @@ class Circle:
     def recentre(self, point: Point[Any]) -> None:
         pass
 
-    def corrector_normal(self, tangent: Floats) -> Floats:
+    def corrector_normal(self, tangent: Floats, step: float) -> Floats:  # noqa: ARG002
         return tangent
 
     def longest_step(self, point: Point[Any], largest: float) -> float:

@@ -12,6 +12,9 @@ from tests.oracle.structures import simulate_structure, structure_problem
 import percuss as pc
 from percuss.arrays import Floats
 from percuss.model.acting_sets import StructureSystem
+from percuss.orbits.bifurcations.structure_branch import structure_parameter
+from percuss.orbits.bifurcations.wall_equations import WallEquations
+from percuss.orbits.continuation.problem import along_parameter
 from percuss.orbits.orbit.structure_orbit import period_map
 
 # Example 03 of NLvib (Krack & Gross), whose parameters alone are taken.
@@ -297,6 +300,43 @@ def test_a_branch_of_formal_orbits_ends_where_two_impacts_coincide() -> None:
     ends = branch.values[[0, -1]]
     points = np.array([point.value for point in branch.special_points])
     assert np.abs(points[:, None] - ends).min() > 1e-4
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "loads.0.omega",
+        "loads.0.amplitude",
+        "structure.stiffness.0.1",
+        "structure.damping.1.1",
+        "structure.stops.1.stiffness",
+    ],
+)
+def test_equations_between_walls_have_their_derivatives_by_parameters(path: str) -> None:
+    """They were differences, wrong where a soft stop is grazed within these."""
+    stops: list[pc.Wall | pc.SoftStop] = [
+        pc.Wall("0.36", "above", "0.88", on=0),
+        pc.SoftStop("-0.2", "below", 55, "0.41", on=1),
+    ]
+    two = pc.chain(["1.2", "0.8"], ["0.9", "1.3", "1.1"], dashpots="0.06", stops=stops)
+    orbit = pc.find_orbit(two, pc.Loads({0: pc.cosine("0.9", amplitude="0.6")}))
+    value = structure_parameter(orbit, path)
+    low, high = sorted((0.9 * value, 1.1 * value))
+    equations = WallEquations(orbit, {path: (low, high)})
+    z = np.append(equations.unknowns(orbit), 0.5)
+    assert len(orbit.run.impacts) > 0
+    assert len(orbit.run.crossings) > 0
+
+    found = equations.derivatives(z)[:, -1]
+
+    def difference(step: float) -> Floats:
+        along = along_parameter(len(z))
+        ahead, behind = (equations.missed(z + sign * step * along) for sign in (1.0, -1.0))
+        return np.asarray((ahead - behind) / (2.0 * step))
+
+    # Without the error of the second order.
+    expected = (4.0 * difference(1e-4) - difference(2e-4)) / 3.0
+    assert found == pytest.approx(expected, abs=1e-10 * max(1.0, np.abs(expected).max()))
 
 
 def test_a_doubled_orbit_is_found_where_the_branch_of_the_shorter_one_grazes_soon() -> None:

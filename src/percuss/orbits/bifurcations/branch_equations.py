@@ -484,7 +484,7 @@ class BranchEquations(OrbitEquations, Bordered):
         self.border = None
         self.centre = point.z if point is not None and self.jumps else None
 
-    def corrector_normal(self, tangent: Floats) -> Floats:
+    def corrector_normal(self, tangent: Floats, step: float) -> Floats:  # noqa: ARG002
         """Return the normal of Newton's hyperplane: the parameter's if it changes enough."""
         fixed = abs(tangent[-1]) > MOSTLY_PARAMETER
         return along_parameter(len(tangent)) if fixed else tangent

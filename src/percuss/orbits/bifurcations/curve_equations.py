@@ -231,7 +231,7 @@ class CurveEquations(ABC):
         """Prepare the equations for the neighbourhood of a point; return its derivatives then."""
         return derivatives
 
-    def corrector_normal(self, tangent: Floats) -> Floats:
+    def corrector_normal(self, tangent: Floats, step: float) -> Floats:  # noqa: ARG002
         """Return the normal of the hyperplane of Newton's correction."""
         return tangent
 

@@ -105,7 +105,7 @@ class StickingFamily:
         """Make a point the centre of the neighbourhood in which the next are computed."""
         self.near = point.orbit
 
-    def corrector_normal(self, tangent: Floats) -> Floats:
+    def corrector_normal(self, tangent: Floats, step: float) -> Floats:  # noqa: ARG002
         """Return the normal of the hyperplane of Newton's correction."""
         return tangent
 

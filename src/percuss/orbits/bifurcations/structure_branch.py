@@ -63,6 +63,8 @@ NEARLY = 1e-9
 SMOOTH, FARTHEST = 0.5, 4.0
 # Part of the parameter in a tangent above which Newton's method leaves it as it is.
 UPRIGHT = 0.02
+# Steps that are as short only where longer ones fail.
+SHORT = 1e-6
 # Systems that are kept.
 SYSTEMS = 16
 
@@ -366,7 +368,7 @@ class StructureEquations:
         """Return functions that are zero, or jump, at special points, by their names."""
         return tests_of(orbit)
 
-    def exact_derivatives(self, orbit: StructureOrbit) -> Floats | None:
+    def exact_derivatives(self, z: Floats, orbit: StructureOrbit) -> Floats | None:  # noqa: ARG002
         """Return how the image of an orbit's state depends on the parameters; None if not at all."""
         return closure_by_parameters(orbit.closed_motion, self.paths)
 
@@ -409,7 +411,7 @@ class StructureEquations:
     def _take_derivatives(self, z: Floats, orbit: StructureOrbit) -> None:
         """Compute anew the derivatives by the parameters, and of the condition by differences."""
         self.last, n = None, self.size
-        exact = self.exact_derivatives(orbit)
+        exact = self.exact_derivatives(z, orbit)
         if exact is not None:
             widths = np.subtract(self.highs, self.lows)
             self.by_parameters = exact * widths / self.scale[:, None]
@@ -505,12 +507,14 @@ class StructureEquations:
     def recentre(self, point: Point[Self]) -> None:
         """Do nothing: the equations are the same everywhere."""
 
-    def corrector_normal(self, tangent: Floats) -> Floats:
+    def corrector_normal(self, tangent: Floats, step: float) -> Floats:
         """Return the normal of the corrector's plane: the parameter stays, except next to a fold.
 
-        Another value of it is another system, whose modes take longer than many motions.
+        Another value of it is another system, whose modes take longer than many motions. Where
+        steps are short there may be a fold just ahead: as next to a graze, behind which multipliers
+        change as a square root.
         """
-        if len(self.paths) == 1 and abs(tangent[-1]) > UPRIGHT:
+        if len(self.paths) == 1 and abs(tangent[-1]) > UPRIGHT and step > SHORT:
             return along_parameter(len(tangent))
         return tangent
 

@@ -41,9 +41,14 @@ from percuss.kernels.structure.tangent import carry_run
 from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import as_float
 from percuss.model.faults import draft
+from percuss.model.moved_law import moved_period
+from percuss.model.moved_structure import moved_structure
 from percuss.model.oscillator import SoftStop, Wall
+from percuss.model.paths import long_form
 from percuss.model.structure import Structure
+from percuss.model.structure_start import StructureStart
 from percuss.motion.follow_structure import followed
+from percuss.motion.structure_sensitivity import structure_sensitivity_of
 from percuss.motion.structures import StructureTrajectory
 from percuss.motion.trajectory import Outcome
 from percuss.numerics import determinant, dot, matmul, solve_linear
@@ -79,6 +84,8 @@ APART, ALIKE = 1e-9, 1e-6
 LOOKED, REFINED = 48, 4
 # The condition of a graze; speeds below this part of the unit are none at a graze.
 GRAZE, SLOW = "graze", 1e-5
+# How paths begin whose parameters move flights, and no impact.
+OF_FLIGHTS = ("loads.", "structure.stiffness.", "structure.damping.")
 # How long a flight lasts, in words.
 UNTIL = "until its next impact"
 # Clearances below this part of the unit of length are rounding.
@@ -332,9 +339,39 @@ class WallEquations(StructureEquations, Bordered):
         """Return whether the load that jumps at an impact next to a jump pushes on its wall."""
         return self.jumps.pushes(self._cycles(z)[event], self.walls[event])
 
-    def exact_derivatives(self, orbit: StructureOrbit) -> None:  # noqa: ARG002
-        """Return None: by the parameters there are differences."""
-        return
+    def exact_derivatives(self, z: Floats, orbit: StructureOrbit) -> Floats | None:  # noqa: ARG002
+        """Return how the state after a period, and the clearances, depend on the parameters.
+
+        At fixed instants in periods. None for parameters that move an impact itself, whose
+        equations are smooth; and where a flight has no derivative.
+        """
+        system = self.system_at(self.values(z))
+        grazed = -1 if self.graze is None else self.graze.stop
+        names = [long_form(path, self.first.structure, self.first.loads) for path in self.paths]
+        paths = _paths_of_flights(names, _soft_stops(system, grazed))
+        if paths is None:
+            return None
+        opened, motion = self.opened_at(system), self.motions(tuple(z.tolist()))
+        rates = np.array([loads.rates for loads in moved_structure(opened, None, paths).loads])
+        slower = moved_period(rates.T, opened.structure, opened.loads, paths)
+        if not np.isfinite(slower).all():
+            # The period is that of several loads, and no function of one of them.
+            return None
+        n2, k = len(self.units), len(self.walls)
+        here, gaps, n = np.zeros((n2, len(paths))), np.zeros((k, len(paths))), n2 // 2
+        for i, flight in enumerate(motion.flights):
+            moved = _moved_end(opened, flight, paths, here, slower)
+            if moved is None:
+                return None
+            here = moved
+            if k:
+                j = (i + 1) % k
+                wall = self._met(system, j)
+                gaps[j] = matmul(wall.normal[None, :], here[:n])[0]
+                of_speed = -matmul(wall.normal[None, :], here[n:])[0]
+                _, kept = wall.restitution(motion.speeds[j])
+                here[n:] += (1.0 + kept) * wall.kick[:, None] * of_speed
+        return np.concatenate([here, gaps / float(self.units[0])])
 
     def conditions(self, z: Floats) -> Mapping[str, float]:
         """Return functions of a point that are zero at special points."""
@@ -549,6 +586,50 @@ def _open_flight(opened: StructureSystem, start: Floats, begin: float, end: floa
         before.reshape(-1),
         record,
     )
+
+
+def _paths_of_flights(paths: Sequence[str], soft: Sequence[int]) -> tuple[str, ...] | None:
+    """Return paths of parameters in the structure without walls, None if they move walls too.
+
+    It keeps the soft stops with the given numbers.
+    """
+    within = []
+    for path in paths:
+        own = path
+        if path.startswith("structure.stops."):
+            _, _, stop, *rest = path.split(".")
+            if int(stop) not in soft:
+                return None
+            own = ".".join(["structure.stops", str(soft.index(int(stop))), *rest])
+        elif not path.startswith(OF_FLIGHTS):
+            return None
+        within.append(own)
+    return tuple(within)
+
+
+def _moved_end(
+    opened: StructureSystem,
+    flight: OpenFlight,
+    paths: Sequence[str],
+    start: Floats,
+    slower: Floats,
+) -> Floats | None:
+    """Return the derivatives of a flight's end from those of its start, both (2 n, n_parameters).
+
+    Its instants stay where they are in the period of the loads, whose logarithm's derivatives are
+    given. None where it has no derivative.
+    """
+    n, record = len(start) // 2, flight.record
+    period = opened.period or 0.0
+    shift = math.floor(flight.begin / period) * period
+    first, last = flight.begin - shift, flight.end - shift
+    begin = StructureStart(flight.start[:n].tolist(), flight.start[n:].tolist(), first)
+    run = StructureTrajectory.of_run(opened, begin, record, last, Outcome.reached_t_end)
+    moved = structure_sensitivity_of(run, paths, np.vstack([start, first * slower]))
+    if not moved.differentiable:
+        return None
+    end = np.concatenate(moved(last, limit="before")) + flight.before[:, None] * last * slower
+    return end if np.isfinite(end).all() else None
 
 
 def _state_at_zero(opened: StructureSystem, flights: Sequence[OpenFlight], period: float) -> Floats:

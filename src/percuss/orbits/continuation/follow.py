@@ -262,7 +262,7 @@ def _tried(here: Point[P], curve: tuple[Floats, Floats], step: float) -> Point[P
     problem, n = here.problem, len(here.problem.paths)
     guess = here.z + step * here.tangent
     guess = guess + (0.5 * step * step) * (curve[0] + (step / 3.0) * curve[1])
-    normal = problem.corrector_normal(here.tangent)
+    normal = problem.corrector_normal(here.tangent, step)
     for k in range(-n, 0):
         edge = 0.0 if guess[k] < 0.0 else 1.0
         if 0.0 <= guess[k] <= 1.0 or here.tangent[k] == 0.0:

@@ -76,8 +76,8 @@ class Problem(Protocol):
     def recentre(self, point: Point[Self]) -> None:
         """Make a point the centre of the neighbourhood in which the next are computed."""
 
-    def corrector_normal(self, tangent: Floats) -> Floats:
-        """Return the normal of the hyperplane of Newton's correction of a predicted point."""
+    def corrector_normal(self, tangent: Floats, step: float) -> Floats:
+        """Return the normal of the hyperplane of Newton's correction of a point a step ahead."""
 
     def longest_step(self, point: Point[Self], largest: float) -> float:
         """Return the longest step from a point, from the largest that the caller wants."""
