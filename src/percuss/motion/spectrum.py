@@ -386,34 +386,25 @@ def _exact(
 ) -> Complexes:
     """Return X at the frequencies that are done when the caller stops."""
     progress = Progress(report, len(omega), "frequencies")
-    step = max(ROWS, BETWEEN_REPORTS // signal.n_events)
+    plain = partial(_plain, signal, low=low, high=high, of=of)
+    n = max(ROWS, BETWEEN_REPORTS // signal.n_events)
     parts = [np.empty(0, dtype=np.complex128)]
-    for first in range(0, len(omega), step):
-        some = omega[first : first + step]
-        parts.append(_windowed(signal, some, low, high, window, of))
+    for first in range(0, len(omega), n):
+        some = omega[first : first + n]
+        integral = plain(some) if window == "none" else _hann(plain, some, high - low)
+        parts.append(times(integral, phasor(-some * low)))
         if not progress.advance(len(some)):
             break
     progress.close()
     return np.concatenate(parts)
 
 
-def _windowed(
-    signal: DisplacementSignal,
-    omega: Floats,
-    low: float,
-    high: float,
-    window: WindowName,
-    of: Quantity,
-) -> Complexes:
-    """Return X: the Hann window is three exponentials, so it takes three integrals."""
-    if window == "none":
-        transform = _plain(signal, omega, low, high, of)
-    else:
-        step = 2.0 * math.pi / (high - low)
-        shifts = np.concatenate([omega, omega - step, omega + step])
-        middle, lower, upper = _plain(signal, shifts, low, high, of).reshape(3, -1)
-        transform = 0.5 * middle - 0.25 * (lower + upper)
-    return times(transform, phasor(-omega * low))
+def _hann(plain: Callable[[Floats], Complexes], omega: Floats, duration: float) -> Complexes:
+    """Return the integral with a Hann window: three exponentials, so it takes three integrals."""
+    step = 2.0 * math.pi / duration
+    shifts = np.concatenate([omega, omega - step, omega + step])
+    middle, lower, upper = plain(shifts).reshape(3, -1)
+    return np.asarray(0.5 * middle - 0.25 * (lower + upper))
 
 
 def _plain(

@@ -25,9 +25,24 @@ from percuss.orbits.orbit.itinerary import Itinerary
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.symmetry import is_symmetric_system
 
-__all__ = ["ONE_AND_THE_SAME", "Origin", "located_origin", "origin_of", "origin_passed"]
+__all__ = [
+    "ENDS",
+    "MIRRORS",
+    "ONE_AND_THE_SAME",
+    "Origin",
+    "located_origin",
+    "origin_of",
+    "origin_passed",
+]
 
 Origin: TypeAlias = Literal["doubled", "mirrored"]
+
+# Why a family ends at its origin, and what the origin of a mirrored one is.
+ENDS: dict[Origin, str] = {
+    "doubled": "the orbit is the two-fold cover of a shorter one",
+    "mirrored": "the orbit is symmetric; beyond it lies the mirrored family",
+}
+MIRRORS = "the orbit is symmetric; two that mirror each other start"
 
 # Largest difference of the halves of an orbit at the origin of its family, where it grows as a
 # square root.

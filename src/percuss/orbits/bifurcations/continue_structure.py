@@ -14,7 +14,12 @@ from percuss.errors import PercussError
 from percuss.model.exact import Phase
 from percuss.model.faults import check_mapping
 from percuss.numerics import dot, norm
-from percuss.orbits.bifurcations.bifurcation_origin import ONE_AND_THE_SAME, Origin
+from percuss.orbits.bifurcations.bifurcation_origin import (
+    ENDS,
+    MIRRORS,
+    ONE_AND_THE_SAME,
+    Origin,
+)
 from percuss.orbits.bifurcations.border_collision import border_reached, effect_of
 from percuss.orbits.bifurcations.branch_equations import range_about
 from percuss.orbits.bifurcations.detector import COINCIDENCE
@@ -55,27 +60,15 @@ LOCATED = 1e-9
 APART = 1e-6
 # An event this near to t = 0, as a part of the period, is passing it; parts of the range beyond.
 STROBED, BEYOND = 1e-6, (10.0 * DIFFERENCE, 1e-5, 1e-4, 1e-3)
-
-
-# Of the origins of families the simpler orbits' test, its kind and detail, and why they end there.
+# Of the origins of families the simpler orbits' test, its kind and detail.
 ORIGINS: dict[Origin, tuple[str, SpecialPointKind, str]] = {
     "doubled": (
         "multiplier -1",
         "period_doubling",
         "the family of doubled orbits begins here; the orbit is the one that doubles",
     ),
-    "mirrored": (
-        "multiplier 1",
-        "symmetry_breaking",
-        "the orbit is symmetric; two that mirror each other start",
-    ),
+    "mirrored": ("multiplier 1", "symmetry_breaking", MIRRORS),
 }
-ENDS: dict[Origin, str] = {
-    "doubled": "the orbit is the two-fold cover of a shorter one",
-    "mirrored": "the orbit is symmetric; beyond it lies the mirrored family",
-}
-
-
 StructureRow: TypeAlias = tuple[Point[StructureEquations], StructureSpecialPoint | None]
 # A row after the part of a chord at which it lies.
 PlacedRow: TypeAlias = tuple[float, Point[StructureEquations], StructureSpecialPoint | None]

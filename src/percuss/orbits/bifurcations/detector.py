@@ -9,6 +9,7 @@ import numpy as np
 from percuss.errors import PercussError
 from percuss.model.oscillator import SoftStop
 from percuss.numerics import norm
+from percuss.orbits.bifurcations.bifurcation_origin import ENDS, MIRRORS
 from percuss.orbits.bifurcations.border_collision import Border, border_reached, effect_of
 from percuss.orbits.bifurcations.branch_equations import BranchEquations, fastest
 from percuss.orbits.bifurcations.soft_grazing import start_beyond
@@ -135,9 +136,9 @@ def _end_at(special: SpecialPoint) -> str:
     if special.kind == "chatter":
         return f"{special.detail}, and the hops have no number"
     if special.kind == "period_doubling" and TWO_FOLD in special.detail:
-        return "the orbit is the two-fold cover of a shorter one"
-    if special.kind == "symmetry_breaking" and "start" in special.detail:
-        return "the orbit is symmetric; beyond it lies the mirrored family"
+        return ENDS["doubled"]
+    if special.kind == "symmetry_breaking" and MIRRORS in special.detail:
+        return ENDS["mirrored"]
     return ""
 
 

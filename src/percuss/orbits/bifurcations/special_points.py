@@ -15,7 +15,12 @@ from percuss.arrays import Floats
 from percuss.errors import PercussError
 from percuss.model.exact import as_float
 from percuss.numerics import atan2, norm
-from percuss.orbits.bifurcations.bifurcation_origin import located_origin, origin_of, origin_passed
+from percuss.orbits.bifurcations.bifurcation_origin import (
+    MIRRORS,
+    located_origin,
+    origin_of,
+    origin_passed,
+)
 from percuss.orbits.bifurcations.branch_equations import (
     BranchEquations,
     fastest,
@@ -311,7 +316,7 @@ def _meaning(
         if origin == "doubled" and a.orbit.itinerary.halves_differ() > SAME:
             return "period_doubling", TWO_FOLD
         if origin == "mirrored" and not a.orbit.symmetric:
-            return "symmetry_breaking", "the orbit is symmetric; two that mirror each other start"
+            return "symmetry_breaking", MIRRORS
         return "fold", "two orbits meet and end"
     if orbit.symmetric and family.n % 2 == 0 and _breaks(orbit):
         return "symmetry_breaking", "a multiplier of the map over half the symmetric orbit is -1"

@@ -17,6 +17,7 @@ from percuss.model.paths import long_form
 from percuss.numerics import directions, dot, matmul
 from percuss.orbits.bifurcations.branch import CurveRows
 from percuss.orbits.bifurcations.branch_equations import ranges_of_curve
+from percuss.orbits.bifurcations.open_flights import graze_of
 from percuss.orbits.bifurcations.structure_branch import (
     StructureEquations,
     StructureRows,
@@ -27,7 +28,6 @@ from percuss.orbits.bifurcations.structure_branch import (
 from percuss.orbits.bifurcations.wall_equations import (
     GRAZE,
     WallEquations,
-    graze_of,
     meets_walls_in_turn,
 )
 from percuss.orbits.continuation.follow import (
