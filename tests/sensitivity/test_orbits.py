@@ -305,6 +305,12 @@ HELD = {
         2,
         ("oscillator.damping", "oscillator.stops.1.at", "forcing.record.amplitude"),
     ),
+    "at the end of a chatter": (
+        pc.Oscillator(0, "0.6", stops=(pc.Wall(0, "below", "0.3"),)),
+        pc.cosine("2.7", amplitude="0.38", phase="1.68", constant="-0.3"),
+        1,
+        ("oscillator.damping", "oscillator.stops.0.restitution", "forcing.constant"),
+    ),
     "after a plastic impact": (
         pc.Oscillator(
             "2.3", "0.2", stops=(pc.Wall("-0.2", "below", 0), pc.SoftStop("0.3", "above", 100, 2))
@@ -322,3 +328,29 @@ def test_measures_of_orbits_with_sticking(case: str) -> None:
     orbit = pc.find_orbit(osc, force, math.inf, n_periods)
     measures = ("rms_displacement", "mean_power", "contact_share", "peak_acceleration")
     check_close(orbit, orbit.sensitivity(paths), measures)
+
+
+def test_the_instant_of_a_plastic_impact() -> None:
+    def orbit_with(damping: float) -> pc.PeriodicOrbit:
+        osc = pc.Oscillator("2.3", damping, stops=(pc.Wall("-0.2", "below", 0),))
+        return pc.find_orbit(osc, pc.cosine("2.7", amplitude="1.77", phase="0.1"), 1)
+
+    found = orbit_with(0.2).sensitivity(["oscillator.damping"])
+    late = (orbit_with(0.201).t0 - orbit_with(0.199).t0) / 0.002
+    assert found.t0[0] == pytest.approx(late, rel=1e-5)
+    assert found.impacts.t[0, 0] == found.t0[0]
+    assert found.v0[0] == found.x0[0] == 0.0
+
+
+def test_a_plastic_impact_ends_an_orbit_without_the_force_that_the_wall_holds() -> None:
+    # Of another wall the end of the period is rounded another way: in half of them the
+    # acceleration without the wall counted.
+    for at in np.linspace(0, 1e-4, 8):
+        osc = pc.Oscillator("2.3", "0.6", stops=(pc.Wall(float(at), "below", 0),))
+        force = pc.cosine(1, amplitude="1.34", phase="2.78", constant="0.2")
+        orbit = pc.find_orbit(osc, force, math.inf)
+        once, twice = (orbit.trajectory(n).extremes("acceleration") for n in (1, 2))
+        assert (once.minimum, once.maximum) == pytest.approx((twice.minimum, twice.maximum))
+        inside = orbit.t0, orbit.t0 + 1.5 * orbit.period
+        within = orbit.trajectory(2).extremes("acceleration", between=inside)
+        assert once.minimum == pytest.approx(within.minimum, rel=1e-12)

@@ -133,6 +133,9 @@ def _limits(d: MovedMotion, t: float, longer: Floats | None) -> list[_Limit]:
         moved = dx, columns[:, engine.DV_AFTER], late
         limits.append(_limit(d, row, (at, True, x, after), moved))
         is_held = marks[row, events_of.KIND] == events_of.CONTACT
+        if is_held and row > 0 and is_tail(events, marks, row - 1):
+            # Before it comes to rest the mass has the acceleration that ends the chatter.
+            limits.append(limits[-1]._replace(after=False, held=False))
         if row > 0 and not is_held:
             before = float(events[row, events_of.V_BEFORE])
             if marks[row, events_of.KIND] == events_of.KNOT:

@@ -147,9 +147,9 @@ def sensitivity_of_orbit(orbit: ClosedMotion, paths: Sequence[str]) -> OrbitSens
     if len(orbit.impacts) and orbit.run.v0 != 0.0:
         late = (wall - columns_of_start[:, 0]) / orbit.run.v0
     begin = np.column_stack([columns_of_start + late[:, np.newaxis] * rate, late])
-    if (run.record[1][1:2, columns.KIND] == columns.CONTACT).any():
-        # A plastic impact holds the mass: the motion after the release has none of its past.
-        late = last[:, engine.DT] - period
+    if len(orbit.impacts) and orbit.run.v0 == 0.0:
+        # After a plastic impact the velocity tells the instant, by the acceleration.
+        late = (last[:, engine.DV_AFTER] - columns_of_start[:, 1]) / rate[1]
         begin = np.column_stack([wall, last[:, engine.DV_AFTER], late])
     motion = sensitivity_of(run, paths, begin)
     return OrbitSensitivity(
