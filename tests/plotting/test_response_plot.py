@@ -151,3 +151,14 @@ def test_an_ellipse_is_solid_dashed_and_faint_where_its_orbits_are_so() -> None:
     assert (curve.fold, "o") in marks
     with pytest.raises(pc.ParameterError, match="no curve"):
         plot_velocity_gap([], new_axes())
+
+
+def test_names_of_orbits_stand_within_the_axes_beside_the_legend(chart: pc.Response) -> None:
+    ax = plot_response(chart, "impact_velocity", log_y=True)
+    figure = figure_of(ax)
+    assert figure is not None
+    figure.canvas.draw()
+
+    boxes = [text.get_window_extent() for text in ax.texts]
+    assert len(boxes) == 3
+    assert all(it.x0 >= ax.bbox.x0 and it.x1 <= ax.bbox.x1 for it in boxes)

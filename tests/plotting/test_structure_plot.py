@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.mathtext import MathTextParser
 from tests.plotting.axes import new_axes
 
 import percuss as pc
@@ -202,12 +203,12 @@ def test_points_are_drawn_where_the_structure_has_some() -> None:
     run = pc.simulate(beam, v0=[0, 1], t_end=3)
     for on in (None, "tip"):
         figure = plotting.plot_coordinates(run, plotting.offscreen_figure(), on=on)
-        assert [ax.get_ylabel() for ax in figure.axes] == [r"$\mathrm{tip}$"]
+        assert [ax.get_ylabel() for ax in figure.axes] == [r"$\text{tip}$"]
     modes = plotting.plot_mode_shapes(beam, plotting.offscreen_figure(), on=[1, "tip"])
     first, second = np.asarray(modes.axes[0].lines[1].get_xydata())[:, 1]
     assert first == second == 1.0
     assert [text.get_text() for text in modes.axes[-1].get_xticklabels()] == [
-        "$x_{1}$", r"$\mathrm{tip}$",
+        "$x_{1}$", r"$\text{tip}$",
     ]  # fmt: skip
 
 
@@ -281,3 +282,26 @@ def test_what_is_not_drawn_of_a_run_is_one_sentence(name: str, message: str) -> 
         getattr(plotting, name)(RUN)
     assert "\n" not in str(refused.value)
     assert len(str(refused.value)) < 300
+
+
+@pytest.mark.parametrize("name", ["tip_mass", "tip mass", "50 % span", "a$b", "x^2", "a\\b", "}{"])
+def test_a_point_is_labelled_by_its_name_as_it_is_written(name: str) -> None:
+    structure = pc.Structure([1, 1], [1, 1], points={name: [1, 0]})
+    run = pc.simulate(structure, v0=[1, 0], t_end=3)
+
+    label = plotting.plot_displacement(run, new_axes(), on=name).get_ylabel().split("\n")[0]
+
+    glyphs = MathTextParser("path").parse(label).glyphs
+    assert "".join(chr(glyph[2]) for glyph in glyphs) == f"displacement {name}"
+
+
+def test_a_run_without_length_is_drawn() -> None:
+    # Its first step is shorter than the rounding of any time.
+    stop = pc.SoftStop(at="0.03", side="above", stiffness=2000, on=(10**30, 0, 1))
+    structure = pc.chain([2, 1, 1], [3, 2, 1, 2], stops=[stop])
+    run = pc.simulate(structure, LOADS, t_end=10, progress=lambda *_: False)
+    assert run.t_end == run.t0
+
+    ax = plotting.plot_displacement(run, new_axes(), on=1)
+
+    assert len(ax.lines) > 0

@@ -51,6 +51,7 @@ from percuss.plotting.style import (
     fix_ticks,
     offscreen_figure,
     style,
+    title_figure,
     units_of,
 )
 from percuss.progress import Progress, Report
@@ -269,7 +270,7 @@ def animate(
     with style():
         figure, tracks = _tracks(len(views))
         if title:
-            figure.suptitle(title, parse_math=False)
+            title_figure(figure, title)
         limits = _draw_all_stops([track for track, _, _ in tracks], views, (low, high))
         actors: list[_Actor] = []
         for view, (track, curve, portrait) in zip(views, tracks, strict=True):

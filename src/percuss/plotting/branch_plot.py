@@ -50,6 +50,8 @@ AnyCurve: TypeAlias = Curve | StructureCurve
 GAP = -1
 # Where a slope is so many times its neighbours, a turning point may have vanished.
 LEAP = 3.0
+# Multipliers above this are drawn on a logarithmic axis.
+HUGE = 100.0
 # How the kinds of orbits are drawn, in the order of the legend.
 STABLE, UNSTABLE, FORMAL_STABLE, FORMAL_UNSTABLE = range(4)
 LOOKS: dict[int, dict[str, Any]] = {
@@ -173,6 +175,10 @@ def plot_branch(
         together = np.concatenate(columns)
         if name != "multiplier" and (together < 0.0).any() and (together > 0.0).any():
             ax.axhline(0.0, color=BLACK, linewidth=0.5, zorder=0.5)
+        if name == "multiplier" and np.nanmax(together) > HUGE:
+            # At a graze it goes to infinity: linear up to the unit circle, logarithmic beyond.
+            ax.set_yscale("symlog", linthresh=1.0)
+            ax.set_ylim(0.0, 10.0 * max(HUGE, float(np.nanmedian(together))))
         _mark(ax, branches, columns)
         _explain(ax, BLACK if len(branches) > 1 else None)
     return ax

@@ -13,7 +13,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm, Colormap, ListedColormap, Normalize, TwoSlopeNorm
 from matplotlib.patches import Patch
 
-from percuss.arrays import Floats
+from percuss.arrays import Flags, Floats
 from percuss.errors import ParameterError
 from percuss.model.units import Units
 from percuss.plotting.cells import check_table, draw_cells, hatch_missing, missing_patch
@@ -124,6 +124,9 @@ def plot_sweep(
         whole = _is_count(data, name) or len(x) < 20
         look = {"marker": ".", "linestyle": "none"} if whole else {"linewidth": 1.0}
         ax.plot(x, np.where(np.isfinite(y), y, np.nan), color=BLUE, **look)
+        if not whole:
+            alone = _is_alone(np.isfinite(y))
+            ax.plot(x[alone], y[alone], ".", color=BLUE, markersize=3.0)
         if not np.isfinite(y).any():
             ax.text(0.5, 0.5, "no answer", transform=ax.transAxes, ha="center")
             if x[0] < x[-1]:
@@ -133,6 +136,12 @@ def plot_sweep(
         ax.set_xlabel(path_label(data, path, units))
         ax.set_ylabel(_name_of(data, name, units))
     return ax
+
+
+def _is_alone(answered: Flags) -> Flags:
+    """Return which answers have none on either side, so that no line reaches them."""
+    around = np.concatenate([[False], answered, [False]])
+    return np.asarray(answered & ~around[:-2] & ~around[2:])
 
 
 @dataclass(frozen=True, slots=True)

@@ -42,6 +42,8 @@ COLUMNS = 900
 FAINTEST = 0.35
 # Where a few points lie so many times farther out than the others, the others are looked at.
 FAR_OUT, SHARE = 4.0, 0.05
+# Points that differ by less than this part of their size differ by rounding.
+ROUNDING = 1e-9
 NAMES = {
     "x": "x at whole periods",
     "v": "v at whole periods",
@@ -157,7 +159,8 @@ def _range(groups: dict[str, Floats]) -> tuple[float, float]:
     inner, outer = (float(q) for q in np.percentile(every, [SHARE, 100.0 - SHARE]))
     if high - low > FAR_OUT * (outer - inner) > 0.0:
         low, high = inner, outer
-    margin = 0.03 * (high - low) or 0.5 * (abs(high) or 1.0)
+    size = max(abs(low), abs(high))
+    margin = 0.03 * (high - low) if high - low > ROUNDING * size else 0.5 * (size or 1.0)
     return low - margin, high + margin
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -266,7 +267,9 @@ def direction_name(structure: Structure, on: On | None) -> str:
     ('x_{1}', 'x_{0} - x_{1}')
     """
     if isinstance(on, str):
-        return rf"\mathrm{{{on}}}"
+        # As it is written: an underscore there is no subscript.
+        name = re.sub(r"([\\{}$])", r"\\\1", on)
+        return rf"\text{{{name}}}"
     return combination(structure.direction(on).tolist())
 
 
@@ -275,7 +278,13 @@ def combination(numbers: Sequence[float]) -> str:
     text = ""
     for i, c in enumerate(numbers):
         if c:
-            size = "" if abs(c) == 1.0 else f"{abs(c):.4g}\\,"
+            size = "" if abs(c) == 1.0 else f"{_number(abs(c))}\\,"
             sign = (" - " if c < 0 else " + ") if text else ("-" if c < 0 else "")
             text += f"{sign}{size}x_{{{i}}}"
     return text
+
+
+def _number(c: float) -> str:
+    """Return a number to four digits as a formula."""
+    mantissa, _, exponent = f"{c:.4g}".partition("e")
+    return rf"{mantissa} \times 10^{{{int(exponent)}}}" if exponent else mantissa

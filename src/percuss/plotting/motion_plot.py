@@ -11,6 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PathCollection
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from percuss.arrays import Floats
 from percuss.errors import ParameterError
@@ -56,6 +57,7 @@ from percuss.plotting.style import (
     picture,
     shared_docs,
     style,
+    title_figure,
     units_of,
 )
 
@@ -513,6 +515,7 @@ def plot_staircase(
             _pad_lead(ax, float(ahead.min()), float(ahead.max()), spacing)
         else:
             ax.text(0.5, 0.5, "no impacts", transform=ax.transAxes, ha="center", va="center")
+        ax.xaxis.set_major_locator(MaxNLocator("auto", integer=True, min_n_ticks=1))
         ax.set_xlabel("number of the impact $k$")
         ax.set_ylabel(f"$t_k - k\\,T_0$\n({units.duration})")
     return ax
@@ -570,8 +573,10 @@ def plot_spectrum(
     is_velocity = result.attrs["of"] == "velocity"
     with picture(ax, labels=(xlabel, ylabel)) as ax:
         ax.set_yscale("log")
-        highest = float(amplitude.max(initial=0.0)) or 1.0
-        if "line" in result.dims:
+        highest = float(amplitude.max(initial=0.0))
+        if highest == 0.0:
+            ax.text(0.5, 0.5, "no motion", transform=ax.transAxes, ha="center", va="center")
+        elif "line" in result.dims:
             _draw_lines(ax, omega, amplitude, ROUNDING * highest)
         else:
             _draw_curve(ax, omega, amplitude, DEPTH * highest)
@@ -662,6 +667,6 @@ def plot_motion(
         panels["x"].tick_params(labelbottom=False)
         upper.align_ylabels([panels["x"], panels["v"]])
         if title:
-            figure.suptitle(title, fontsize=12.0, parse_math=False)
+            title_figure(figure, title, fontsize=12.0)
         draw_legend(figure, panels.values())
     return figure

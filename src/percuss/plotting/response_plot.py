@@ -138,9 +138,10 @@ def plot_response(
         if log_x or (log_x is None and 0.0 < WIDE * response.low < response.high):
             _make_logarithmic(ax)
         _set_limits(ax, response, columns, log=log_y)
-        _label(ax, response, columns)
         if legend:
             _explain(ax, response, formal=formal)
+        # Beside the legend, which takes its part of the width.
+        _label(ax, response, columns)
     return ax
 
 

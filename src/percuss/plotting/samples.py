@@ -44,6 +44,9 @@ def window_of(run: Drawable, window: tuple[float, float] | None) -> tuple[float,
     if np.shape(window) != (2,):
         raise ParameterError("window", window, "not a pair of times (first, last)")
     first, last = (as_float(time) for time in window)
+    if (first, last) == (run.t0, run.t_end):
+        # One that was interrupted before its first step has no length.
+        return first, last
     if first >= last:
         raise ParameterError("window", window, "the first time is not before the last")
     if first >= run.t_end or last <= run.t0:

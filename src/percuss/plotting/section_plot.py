@@ -62,7 +62,7 @@ def plot_singularity_set(
         If it is no `SingularitySet`.
     """
     check_kind("found", found, SingularitySet)
-    units = units_of(units)
+    units = units_of(units, found.oscillator)
     several = len({curve.touched for curve in found}) > 1
     is_alone = ax is None
     with picture(ax, labels=(xlabel, ylabel)) as ax:
@@ -132,7 +132,7 @@ def plot_manifolds(
     if isinstance(found, StructureManifolds):
         return _plot_projected(found, ax, units, (xlabel, ylabel), on)
     check_kind("found", found, Manifolds)
-    units, is_alone = units_of(units), ax is None
+    units, is_alone = units_of(units, found.orbit.oscillator), ax is None
     with picture(ax, labels=(xlabel, ylabel)) as ax:
         for kind, colour in KINDS.items():
             pieces = [p for b in found.branches if b.kind == kind for p in b.pieces]

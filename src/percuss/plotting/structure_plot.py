@@ -26,6 +26,7 @@ from percuss.plotting.style import (
     new_figure,
     shared_docs,
     style,
+    title_figure,
     units_of,
 )
 
@@ -86,7 +87,7 @@ def plot_coordinates(
             ax.label_outer()
         figure.align_ylabels()
         if title:
-            figure.suptitle(title)
+            title_figure(figure, title)
         draw_legend(figure, panels)
     return figure
 

@@ -14,8 +14,11 @@ from typing import Any, Protocol, TypeVar, cast
 import matplotlib as mpl
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.axis import XAxis, YAxis
 from matplotlib.colorbar import Colorbar
 from matplotlib.figure import Figure, SubFigure
+from matplotlib.ticker import AutoLocator, MaxNLocator
+from matplotlib.transforms import offset_copy
 
 from percuss.errors import ParameterError
 from percuss.model.units import Units
@@ -34,6 +37,13 @@ COLOUR_CYCLE = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY_BLUE)
 
 # Entries in a row of a legend below a figure.
 MOST_IN_A_ROW = 6
+# Width of a digit of a tick's label and of the gap to the next, in sizes of its font.
+DIGIT, TICK_GAP = 0.6, 1.0
+# Ticks of an axis whose labels are too long for matplotlib's own choice, and the part of its width
+# that titles and scales beside it may leave.
+MOST_TICKS, LEFT = 8, 0.85
+# From the ticks to the title of an axis, where the factor of the ticks stands between them [point].
+BELOW_FACTOR = 13.0
 
 STYLE: dict[str, Any] = {
     "font.family": "sans-serif",
@@ -220,15 +230,28 @@ def picture(
     titles of the axes that replace what the picture writes there.
     """
     with style():
-        axes = new_figure(*size).add_subplot() if ax is None else ax
+        axes = new_figure(*size).add_subplot() if ax is None else _given_axes(ax)
         yield axes
         if labels[0] is not None:
             axes.set_xlabel(labels[0])
         if labels[1] is not None:
             axes.set_ylabel(labels[1])
         fix_ticks(axes)
+        for axis in (axes.xaxis, axes.yaxis):
+            axis.label.set_wrap(True)
         if legend and ax is None:
             draw_legend(axes.figure, axes.figure.axes)
+
+
+def _given_axes(ax: object) -> Axes:
+    if not isinstance(ax, Axes):
+        raise ParameterError("ax", ax, "not axes of matplotlib; other arguments are given by name")
+    return ax
+
+
+def title_figure(figure: Figure | SubFigure, title: str, **look: Any) -> None:
+    """Write a title above all panels, in several lines if it is long; a dollar is a dollar."""
+    figure.suptitle(title, parse_math=False, wrap=True, **look)
 
 
 def label_phase_plane(ax: Axes, units: Units, names: tuple[str, str] = ("$x$", "$v$")) -> None:
@@ -246,6 +269,10 @@ def legend_above(ax: Axes, **options: Any) -> None:
     """Draw a legend above the axes, from their left edge on; options are those of a legend."""
     # 0.01 of the height keeps the frame of the axes free.
     place = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.01), "borderaxespad": 0.0}
+    if _has_factor(ax.yaxis):
+        figure = figure_of(ax)
+        above = offset_copy(ax.transAxes, figure, y=STYLE["font.size"] + 3.0, units="points")
+        place["bbox_transform"] = above
     ax.legend(**place, **options)
 
 
@@ -263,20 +290,51 @@ def draw_legend(figure: Figure | SubFigure, panels: Iterable[Axes]) -> None:
     for panel in panels:
         for handle, label in zip(*panel.get_legend_handles_labels(), strict=True):
             entries[label] = handle
-    if entries:
-        figure.legend(
-            list(entries.values()),
-            list(entries),
-            loc="outside lower center",
-            ncols=min(len(entries), MOST_IN_A_ROW),
+    for columns in range(min(len(entries), MOST_IN_A_ROW), 0, -1):
+        legend = figure.legend(
+            list(entries.values()), list(entries), loc="outside lower center", ncols=columns
         )
+        if columns == 1 or legend.get_window_extent().width <= figure.bbox.width:
+            break
+        legend.remove()
 
 
 def fix_ticks(ax: Axes) -> None:
-    """Keep the look of the ticks, which matplotlib makes when it draws, after the context."""
+    """Keep the look of the ticks, which matplotlib makes when it draws, after the context.
+
+    Where their labels would run together there are fewer of them to the right.
+    """
     ax.tick_params(
         direction=STYLE["xtick.direction"],
         labelsize=STYLE["xtick.labelsize"],
         width=0.8,
         length=3.5,
     )
+    axis = ax.xaxis
+    if isinstance(axis.get_major_locator(), AutoLocator):
+        _part_labels(ax, axis)
+    if _has_factor(axis):
+        axis.labelpad = BELOW_FACTOR
+
+
+def _part_labels(ax: Axes, axis: XAxis) -> None:
+    """Take fewer ticks, until their labels stand apart."""
+    figure = figure_of(ax)
+    assert figure is not None
+    width = LEFT * ax.get_position().width * figure.get_figwidth() * 72.0
+    low, high = sorted(ax.get_xlim())
+    for most in range(MOST_TICKS, 1, -1):
+        places = [place for place in axis.get_majorticklocs() if low <= place <= high]
+        labels = axis.get_major_formatter().format_ticks(places)
+        letters = max((len(label) for label in labels), default=0)
+        step = STYLE["xtick.labelsize"] * (DIGIT * letters + TICK_GAP)
+        if (len(labels) - 1) * step <= width:
+            break
+        axis.set_major_locator(MaxNLocator(most, steps=[1, 2, 2.5, 5, 10]))
+
+
+def _has_factor(axis: XAxis | YAxis) -> bool:
+    """Return whether the labels of the ticks have a factor or an offset, which stands apart."""
+    formatter = axis.get_major_formatter()
+    formatter.set_locs(list(axis.get_majorticklocs()))
+    return bool(formatter.get_offset())

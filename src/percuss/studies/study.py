@@ -277,7 +277,7 @@ def known_walls(study: StudyDraft) -> tuple[Stop, ...]:
 def titled_axes(study: Study, figure: Any, width: float, height: float) -> Any:
     """Return the axes of an empty figure of this size [inch], with the title of a study."""
     figure.set_size_inches(width, height)
-    figure.suptitle(study.title, parse_math=False)
+    figure.suptitle(study.title, parse_math=False, wrap=True)
     return figure.add_subplot()
 
 

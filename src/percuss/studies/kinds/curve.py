@@ -113,7 +113,7 @@ class Curve(Question):
         else:
             figure.set_size_inches(7.0, 5.0)
             figure.text(0.5, 0.5, "no such points on the branch", ha="center")
-            figure.suptitle(study.title, parse_math=False)
+            figure.suptitle(study.title, parse_math=False, wrap=True)
 
     def report(self, result: list[CurveResult | StructureCurve]) -> dict[str, str]:
         """Return each curve, its special points and why it ends."""

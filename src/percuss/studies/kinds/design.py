@@ -261,7 +261,7 @@ class Design(Question):
         upper, lower = figure.subplots(2, 1, height_ratios=[3.4, below])
         plot_displacement(result.run, upper, units=units)
         plot_design(result, lower, units=units)
-        figure.suptitle(study.title, parse_math=False)
+        figure.suptitle(study.title, parse_math=False, wrap=True)
 
     def report(self, result: Any) -> dict[str, str]:
         """Return the best setting with its limits and why the search ended; or the front."""
