@@ -280,3 +280,15 @@ def test_least_and_largest_displacement_are_the_extremes_of_the_run() -> None:
     exact = run.extremes("displacement", between=(run.t_end * 2 / 3, run.t_end))
     assert data["min_displacement"].item() == pytest.approx(exact.minimum, abs=1e-12)
     assert data["max_displacement"].item() == pytest.approx(exact.maximum, abs=1e-12)
+
+
+def test_extremes_of_a_sweep_are_on_this_side_of_the_walls() -> None:
+    walls = pc.Wall("-0.5", "below", "0.9"), pc.Wall("0.5", "above", "0.7")
+    osc = pc.Oscillator(damping="0.03", stops=walls)
+    data = pc.sweep(
+        ("min_displacement", "max_displacement"), osc, pc.cosine(1, amplitude="1.51"),
+        over={"forcing.omega": [0.9, 1.0, 1.1], "oscillator.damping": [0.03, 0.15]},
+        transient=100, periods=64,
+    )  # fmt: skip
+    assert (data.min_displacement.values == -0.5).all()
+    assert (data.max_displacement.values == 0.5).all()

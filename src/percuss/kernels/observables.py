@@ -25,12 +25,14 @@ from percuss.kernels.law_columns import (
     DAMPING,
     FORCE_BOUND,
     HARMONIC,
+    LOWER,
     LOWER_ENTRY,
     NUMBER,
     PERIOD_TURNS,
     PERIOD_TURNS_LOW,
     QUICKEST,
     STEP,
+    UPPER,
     UPPER_ENTRY,
     Law,
 )
@@ -353,7 +355,10 @@ def observe_extremes(flight: Flight, x: float, span: Pair, values: Floats) -> No
     law, region, start, _, arrival = flight
     s, end = span
     y, v = move(flight, s)
-    note_place(x + y, values)
+    # Between two events nothing lies beyond a bound but by rounding.
+    lower = law[region, LOWER]
+    upper = law[region, UPPER]
+    note_place(min(max(x + y, lower), upper), values)
     step = law[region, STEP] if law[region, STEP] > 0.0 else end - s
     width = step
     second, third = acceleration_and_jerk(law, region, start[3], arrival, y, v)
@@ -369,8 +374,9 @@ def observe_extremes(flight: Flight, x: float, span: Pair, values: Floats) -> No
             continue
         second, third = acceleration_and_jerk(law, region, start[3], arrival, y1, v1)
         if turns and not known and v * v1 < 0.0:
-            note_place(x + turning_point(flight, (s, v), (s1, v1)), values)
-        note_place(x + y1, values)
+            top = x + turning_point(flight, (s, v), (s1, v1))
+            note_place(min(max(top, lower), upper), values)
+        note_place(min(max(x + y1, lower), upper), values)
         s = s1
         y = y1
         v = v1
