@@ -268,3 +268,23 @@ def test_a_wrong_question_is_refused(of: Any, stop: int, between: Any, name: str
 
     with pytest.raises(pc.ParameterError, match=rf"^{name}"):
         run.extremes(of, stop, between)
+
+
+@pytest.mark.parametrize("omega", np.random.default_rng(5).uniform(0.6, 3, 12).tolist())
+def test_a_window_from_jump_to_jump_has_the_limits_within_and_without(omega: float) -> None:
+    """The rounding of an instant decided whether the acceleration beyond it counted."""
+    force = pc.square_wave(omega)
+    period = force.period
+    assert period is not None
+    run = pc.simulate(pc.Oscillator("0.7", "0.1"), force, t_end=2.2 * period)
+    one = pc.Structure(mass=[1], stiffness=["0.7"], damping=["0.2"])
+    same = pc.simulate(one, pc.Loads({0: force}), x0=[0], v0=[0], t_end=2.2 * period)
+    begin, end = period, 2 * period
+    limits = [
+        side - 0.7 * run(t)[0] - 0.2 * run(t)[1] for t in (begin, end) for side in (1.0, -1.0)
+    ]
+    found = run.extremes("acceleration", between=(begin, end))
+    also = same.extremes("acceleration", on=0, between=(begin, end))
+    assert found.maximum >= max(limits) - 1e-13
+    assert found.minimum <= min(limits) + 1e-13
+    assert (also.minimum, also.maximum) == pytest.approx((found.minimum, found.maximum), rel=1e-12)

@@ -119,6 +119,20 @@ def test_the_margin_to_a_graze(wall: float, omega: float, n_impacts: int) -> Non
     assert slope[0] == pytest.approx(wanted, rel=1e-9, abs=1e-9)
 
 
+def test_hops_into_a_contact_are_no_margin_to_a_graze() -> None:
+    def orbit(constant: float) -> pc.PeriodicOrbit:
+        osc = pc.Oscillator(0, "0.05", stops=(pc.Wall(at="-0.2", side="below", restitution=0),))
+        force = pc.cosine("2.7", amplitude="1.72", phase="2.75", constant=constant)
+        return pc.find_orbit(osc, force, math.inf, 2)
+
+    middle = orbit(-0.3)
+    value, slope = outcome_of(middle, middle.sensitivity(["forcing.constant"]), "grazing_margin")
+    assert value == middle.grazing_margin
+    step = 1e-5
+    wanted = (orbit(step - 0.3).grazing_margin - orbit(-0.3 - step).grazing_margin) / (2 * step)
+    assert slope[0] == pytest.approx(wanted, rel=1e-6)
+
+
 def test_the_largest_margin_to_a_graze() -> None:
     osc = pc.impact_oscillator("0.5", wall="0.2", side="above", damping="0.2")
     best = pc.design(

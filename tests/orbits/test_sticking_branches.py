@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import mpmath
 import numpy as np
@@ -12,6 +13,7 @@ from tests.oracle import event_driven as oracle
 from tests.oracle.from_model import problem_of
 
 import percuss as pc
+from percuss.kernels import record as columns
 from percuss.orbits import Branch
 from percuss.orbits.orbit.sticking import releases_of
 
@@ -199,3 +201,15 @@ def test_the_release_is_no_turning_point(over_frequency: Branch) -> None:
     for omega in (0.5, 0.8, 0.9):
         assert pc.find_orbit(osc, pc.cosine(omega), math.inf).grazing_margin > 0.1
     assert (over_frequency.grazing_margin > 0.0).all()
+
+
+@pytest.mark.parametrize("omega", ["0.9", 1, "1.1", 2])
+def test_a_release_by_a_jump_is_no_graze(omega: Any) -> None:
+    walls = pc.Wall(0, "below", "0.7"), pc.Wall("0.5", "above", 0)
+    force = pc.square_wave(omega, amplitude="0.7") + pc.Forcing(constant="0.1")
+    orbit = pc.find_orbit(pc.Oscillator(1, "0.6", stops=walls), force, math.inf)
+    assert orbit.grazing_margin > 1e-4
+    events, marks = orbit.trajectory().record
+    released = np.flatnonzero(marks[:, columns.KIND] == columns.RELEASE)
+    assert (marks[released + 1, columns.KIND] == columns.KNOT).any()
+    np.testing.assert_array_equal(events[released, :2], events[released + 1, :2])

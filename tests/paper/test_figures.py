@@ -10,6 +10,7 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.text import Text
 
 import percuss as pc
 from percuss.motion.spectrum import line_spectrum
@@ -399,3 +400,15 @@ def test_names_are_unique() -> None:
 
     assert len(seen) == len(items())
     assert all(isinstance(item, Item) for item in items())
+
+
+@pytest.mark.parametrize("name", ["fig3", "fig4"])
+def test_the_legend_above_leaves_the_words_beside_it_free(name: str) -> None:
+    picture = figure_named(FIGURES[name]).draw(data_of(name))
+    picture.canvas.draw()
+
+    (ax,) = picture.axes
+    legend = ax.get_legend()
+    assert legend is not None
+    (words,) = (text for text in ax.findobj(Text) if text.get_text() == "dotted: printed numbers")
+    assert not legend.get_window_extent().overlaps(words.get_window_extent())

@@ -243,3 +243,114 @@ def test_frequencies_and_a_period_of_one_parameter() -> None:
     sides = [pc.find_orbit(*model(2.0 + h)).min_impact_speed for h in (step, -step)]
     slope = (sides[0] - sides[1]) / (2.0 * step)
     np.testing.assert_allclose(found.of("peak_impact_velocity"), slope, rtol=1e-7)
+
+
+FREE = (
+    "oscillator.damping",
+    "forcing.constant",
+    "forcing.record.amplitude",
+    "forcing.record.omega",
+)
+
+
+@pytest.mark.parametrize("omega", [1.1, 2, 2.7, 3])
+def test_orbits_without_impacts_under_a_square_wave(omega: float) -> None:
+    osc = pc.Oscillator(damping="0.1", stops=(pc.Wall(at=9, side="above", restitution="0.5"),))
+    force = pc.square_wave(omega, amplitude="0.7") + pc.Forcing(constant="0.1")
+    orbit = pc.find_orbit(osc, force, n_impacts=0)
+    derivatives = orbit.sensitivity(FREE)
+    # The orbit is odd about its mean.
+    np.testing.assert_allclose(derivatives.of("max_displacement")[1], 1.0, **CLOSE)
+    peak = (orbit.trajectory().extremes("displacement").maximum - 0.1) / 0.7
+    np.testing.assert_allclose(derivatives.of("max_displacement")[2], peak, **CLOSE)
+    check_close(orbit, derivatives, ("rms_displacement", "mean_power", "peak_acceleration"))
+    # Both multipliers have the size exp(-damping period).
+    size = math.exp(-0.1 * orbit.period)
+    moved = np.real(np.conj(orbit.multipliers[:, np.newaxis]) * derivatives.multipliers) / size
+    by_size = size * np.array([-orbit.period, 0.0, 0.0, 0.1 * orbit.period / omega])
+    np.testing.assert_allclose(moved, np.tile(by_size, (2, 1)), **CLOSE)
+
+
+def check_close(
+    orbit: pc.PeriodicOrbit, derivatives: pc.OrbitSensitivity, measures: tuple[str, ...]
+) -> None:
+    """Compare derivatives of measures with central differences of fourth order."""
+    step = 1e-4
+    for p, path in enumerate(derivatives.paths):
+        values = []
+        value = float(pc.expression(str(get_parameter(*orbit.system, None, path))))
+        for k in (2, 1, -1, -2):
+            osc, force, _ = replace_parameter(*orbit.system, None, path, value + k * step)
+            other = pc.find_orbit(osc, force, orbit.n_impacts, orbit.n_periods).sensitivity([path])
+            values.append([other.measured(measure)[0] for measure in measures])
+        wanted = np.array([-1, 8, -8, 1]) @ np.array(values) / (12 * step)
+        found = [derivatives.measured(measure)[1][p] for measure in measures]
+        np.testing.assert_allclose(found, wanted, rtol=1e-7, atol=1e-8, err_msg=path)
+
+
+def test_the_multipliers_of_an_orbit_without_impacts_by_its_frequency() -> None:
+    orbit = pc.find_orbit(pc.Oscillator(damping="0.1"), pc.cosine(2), n_impacts=0)
+    moved = orbit.sensitivity(["forcing.omega"]).multipliers[:, 0]
+    size = math.exp(-0.1 * math.pi)
+    by_size = np.real(np.conj(orbit.multipliers) * moved) / size
+    np.testing.assert_allclose(by_size, 0.1 * math.pi / 2 * size, rtol=1e-12)
+
+
+HELD = {
+    "by a jump": (
+        pc.Oscillator(
+            0, "0.01", stops=(pc.Wall("-0.5", "below", "0.9"), pc.Wall("0.3", "above", 0))
+        ),
+        pc.square_wave("2.7", amplitude="0.7") + pc.Forcing(constant="0.1"),
+        2,
+        ("oscillator.damping", "oscillator.stops.1.at", "forcing.record.amplitude"),
+    ),
+    "at the end of a chatter": (
+        pc.Oscillator(0, "0.6", stops=(pc.Wall(0, "below", "0.3"),)),
+        pc.cosine("2.7", amplitude="0.38", phase="1.68", constant="-0.3"),
+        1,
+        ("oscillator.damping", "oscillator.stops.0.restitution", "forcing.constant"),
+    ),
+    "after a plastic impact": (
+        pc.Oscillator(
+            "2.3", "0.2", stops=(pc.Wall("-0.2", "below", 0), pc.SoftStop("0.3", "above", 100, 2))
+        ),
+        pc.cosine("2.7", amplitude="1.77", phase="0.1"),
+        1,
+        ("oscillator.damping", "oscillator.stops.0.at", "forcing.omega", "forcing.phase"),
+    ),
+}
+
+
+@pytest.mark.parametrize("case", HELD)
+def test_measures_of_orbits_with_sticking(case: str) -> None:
+    osc, force, n_periods, paths = HELD[case]
+    orbit = pc.find_orbit(osc, force, math.inf, n_periods)
+    measures = ("rms_displacement", "mean_power", "contact_share", "peak_acceleration")
+    check_close(orbit, orbit.sensitivity(paths), measures)
+
+
+def test_the_instant_of_a_plastic_impact() -> None:
+    def orbit_with(damping: float) -> pc.PeriodicOrbit:
+        osc = pc.Oscillator("2.3", damping, stops=(pc.Wall("-0.2", "below", 0),))
+        return pc.find_orbit(osc, pc.cosine("2.7", amplitude="1.77", phase="0.1"), 1)
+
+    found = orbit_with(0.2).sensitivity(["oscillator.damping"])
+    late = (orbit_with(0.201).t0 - orbit_with(0.199).t0) / 0.002
+    assert found.t0[0] == pytest.approx(late, rel=1e-5)
+    assert found.impacts.t[0, 0] == found.t0[0]
+    assert found.v0[0] == found.x0[0] == 0.0
+
+
+def test_a_plastic_impact_ends_an_orbit_without_the_force_that_the_wall_holds() -> None:
+    # Of another wall the end of the period is rounded another way: in half of them the
+    # acceleration without the wall counted.
+    for at in np.linspace(0, 1e-4, 8):
+        osc = pc.Oscillator("2.3", "0.6", stops=(pc.Wall(float(at), "below", 0),))
+        force = pc.cosine(1, amplitude="1.34", phase="2.78", constant="0.2")
+        orbit = pc.find_orbit(osc, force, math.inf)
+        once, twice = (orbit.trajectory(n).extremes("acceleration") for n in (1, 2))
+        assert (once.minimum, once.maximum) == pytest.approx((twice.minimum, twice.maximum))
+        inside = orbit.t0, orbit.t0 + 1.5 * orbit.period
+        within = orbit.trajectory(2).extremes("acceleration", between=inside)
+        assert once.minimum == pytest.approx(within.minimum, rel=1e-12)

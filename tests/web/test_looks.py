@@ -3,13 +3,26 @@
 from __future__ import annotations
 
 import io
+import re
 from collections.abc import Iterator
+from itertools import combinations
 from pathlib import Path
 
+import numpy as np
 import pytest
 from matplotlib.image import imread
 from playwright.sync_api import Browser, Locator, Page, expect
-from tests.web.hands import compute, drawn, field, fill, row_of, set_box, view_of, wait_for_drawing
+from tests.web.hands import (
+    compute,
+    drawn,
+    field,
+    fill,
+    open_preset,
+    row_of,
+    set_box,
+    view_of,
+    wait_for_drawing,
+)
 from tests.web.serving import served
 
 from percuss.web.app import create_app
@@ -163,3 +176,55 @@ def test_what_comes_before_a_motion_has_settled_is_pale(page: Page) -> None:
     )
     # Six impacts in a place take no more room than one, and the transient is spread.
     assert 20 < strong < pale
+
+
+def lab(colour: str) -> np.ndarray:
+    """Return a colour as lightness and two opponents, between which distances are as seen."""
+    red_green_blue = np.array([int(part, 16) for part in re.findall("[0-9a-f]{2}", colour)]) / 255
+    linear = np.where(
+        red_green_blue <= 0.04045, red_green_blue / 12.92, ((red_green_blue + 0.055) / 1.055) ** 2.4
+    )
+    # CIE 1976, of sRGB with the white of D65.
+    xyz = np.array([[0.4339, 0.3762, 0.1899], [0.2126, 0.7152, 0.0722], [0.0177, 0.1095, 0.8729]])
+    x, y, z = np.cbrt(xyz @ linear)
+    return np.array([116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)])
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_families_have_colours_that_can_be_told_apart(page: Page, theme: str) -> None:
+    root = page.locator("#percuss")
+    if root.get_attribute("data-theme") != theme:
+        page.get_by_label("Light or dark").click()
+        expect(root).to_have_attribute("data-theme", theme)
+    colours = root.evaluate(
+        """(it) => ["--curve", "--orbit", "--c3", "--c4", "--c5", "--c6"]
+          .map((name) => getComputedStyle(it).getPropertyValue(name).trim())"""
+    )
+
+    # Two patches side by side differ at 2.3; thin lines apart from each other need ten times that.
+    apart = {pair: np.linalg.norm(lab(pair[0]) - lab(pair[1])) for pair in combinations(colours, 2)}
+    assert min(apart.values()) > 20, apart
+
+
+def test_a_long_name_of_a_parameter_leaves_its_slider_free(page: Page) -> None:
+    page.get_by_label("name of a new parameter").fill("amplitude_of_the_shaker_in_the_laboratory")
+    page.get_by_role("button", name="add a parameter").click()
+    label = page.locator(".row label", has_text="amplitude_of_the_shaker").first
+    expect(label).to_be_visible()
+
+    assert label.evaluate("(it) => it.scrollWidth <= it.clientWidth")
+
+
+def test_a_motion_of_the_gallery_is_seen_from_its_beginning(page: Page) -> None:
+    page.set_viewport_size({"width": 1280, "height": 500})
+    open_preset(page, "moored_tower")
+    assert page.evaluate("scrollY") == 0
+
+
+def test_small_plots_stand_below_each_other_in_a_narrow_window(page: Page) -> None:
+    page.set_viewport_size({"width": 390, "height": 844})
+    view = view_of(page, "Diagram")
+    first, second = (plot.bounding_box() for plot in view.locator(".beside .plot").all())
+    assert first is not None
+    assert second is not None
+    assert first["y"] + first["height"] <= second["y"]

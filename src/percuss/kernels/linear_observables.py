@@ -542,11 +542,14 @@ def extremes_of_record(
     for _ in range(budget):
         if row >= events.shape[0] or events[row, EVENT_T] > span[1]:
             return True
-        until = span[1] - events[row, EVENT_T] - events[row, EVENT_T_LOW]
+        # An instant that is given is no finer than a float: that of an event has both limits.
+        until = max(0.0, span[1] - events[row, EVENT_T] - events[row, EVENT_T_LOW])
         is_last = row + 1 >= events.shape[0]
         if not is_last:
             until = min(until, time_since_event(events, row + 1))
         begin = max(0.0, span[0] - events[row, EVENT_T] - events[row, EVENT_T_LOW])
+        if not is_last and span[0] <= events[row + 1, EVENT_T]:
+            begin = min(begin, until)
         # A stretch of no duration before a contact is no part of the motion.
         empty = not is_last and until <= 0.0 and marks[row + 1, KIND] == CONTACT
         if begin <= until and not empty:
@@ -593,6 +596,11 @@ def extremes_in_stretch(
         note_value(best, 0.0, t)
         return until, 0.0
     is_last = row + 1 >= record.events.shape[0]
+    if is_last and marks[row, KIND] == IMPACT and flight.start[2] == 0.0:
+        outward = 1.0 if int(marks[row, BOUND]) == int(record.law[region, NUMBER]) else -1.0
+        if outward * state_at(flight, (0.0, 0.0))[2] < 0.0:
+            # A record may end with a plastic impact: the wall would hold the mass.
+            return until, 0.0
     if marks[row, KIND] == IMPACT and not is_last and marks[row + 1, KIND] == CONTACT:
         events = record.events
         bound, after = int(marks[row, BOUND]), abs(events[row, V_AFTER])

@@ -120,8 +120,10 @@ def _limits(d: MovedMotion, t: float, longer: Floats | None) -> list[_Limit]:
             return _sides_of_knot(d, still)
         if longer is None or t != d.run.t_end:
             return [still]
-        rate = 0.0 if still.held else _acceleration(d, still)[0]
-        return [still._replace(dx=dx + v * longer, dv=dv + rate * longer, dt=longer)]
+        # The last flight goes on to the end, and not over a knot there.
+        last = still._replace(t=(t, -float(np.spacing(t))), after=False)
+        rate = 0.0 if last.held else _acceleration(d, last)[0]
+        return [last._replace(dx=dx + v * longer, dv=dv + rate * longer, dt=longer)]
     limits = []
     for row in rows.tolist():
         columns, after = d.columns[row], float(events[row, events_of.V_AFTER])
@@ -131,6 +133,9 @@ def _limits(d: MovedMotion, t: float, longer: Floats | None) -> list[_Limit]:
         moved = dx, columns[:, engine.DV_AFTER], late
         limits.append(_limit(d, row, (at, True, x, after), moved))
         is_held = marks[row, events_of.KIND] == events_of.CONTACT
+        if is_held and row > 0 and is_tail(events, marks, row - 1):
+            # Before it comes to rest the mass has the acceleration that ends the chatter.
+            limits.append(limits[-1]._replace(after=False, held=False))
         if row > 0 and not is_held:
             before = float(events[row, events_of.V_BEFORE])
             if marks[row, events_of.KIND] == events_of.KNOT:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Literal, TypeAlias, get_args
 
 import numpy as np
@@ -129,9 +130,10 @@ def _largest_multiplier(
 def _moved_margin(orbit: PeriodicOrbit, d: OrbitSensitivity) -> Floats:
     """Return the derivatives of the distance of the nearest turning point to a stop."""
     turns = orbit.turning_points
-    if not len(turns.t):
+    if math.isinf(orbit.grazing_margin):
         return np.zeros(len(d.paths))
-    k = int(np.argmin(turns.clearance))
+    # The turning points of the hops that end in a contact do not count.
+    k = int(np.argmin(np.abs(turns.clearance - orbit.grazing_margin)))
     run, lines = d.motion.run, orbit.system.lines
     # Without events the turning points of one and a half periods are known, and the motion of one.
     t = run.t0 + (float(turns.t[k]) - run.t0) % orbit.period

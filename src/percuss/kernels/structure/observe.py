@@ -13,6 +13,7 @@ from percuss.arrays import Floats
 from percuss.kernels.arithmetic import ULP, Pair, later
 from percuss.kernels.compile import kernel
 from percuss.kernels.event_location import GRAZE, HIT
+from percuss.kernels.flight import set_phases
 from percuss.kernels.next_event import PAUSE
 from percuss.kernels.record import BOUND, EVENT_T, EVENT_T_LOW, HUGE, NEXT_REGION
 from percuss.kernels.sample import flight_at
@@ -28,7 +29,6 @@ from percuss.kernels.structure.next_event import next_event
 from percuss.kernels.structure.run import (
     StructureRun,
     begin_flight,
-    load_at,
     restitution,
     speed_of,
     value_of,
@@ -146,11 +146,16 @@ def set_out(run: StructureRun, stretch: int, s: float, progress: Floats) -> None
 @kernel
 def go_on(run: StructureRun, flight: ModalFlight, instant: Pair, s: Pair, progress: Floats) -> None:
     """Take modes and loads on by the time s, a pair, from the instant of a flight's start."""
-    if s[0] + s[1] > 0.0:
-        arrive(flight, s[0] + s[1], run.begin)
+    since = s[0] + s[1]
+    if since > 0.0:
+        arrive(flight, since, run.begin)
     t, t_low = later(instant[0], instant[1], s[0])
     progress[NOW], progress[NOW_LOW] = later(t, t_low, s[1])
-    load_at(run.sets, (progress[NOW], progress[NOW_LOW]), run.phases, run.records)
+    if run.phases.shape[0] > 0:
+        set_phases(run.sets.law[0], progress[NOW], progress[NOW_LOW], run.phases)
+    for k in range(run.records.shape[0]):
+        # A flight is in one piece of a record, also where it ends at a knot to within rounding.
+        run.records[k, 0] += since * run.records[k, 1]
 
 
 @kernel

@@ -32,6 +32,7 @@ from percuss.kernels.law_columns import (
     N_HARMONICS,
     STIFFNESS,
 )
+from percuss.kernels.pieces import is_record, record_before
 from percuss.kernels.record import MotionRecord, place_of_event, time_since_event
 from percuss.kernels.restitution import kept_of_error, restitution_at
 from percuss.kernels.tangent import event_saltation, propagator
@@ -121,15 +122,14 @@ def sensitivity_of_orbit(orbit: ClosedMotion, paths: Sequence[str]) -> OrbitSens
     state at t0 obeys w = M w + c + z' dT.
     """
     run = orbit.run
-    events = run.record[0]
     still = sensitivity_of(run, paths, np.zeros((len(paths), 3)))
     if not still.differentiable:
         refuse_derivative(still.reason)
-    end = np.stack(still(run.t_end), axis=-1)
+    end = np.stack(still(run.t_end, limit="before"), axis=-1)
     rate = _rate(orbit)
     n = len(still.paths)
     wall = np.zeros(n)
-    if len(events) > 1:
+    if len(orbit.impacts):
         last = still.columns[-1]
         end = np.stack([last[:, engine.BASE] + last[:, engine.OFF], last[:, engine.SPEED]], axis=-1)
         wall = last[:, engine.BASE]
@@ -144,9 +144,13 @@ def sensitivity_of_orbit(orbit: ClosedMotion, paths: Sequence[str]) -> OrbitSens
         moved_start = _solved(orbit, known, end - wall[:, np.newaxis] * matrix[:, 0])
         columns_of_start, period = np.stack([wall, moved_start[:, 0]], axis=-1), moved_start[:, 1]
     late = np.zeros(n)
-    if len(events) > 1 and orbit.run.v0 != 0.0:
+    if len(orbit.impacts) and orbit.run.v0 != 0.0:
         late = (wall - columns_of_start[:, 0]) / orbit.run.v0
     begin = np.column_stack([columns_of_start + late[:, np.newaxis] * rate, late])
+    if len(orbit.impacts) and orbit.run.v0 == 0.0:
+        # After a plastic impact the velocity tells the instant, by the acceleration.
+        late = (last[:, engine.DV_AFTER] - columns_of_start[:, 1]) / rate[1]
+        begin = np.column_stack([wall, last[:, engine.DV_AFTER], late])
     motion = sensitivity_of(run, paths, begin)
     return OrbitSensitivity(
         paths=motion.paths,
@@ -155,7 +159,7 @@ def sensitivity_of_orbit(orbit: ClosedMotion, paths: Sequence[str]) -> OrbitSens
         t0=late,
         period=period,
         impacts=_impacts(orbit, motion),
-        multipliers=_multipliers(orbit, motion),
+        multipliers=_multipliers(orbit, motion, period),
         motion=motion,
     )
 
@@ -167,11 +171,17 @@ def refuse_derivative(reason: str) -> NoReturn:
 
 
 def _rate(orbit: ClosedMotion) -> Floats:
-    """Return the velocity and the acceleration at the orbit's start."""
+    """Return the velocity and the acceleration at the orbit's start.
+
+    Without impacts the period ends in a flight: where a forcing jumps there, before the jump.
+    """
     law, (_, marks) = orbit.run.system.law, orbit.run.record
     region = int(marks[0, columns.NEXT_REGION])
-    phases = np.empty((int(law[0, N_HARMONICS]), 2))
+    n = int(law[0, N_HARMONICS])
+    phases = np.empty((n, 2))
     set_phases(law, orbit.run.t0, 0.0, phases)
+    if not len(orbit.impacts) and n > 0 and is_record(law, n - 1):
+        phases[-1] = record_before(law, orbit.run.t_end, -float(np.spacing(orbit.run.t_end)))
     force = constant_force(law, region, orbit.run.x0) + force_and_slopes(law, phases)[0]
     return np.array([orbit.run.v0, force - 2.0 * law[region, DAMPING] * orbit.run.v0])
 
@@ -218,13 +228,15 @@ def _impacts(orbit: ClosedMotion, motion: Sensitivity) -> MovedImpacts:
     )
 
 
-def _multipliers(orbit: ClosedMotion, motion: Sensitivity) -> Complexes:
+def _multipliers(orbit: ClosedMotion, motion: Sensitivity, period: Floats) -> Complexes:
     """Return the derivatives of the multipliers."""
     if not orbit.monodromy.any():
         return np.zeros((2, len(motion.paths)), dtype=np.complex128)
     derivatives = np.empty((2, len(motion.paths)), dtype=np.complex128)
     for p in range(len(motion.paths)):
-        matrix, moved, relative = _moved_monodromy(motion, p)
+        # Without impacts the period ends in a flight, after the last of the forcing's knots.
+        free_end = None if len(orbit.impacts) else float(period[p])
+        matrix, moved, relative = _moved_monodromy(motion, p, free_end)
         determinant = complex(np.prod(orbit.multipliers))
         trace, moved_trace = float(np.trace(matrix)), float(np.trace(moved))
         for i, value in enumerate(orbit.multipliers):
@@ -237,19 +249,24 @@ def _multipliers(orbit: ClosedMotion, motion: Sensitivity) -> Complexes:
     return derivatives
 
 
-def _moved_monodromy(motion: Sensitivity, p: int) -> tuple[Floats, Floats, float]:
-    """Return the monodromy of a period, its derivative, and that of its determinant's logarithm."""
+def _moved_monodromy(
+    motion: Sensitivity, p: int, free_end: float | None
+) -> tuple[Floats, Floats, float]:
+    """Return the monodromy of a period, its derivative, and that of its determinant's logarithm.
+
+    `free_end` is the derivative of the end of a period that ends without an event.
+    """
     law, (events, marks) = motion.run.system.law, motion.run.record
     phases = np.empty((int(law[0, N_HARMONICS]), 2))
     matrix, moved, relative = np.eye(2), np.zeros((2, 2)), 0.0
     last = len(events)
-    for n in range(1, last + (last == 1)):
+    for n in range(1, last + (free_end is not None)):
         region = int(marks[n - 1, columns.NEXT_REGION])
         if n < last:
-            s = time_since_event(events, n)
-            longer = float(motion.columns[n, p, engine.DT] - motion.columns[n - 1, p, engine.DT])
+            s, end = time_since_event(events, n), float(motion.columns[n, p, engine.DT])
         else:
-            s, longer = motion.run.t_end - motion.run.t0, 0.0
+            s, end = motion.run.t_end - float(events[-1, columns.EVENT_T]), free_end or 0.0
+        longer = end - float(motion.columns[n - 1, p, engine.DT])
         own, change = _moved_propagator(motion, p, region, s, longer)
         rows = motion.moved.change.rows[p]
         relative -= 2.0 * (rows[region, DAMPING] * s + law[region, DAMPING] * longer)

@@ -17,7 +17,7 @@ from percuss.kernels import record as columns
 from percuss.kernels.arithmetic import later
 from percuss.kernels.flight import place
 from percuss.kernels.law_columns import N_KNOTS, PERIOD, Law
-from percuss.kernels.pieces import knot_time
+from percuss.kernels.pieces import begin_of_piece, knot_time
 from percuss.kernels.sample import cycles
 from percuss.model.exact import as_float
 from percuss.model.oscillator import Wall
@@ -216,7 +216,7 @@ def _orbit(system: System, record: EventRecord, n_periods: int) -> PeriodicOrbit
     """Return the orbit of a record from a release to a release, from its first impact on."""
     law = system.law
     period = n_periods * float(law[0, PERIOD])
-    events, marks = _from_first_impact(*record, period)
+    events, marks = _from_first_impact(law, *record, period)
     x0 = place(law, int(marks[-1, columns.NEXT_REGION]), int(marks[-1, columns.BOUND]))
     turns = turns_of(law, events, marks, x0, float(events[-1, columns.EVENT_T]))
     turns = _after_releases(turns, events, marks, period)
@@ -251,7 +251,7 @@ def _orbit(system: System, record: EventRecord, n_periods: int) -> PeriodicOrbit
     )
 
 
-def _from_first_impact(events: Floats, marks: Integers, period: float) -> EventRecord:
+def _from_first_impact(law: Law, events: Floats, marks: Integers, period: float) -> EventRecord:
     """Return a record from a release to a release as one from an impact to that impact."""
     i = int(np.flatnonzero(marks[:, columns.KIND] == columns.IMPACT)[0])
     again = np.concatenate([events[i:], events[1 : i + 1]])
@@ -262,6 +262,11 @@ def _from_first_impact(events: Floats, marks: Integers, period: float) -> EventR
         shift = start + (period if k >= len(events) - i else 0.0)
         instant = later(row[columns.EVENT_T], row[columns.EVENT_T_LOW], shift)
         row[columns.EVENT_T], row[columns.EVENT_T_LOW] = instant
+    # A knot that releases the mass stays on the record's, whatever the rounding of the period.
+    for k in np.flatnonzero(kinds[:, columns.KIND] == columns.KNOT).tolist():
+        t = float(again[k, columns.EVENT_T])
+        instant = begin_of_piece(law, t, float(np.spacing(t)))[2:]
+        again[k - 1 : k + 1, [columns.EVENT_T, columns.EVENT_T_LOW]] = instant
     kinds[0] = columns.START, -1, kinds[0, columns.NEXT_REGION]
     again[0, columns.V_BEFORE] = again[0, columns.V_AFTER]
     return again, kinds

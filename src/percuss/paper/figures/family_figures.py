@@ -101,7 +101,8 @@ def _draw_family(data: Dataset) -> Picture:
     x = np.concatenate([data[f"x_{name}"].values for name in VELOCITY_LABELS])
     draw_frame(ax, frame, y=reach(np.maximum(x, 0.0), frame.upwards))
     ax.set(xlabel=r"$t/\pi$", ylabel="displacement $x_*(t)$")
-    ax.legend(ncols=3, loc="upper center", bbox_to_anchor=(0.5, 1.12), columnspacing=1.2)
+    # Beside the words on the right, above the axes too.
+    ax.legend(ncols=3, loc="upper left", bbox_to_anchor=(-0.03, 1.12), columnspacing=1.2)
     return figure
 
 

@@ -5,8 +5,8 @@ import { COMPACT, MechanismPicture } from "./mechanism_picture.js";
 import { endsOf } from "./scales.js";
 
 const THUMB = { width: 220, height: 130 };
-// Of a portrait: its margin and the length of hatches, in pixels of the canvas; how much is seen of the first
-// half of a motion, and of what lies behind a soft stop.
+// Of a portrait: margin and hatches in pixels of the canvas; how much is seen of the first half of a motion,
+// and of what lies behind a soft stop.
 const [EDGE, HATCH, PALE, SHADE] = [24, 14, 0.3, 0.2];
 
 export class Gallery {

@@ -61,18 +61,20 @@ class App {
     const state = { ...NOTHING, study, view: "explore", fit: fit && { ...fit, free: {} } };
     for (const view of Object.values(this.views)) view.begin?.(state);
     this.store.set(state, "all");
+    // The gallery may be scrolled far down.
+    this.root.scrollIntoView();
   }
 
   /** Show in Explore a motion picked in another view. */
   open(study) {
     const { diagram, basins } = this.store.value.zooms ?? {};
     this.store.set({ study, view: "explore", digits: undefined, zooms: { ...(diagram && { diagram }), ...(basins && { basins }) } }, "all");
+    this.root.scrollIntoView();
   }
 
   /** Show a mechanism of several masses as it is set at first. */
   beginMechanism(name) {
     this.store.set({ view: "structure", mechanism: { name, values: {}, of: "" } }, "all");
-    // The gallery may have been scrolled far down.
     this.root.scrollIntoView();
   }
 
