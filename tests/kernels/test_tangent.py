@@ -287,6 +287,27 @@ def test_two_turning_points_a_hair_apart_are_both_found() -> None:
     np.testing.assert_allclose(out[:count, 0], expected, atol=1e-9)
 
 
+@pytest.mark.parametrize("v0", [-0.7, 0.0, 2.0])
+@pytest.mark.parametrize("damping", [1e3, 1e5, 1e8])
+def test_turning_points_after_a_fast_decay_are_those_of_the_slow_motion(
+    damping: float, v0: float
+) -> None:
+    """2 a x' + x = cos(t) where x'' is small: a walk of the fast steps would take a minute."""
+    osc, force = pc.Oscillator(1.0, damping), pc.cosine(1.0)
+    law = law_of(osc, force)
+    region = FIRST_HARMONIC + 1
+    phases, arrival, out = np.empty((1, 2)), np.empty((1, 2)), np.empty((64, 3))
+    set_phases(law, 0.2, 0.0, phases)
+    flight = Flight(law, region, (0.2, 0.0, v0, constant_force(law, region, 0.0)), phases, arrival)
+
+    count = turning_points(flight, 30.0, law[region, STEP], out)
+
+    # Then x' = cos(t) / 2 a to within 1 / 4 a^2. One turn more where v0 is against the force.
+    late = out[:count, 0][out[:count, 0] > 0.5] + 0.2
+    np.testing.assert_allclose(late, (np.arange(10) + 0.5) * math.pi, atol=2.0 / damping)
+    assert count == 10 + (v0 < 0.0)
+
+
 def test_a_turning_point_right_after_a_start_from_rest_is_found() -> None:
     """From rest into the one direction, and back within the first step of the search."""
     osc, force = pc.Oscillator(0.0, 0.0), pc.sine(1.0)

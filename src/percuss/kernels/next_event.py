@@ -85,7 +85,7 @@ from percuss.kernels.vectors import (
 STRETCH_PHASE = 1.0
 # Displacements are rounded here as in any flight; a clearance has to be larger than this part of
 # the sizes involved.
-COAST_SLACK = 1e-9
+COAST_SLACK = 1e-12
 # A stretch is worth its search where it is this many steps of the walk.
 WORTH = 128.0
 # Stretches in one call: a few hundred ns each.

@@ -27,8 +27,13 @@ from percuss.kernels.flight import (
     uncertainty,
 )
 from percuss.kernels.law_columns import (
+    AMPLITUDE,
+    FIRST_HARMONIC,
     LOWER_KIND,
     NUMBER,
+    OMEGA,
+    OVERDAMPED,
+    SLOW_ROOT,
     UPPER_KIND,
     WALL,
     Law,
@@ -44,6 +49,8 @@ ITINERARY_COLUMNS = 3
 # A step of the search for turning points, as a part of a step of the search for events: there
 # the cubic through the velocities at both ends is off by 1e-5 of their change.
 PART = 0.25
+# A fast decay has turned by a radian this many times before steps become longer.
+DECAYED = 16.0
 # Why `iterate` came back: steps are down to rounding; the equations are singular to within WEAK,
 # so that a step of least norm has to be made; no more steps; numbers out of range.
 SETTLED, SINGULAR, SPENT, LOST = range(4)
@@ -149,8 +156,9 @@ def turning_points(
     """Write (s, y, doubt) of the turning points inside a flight to ``out`` (m, 3); return how many.
 
     ``search_step`` is the step of the walk (`next_event`), in which the fastest part of the motion
-    turns by a radian; 0 at constant acceleration. ``doubt`` bounds the rounding error of y. The
-    ends do not count. It stops when ``out`` is full.
+    turns by a radian; 0 at constant acceleration. After the fast decay of an overdamped stop the
+    slow parts decide. ``doubt`` bounds the rounding error of y. The ends do not count. It stops
+    when ``out`` is full.
     """
     law, region, start, phases, arrival = flight
     v = start[2]
@@ -158,11 +166,13 @@ def turning_points(
     step = longest / 16.0
     if search_step > 0.0:
         step = longest / math.ceil(longest / min(PART * search_step, step))
+    slow_step = min(PART * step_after_decay(law, region, phases.shape[0]), longest / 16.0)
     count = 0
     s = 0.0
     while s < longest and count < out.shape[0]:
-        end = min(s + step, longest)
-        if longest - end < 0.5 * step:
+        width = max(step, min(slow_step, PART * s / DECAYED))
+        end = min(s + width, longest)
+        if longest - end < 0.5 * width:
             end = longest
         y, after = move(flight, end)
         acceleration, _ = acceleration_and_jerk(law, region, start[3], arrival, y, after)
@@ -191,6 +201,18 @@ def turning_points(
     for i in range(count):
         out[i, 2] = uncertainty(flight, out[i, 0])
     return count
+
+
+@kernel
+def step_after_decay(law: Law, region: int, n: int) -> float:
+    """Return in which time a motion turns by a radian after its fast decay; 0 without one."""
+    if law[region, OVERDAMPED] == 0.0:
+        return 0.0
+    rate = abs(law[region, SLOW_ROOT])
+    for j in range(n):
+        if law[FIRST_HARMONIC + j, AMPLITUDE] > 0.0:
+            rate = max(rate, law[FIRST_HARMONIC + j, OMEGA])
+    return 1.0 / rate if rate > 0.0 else math.inf
 
 
 @kernel
