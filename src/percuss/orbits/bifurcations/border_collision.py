@@ -19,6 +19,7 @@ import numpy as np
 from percuss.arrays import Complexes, Floats
 from percuss.errors import ConvergenceError, PercussError
 from percuss.numerics import dot, norm
+from percuss.orbits.bifurcations.bifurcation_origin import ENDS
 from percuss.orbits.bifurcations.borders import ReachedBorder
 from percuss.orbits.bifurcations.force_jumps import Crossing
 from percuss.orbits.continuation.correct import tangent_of
@@ -110,7 +111,7 @@ def border_reached(here: Point[B]) -> Border[B] | None:
     beyond: Point[B] | None = None
     end_reason = ""
     if problem.halves_differ(point.orbit) < SAME * problem.halves_differ(before.orbit):
-        end_reason = f"at {point.text} the orbit is the two-fold cover of a shorter one"
+        end_reason = f"at {point.text} {ENDS['doubled']}"
     else:
         try:
             beyond = _stepped(here, z, crossing, 1.0, tangents[1])
