@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-__all__ = ["counted", "shown"]
+from collections.abc import Iterable
+
+__all__ = ["closest", "counted", "shown"]
 
 # Characters of a value that a sentence shows.
 MOST_SHOWN = 200
@@ -29,6 +31,19 @@ def counted(n: float, noun: str) -> str:
     ('1 impact', '1,200 impacts', 'inf impacts')
     """
     return f"{n:,.0f} {noun}" + ("" if n == 1 else "s")
+
+
+def closest(word: str, known: Iterable[str]) -> str | None:
+    """Return the name that a misspelt word means, None where none is like it.
+
+    Examples
+    --------
+    >>> closest("peroid", ["period", "multiplier"]), closest("depth", ["period", "multiplier"])
+    ('period', None)
+    """
+    import difflib  # only where something is wrong
+
+    return next(iter(difflib.get_close_matches(word, list(known), n=1)), None)
 
 
 def shown(value: object) -> str:

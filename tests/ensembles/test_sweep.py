@@ -236,7 +236,8 @@ def test_a_sweep_can_be_stopped_and_returns_what_is_done() -> None:
         ({"forcing.omega": 2.0}, "period", "not a list of values"),
         ({"forcing.omega": [[1.0, 2.0]]}, "period", "not a"),
         ({"forcing.omega": [1.0], "forcing.harmonics.0.omega": [2.0]}, "period", "named twice"),
-        ({"forcing.omega": [1.0]}, "perod", "none of peak_displacement"),
+        ({"forcing.omega": [1.0]}, "perod", "did you mean period"),
+        ({"forcing.omega": [1.0]}, "max_displacement_1", 'write "max_displacement" and on=1'),
         ({"forcing.omega": [1.0]}, [], "none at all"),
     ],
 )

@@ -23,7 +23,7 @@ def own(osc: pc.Oscillator, force: pc.Forcing) -> float:  # noqa: ARG001
     ("keywords", "message"),
     [
         ({"measure": None}, "measure = None: none of peak_displacement"),
-        ({"measure": [["period"]]}, "none of peak_displacement"),
+        ({"measure": [["period"]]}, "did you mean period"),
         ({"measure": [own]}, "measure = 'own': one function at a time; a list holds names"),
         ({"measure": ["period", own]}, "measure = 'own': one function at a time"),
         ({"osc": None}, "osc = None: no oscillator"),

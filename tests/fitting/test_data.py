@@ -330,6 +330,7 @@ def test_a_start_beyond_the_wall_of_the_model_is_right_where_its_range_holds_it(
         (None, {"free": {"start.v0": 1}}, "of a start that is free as a whole"),
         (None, {"free": {GAP: 0.3, "oscillator.stops.0.position": 1}}, "no such parameter"),
         (None, {"noise": -1.0}, "not above 0"),
+        (None, {"noise": "2%"}, "noise.displacement = '2%': not a number"),
         (None, {"noise": [1.0, 2.0]}, "of 400 values"),
         (None, {"noise": {"velocity": 1.0}}, "none of the data's displacement"),
         (None, {"prior": {"oscillator.damping": (0, 1)}}, "none of the free parameters"),

@@ -82,6 +82,10 @@ ABOVE = Wall(1.0, "above")
             lambda: Oscillator(stops=ABOVE),  # type: ignore[arg-type]
             "stops = Wall(at=1.0, side='above', restitution=1.0): not a sequence of stops; of one alone it is [stop]",
         ),
+        (
+            lambda: Oscillator.from_mass(2, 1, stops=ABOVE),  # type: ignore[arg-type]
+            "stops = Wall(at=1.0, side='above', restitution=1.0): not a sequence of stops",
+        ),
         (lambda: Harmonic(math.nan, 1.0), "amplitude = nan: not finite"),
         (lambda: Harmonic(1.0, 1.0, "right"), "phase = 'right': not a number"),
         (lambda: sine(1.0, phase=math.inf), "phase = inf: not finite"),

@@ -221,7 +221,7 @@ FAULTS: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "range": ({"free": {PLACE: (0.3, -0.3)}}, "not below the largest"),
     "no range": ({"free": {PLACE: 0.3}}, "not a range"),
-    "goal": ({"goal": "best"}, "goal"),
+    "goal": ({"goal": "smallest"}, 'neither "least" nor "largest" nor a number'),
     "limits": ({"subject_to": {"max_displacement": 1.2}}, "least, largest"),
     "limits crossed": ({"subject_to": {"max_displacement": (2, 1)}}, "above the largest"),
     "limit of a run": ({"t_end": 5}, 'on="run"'),

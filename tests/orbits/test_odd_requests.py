@@ -86,6 +86,13 @@ def test_results_tell_themselves_in_a_line_and_as_a_table() -> None:
     assert repr(formal.passages) == "<Passages: 1, the deepest 49>"
 
 
+def test_what_is_no_orbit_is_refused_in_a_sentence() -> None:
+    osc = pc.impact_oscillator("0.8")
+    for call in (pc.continue_orbit, pc.follow_cascade):
+        with pytest.raises(pc.ParameterError, match="not a periodic orbit; find_orbit"):
+            call(osc, over={"forcing.omega": (1, 2)})  # type: ignore[call-overload, arg-type]
+
+
 def test_a_list_in_place_of_ranges_is_told_in_a_sentence() -> None:
     osc, force = pc.impact_oscillator("0.8", wall=1, side="above", damping="0.05"), pc.cosine(1)
     orbit = pc.find_orbit(osc, force)

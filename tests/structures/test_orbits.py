@@ -69,6 +69,7 @@ def test_multipliers_of_the_published_case_leave_the_circle_as_a_pair() -> None:
         [complex(-0.26575, 1.36536), complex(-0.26575, -1.36536)], abs=6e-6
     )
     assert not orbit.is_stable
+    assert orbit.stability == "unstable"
     # Their product is what all dashpots take away in a period: exp(-trace(C) T).
     assert math.log(np.prod(orbit.multipliers).real) == pytest.approx(-0.09 * orbit.period)
 

@@ -217,6 +217,11 @@ def test_a_table_is_read_in_python_as_in_a_study(tmp_path: Path) -> None:
     waves = pc.read_record(file, "Zeit", "eta", units=units, amplitude="20e3")
     assert waves.record == ForceRecord((0.0, 0.5), (1.0, 2.0), amplitude=20e3)
     assert pc.read_record(file, "Zeit", "eta", units=units, amplitude=1, per_mass=True).is_per_mass
+    ground = tmp_path / "ground.csv"
+    ground.write_text("t (s);a (g)\n0;0,1\n1;0,2\n", encoding="utf-8")
+    for per_mass in (False, True):
+        with pytest.raises(pc.ParameterError, match="without units of the model nothing says"):
+            pc.read_record(ground, "t", "a", per_mass=per_mass)
     with pytest.raises(pc.ParameterError, match=r"m is no unit of force; give amplitude"):
         pc.read_record(file, "Zeit", "eta", units=units)
     with pytest.raises(pc.ParameterError, match=r'no column "t", "f"; its columns are Zeit'):

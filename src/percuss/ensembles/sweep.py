@@ -42,7 +42,7 @@ from percuss.motion.sections import PoincareSection, SectionGiven, section_of
 from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import beyond_record_of
 from percuss.progress import Report
-from percuss.wording import counted
+from percuss.wording import closest, counted
 
 if TYPE_CHECKING:
     # A second of import, which no worker needs.
@@ -285,7 +285,7 @@ def named_measures(
             raise ParameterError(name, own, "one function at a time; a list holds names")
         if not isinstance(each, str) or each not in MEASURES:
             functions = ", and no function" if name == "measure" else ""
-            raise ParameterError(name, each, f"none of {', '.join(MEASURES)}{functions}")
+            raise ParameterError(name, each, _no_measure(each, functions))
         names.append(each)
     for axis in axes:
         if axis.dimension in names:
@@ -340,6 +340,17 @@ def cost_of(osc: Oscillator | Structure) -> int:
     (1, 14)
     """
     return OF_A_STRUCTURE + OF_A_COORDINATE * osc.n if isinstance(osc, Structure) else 1
+
+
+def _no_measure(name: object, functions: str) -> str:
+    """Return what was meant: a measure like it, or one of a coordinate as `design` calls it."""
+    measure, _, on = str(name).rpartition("_")
+    if measure in MEASURES and MEASURES[measure].of_displacement:
+        return f'no measure; write "{measure}" and on={on if on.isdecimal() else repr(on)}'
+    alike = closest(str(name), MEASURES)
+    return (
+        f"none of {', '.join(MEASURES)}{functions}" if alike is None else f"did you mean {alike}?"
+    )
 
 
 def check_structure(names: Sequence[str], grid: Grid) -> None:

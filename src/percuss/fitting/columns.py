@@ -195,6 +195,9 @@ def force_factor(
     force of each of it.
     """
     parsed = unit_of(column.unit, quantity)
+    if column.unit == "g" and not _has_units(units) and not has_amplitude:
+        reason = "without units of the model nothing says whether g is gravity or a gram"
+        return 1.0, f'"{column.title}": {reason}; give them, or convert the column'
     if quantity == "force" and column.unit == "g" and _has_units(units):
         # As a gram it would be a thousandth of what an accelerometer means.
         reason = "g may be the acceleration of gravity, which it is with per_mass = true, or a gram"

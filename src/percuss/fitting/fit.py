@@ -200,6 +200,8 @@ def _records(
     records = []
     for its_data, given_force, its_start in zip(whole, forces, starts, strict=True):
         its_force = loads_of(osc, given_force) if isinstance(osc, Structure) else given_force
+        if not isinstance(osc, Structure):
+            System.of(osc, its_force)
         samples, impacts = read_samples(its_data, noise, osc, columns)
         is_free = its_start is None or _is_free(its_start)
         begin: Start | StructureStart | None = None
@@ -209,7 +211,6 @@ def _records(
                 reason = "alone say too little of a structure; give samples beside them"
                 raise ParameterError("data", IMPACT_TIMES, reason)
         else:
-            System.of(osc, its_force)
             begin = None if is_free else start_of(its_start)
         record = MeasuredRecord(samples, impacts, its_force, begin)
         if begin is not None and record.begin < as_float(begin.t0):

@@ -16,6 +16,7 @@ from percuss.errors import ParameterError
 from percuss.fitting.data_file import columns_of_file
 from percuss.kernels.segments import ACCELERATION, DISPLACEMENT, OF_STOP, VELOCITY
 from percuss.kernels.structure.segments import OF_PLACE
+from percuss.model.exact import reals
 from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads
 from percuss.model.oscillator import Oscillator
@@ -371,7 +372,7 @@ def _samples(name: str, t: Floats, values: Floats, quantity: int, noise: Any) ->
         reason = f"{len(values)} values at {len(t)} instants"
         raise ParameterError(f"data.{name}", len(values), reason)
     is_estimated = noise is None
-    sizes = np.full(len(t), math.nan) if is_estimated else np.asarray(noise, dtype=np.float64)
+    sizes = np.full(len(t), math.nan) if is_estimated else reals(f"noise.{name}", noise)
     if sizes.ndim == 0:
         sizes = np.full(len(t), float(sizes))
     if sizes.shape != t.shape:

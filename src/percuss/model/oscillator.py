@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, TypeAlias, cast
 
 from percuss.errors import ParameterError
 from percuss.model.exact import (
@@ -298,7 +298,7 @@ class Oscillator:
                 damping_ratio,
                 f"given together with damping_coefficient = {damping_coefficient!r}; give one",
             )
-        return cls(stiffness, damping, tuple(stops), mass, units)
+        return cls(stiffness, damping, cast("tuple[Stop, ...]", stops), mass, units)
 
     def of_unit_mass(self) -> Oscillator:
         """Return the oscillator of unit mass that has the same motions.

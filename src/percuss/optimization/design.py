@@ -278,7 +278,11 @@ def _wanted(
     if isinstance(goal, str) and goal in get_args(Literal["least", "largest"]):
         aim = cast("Goal", goal)
     else:
-        aim = real("goal", goal)
+        try:
+            aim = as_float(goal)
+        except ParameterError:
+            reason = 'neither "least" nor "largest" nor a number'
+            raise ParameterError("goal", goal, reason) from None
     limits: dict[str, OutcomeLimits] = {}
     check_mapping("subject_to", subject_to, "{outcome: (least, largest)}, one may be None")
     for name, ends in subject_to.items():

@@ -640,9 +640,11 @@ def checked_range(
     Raises
     ------
     ParameterError
-        If there is no such parameter, the range does not hold the orbit's value, or the orbit is
-        one of a family in one system or sticks, where it may not.
+        If it is no orbit, there is no such parameter, the range does not hold the orbit's value, or
+        the orbit is one of a family in one system or sticks, where it may not.
     """
+    if not isinstance(orbit, PeriodicOrbit):
+        raise ParameterError("orbit", orbit, "not a periodic orbit; find_orbit() finds one")
     check_mapping("over", over, "one parameter and its range", 1)
     ((path, given),) = over.items()
     value = own_value(orbit, path)

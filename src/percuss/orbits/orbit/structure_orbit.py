@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import ClassVar, NamedTuple
+from typing import ClassVar, Literal, NamedTuple
 
 import numpy as np
 
@@ -180,6 +180,11 @@ class StructureOrbit(HasPicture):
     def is_stable(self) -> bool:
         """Whether neighbours approach it: all multipliers lie inside the unit circle."""
         return bool((np.abs(self.multipliers) < 1.0 - ON_CIRCLE).all())
+
+    @property
+    def stability(self) -> Literal["asymptotic", "unstable"]:
+        """As `is_stable` says it, in the words of orbits of one displacement."""
+        return "asymptotic" if self.is_stable else "unstable"
 
     @property
     def n_impacts(self) -> int:
