@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from itertools import combinations, pairwise
-from types import SimpleNamespace
-from typing import cast
 
 import numpy as np
 import pytest
@@ -19,7 +17,8 @@ import percuss as pc
 from percuss import plotting
 from percuss.errors import ParameterError
 from percuss.plotting import Units
-from percuss.studies.study import Study, titled_axes
+from percuss.studies.reading import parse_study
+from percuss.studies.running import draw_picture
 
 PATH = "oscillator.stops.0.at"
 # A micromechanical switch, in metres and seconds.
@@ -187,9 +186,13 @@ def test_what_is_given_in_the_place_of_axes_is_told() -> None:
 
 
 def test_a_long_title_of_a_study_has_several_lines() -> None:
-    study = cast("Study", SimpleNamespace(title=LONG))
-    figure = plotting.offscreen_figure()
-    titled_axes(study, figure, 7.0, 4.6)
+    text = '[study]\ntitle = "%s"\n[oscillator]\nstiffness = 1\n[start]\nv0 = 1\n[run]\nt_end = 9\n'
+    study = parse_study(text % LONG, "study")
+    run = pc.simulate(study.oscillator, v0=1, t_end=9)
+
+    figure = draw_picture("motion", run, study)
+
     figure.canvas.draw()
     (title,) = figure.texts
+    assert "".join(title.get_text().split()) == "".join(LONG.split())
     assert is_inside(box(title), figure.bbox)

@@ -237,7 +237,6 @@ def draw_motion(
     on = shown_directions(study)
     figure.set_size_inches(8.0, 1.6 + 1.5 * len(on))
     plot_coordinates(run, figure, on=on, window=window, units=study.draw.units())
-    figure.suptitle(study.title, parse_math=False, wrap=True)
 
 
 def report_of_motion(run: StructureTrajectory, times: dict[str, str]) -> dict[str, str]:

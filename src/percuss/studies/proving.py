@@ -416,7 +416,6 @@ def draw_proof(proof: ProofOfStudy, study: Study, figure: Any) -> None:
     from percuss.plotting.style import draw_legend
 
     figure.set_size_inches(9.0 if study.kind == "orbit" else 8.0, 5.0)
-    figure.suptitle(study.title, parse_math=False, wrap=True)
     if study.kind == "orbit" and not proof.result.is_drawable:
         reason = proof.result.reason or "it has contacts, of which no motion is enclosed"
         figure.text(0.5, 0.5, f"no enclosure to draw: {reason}", ha="center", wrap=True)

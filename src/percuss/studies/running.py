@@ -23,7 +23,7 @@ from percuss.io.results import Columns, table_of, units_of_columns
 from percuss.io.table import write_columns
 from percuss.model.oscillator import Oscillator
 from percuss.motion.simulate import simulate
-from percuss.plotting.style import offscreen_figure, style
+from percuss.plotting.style import offscreen_figure, style, title_figure
 from percuss.progress import Progress, Report
 from percuss.studies.proving import STEM, ProofOfStudy, check_certify, draw_proof, proof_of
 from percuss.studies.study import Study
@@ -35,7 +35,7 @@ MOST_ROWS = 2**20
 # Size of the files from which on a warning comes before they are written [bytes].
 LARGE = 1e8
 
-__all__ = ["StudyResult", "output_files", "run_study"]
+__all__ = ["StudyResult", "draw_picture", "output_files", "run_study"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -332,15 +332,17 @@ def _write(
             study.question.film(answer, study).render(path, file.suffix, progress)
         else:
             if file.stem not in figures:
-                figures[file.stem] = _figure(file.stem, answer, study, proof)
+                figures[file.stem] = draw_picture(file.stem, answer, study, proof)
             write_figure(figures[file.stem], path, file.suffix, record)
 
 
-def _figure(stem: str, answer: Any, study: Study, proof: ProofOfStudy | None) -> Any:
+def draw_picture(stem: str, answer: Any, study: Study, proof: ProofOfStudy | None = None) -> Any:
+    """Return one of the pictures of a study, with its title."""
     figure = offscreen_figure()
     with style():
         if stem == STEM and proof is not None:
             draw_proof(proof, study, figure)
         else:
             study.question.pictures(study)[stem](answer, study, figure)
+        title_figure(figure, study.title)
     return figure

@@ -40,9 +40,24 @@ if TYPE_CHECKING:
     from percuss.plotting.animation import Film
 
 __all__ = [
-    "AT_REST", "TABLES", "Picture", "Question", "Study", "StudyDraft", "check_start",
-    "ends_in_words", "ends_of", "failure_rows", "impacts_in_words", "intervals_in_words",
-    "kind_named", "kind_names", "known_walls", "multiplier_text", "study_text", "titled_axes",
+    "AT_REST",
+    "TABLES",
+    "Picture",
+    "Question",
+    "Study",
+    "StudyDraft",
+    "check_start",
+    "ends_in_words",
+    "ends_of",
+    "failure_rows",
+    "impacts_in_words",
+    "intervals_in_words",
+    "kind_named",
+    "kind_names",
+    "known_walls",
+    "multiplier_text",
+    "only_axes",
+    "study_text",
 ]  # fmt: skip
 
 # Draws the result of a study on an empty figure.
@@ -274,10 +289,9 @@ def known_walls(study: StudyDraft) -> tuple[Stop, ...]:
     )
 
 
-def titled_axes(study: Study, figure: Any, width: float, height: float) -> Any:
-    """Return the axes of an empty figure of this size [inch], with the title of a study."""
+def only_axes(figure: Any, width: float, height: float) -> Any:
+    """Return the axes of an empty figure of this size [inch]."""
     figure.set_size_inches(width, height)
-    figure.suptitle(study.title, parse_math=False, wrap=True)
     return figure.add_subplot()
 
 

@@ -165,16 +165,15 @@ def _csv(study: Study, stem: str, running: RunningRequest) -> Callable[[Path], N
 def _picture(study: Study, extension: str, running: RunningRequest) -> Callable[[Path], None]:
     from percuss.io.figures import write_figure
     from percuss.io.record import make_record
-    from percuss.plotting.style import offscreen_figure, style
+    from percuss.studies.running import draw_picture
 
     answer = _answer(study, running)
     record = make_record(answer, study=study.text())
-    draw = next(iter(study.question.pictures(study).values()))
+    stem = next(iter(study.question.pictures(study)))
 
     def write(path: Path) -> None:
-        with _drawing, style():
-            figure = offscreen_figure()
-            draw(answer, study, figure)
+        with _drawing:
+            figure = draw_picture(stem, answer, study)
             name_axes(figure, study)
             write_figure(figure, path, f".{extension}", record)
 

@@ -32,7 +32,7 @@ from percuss.studies.study import (
     StudyDraft,
     check_start,
     impacts_in_words,
-    titled_axes,
+    only_axes,
     with_unit,
 )
 from percuss.studies.tables import (
@@ -211,7 +211,7 @@ class Basins(Question):
         from percuss.plotting import plot_basins
 
         curves = _manifolds(study) if study.draw.manifolds else ()
-        axes = titled_axes(study, figure, 7.4, 5.6)
+        axes = only_axes(figure, 7.4, 5.6)
         plot_basins(result, axes, manifolds=curves, units=study.draw.units())
 
     def report(self, result: Dataset) -> dict[str, str]:

@@ -12,7 +12,7 @@ from percuss.orbits import continue_orbit
 from percuss.studies.axes import OverRanges, ParameterRange, ranges_over
 from percuss.studies.kinds.orbit import Sought
 from percuss.studies.of_structures import check_on
-from percuss.studies.study import Question, StudyDraft, titled_axes
+from percuss.studies.study import Question, StudyDraft, only_axes
 from percuss.studies.tables import Count, default, shown, table, unknown_value, values_of
 from percuss.wording import counted
 
@@ -110,7 +110,7 @@ class Branch(Question):
         """Draw the branch over its parameter."""
         from percuss.plotting import plot_branch
 
-        axes = titled_axes(study, figure, 7.0, 4.6)
+        axes = only_axes(figure, 7.0, 4.6)
         draw = study.draw
         plot_branch(
             result,

@@ -12,7 +12,7 @@ from percuss.orbits import continue_curve
 from percuss.studies.axes import OverRanges, ParameterRange, ranges_over
 from percuss.studies.kinds.branch import Steps, follow
 from percuss.studies.kinds.orbit import Sought
-from percuss.studies.study import Question, StudyDraft, titled_axes
+from percuss.studies.study import Question, StudyDraft, only_axes
 from percuss.studies.tables import Text, raw_table, shown, table, unknown_value
 
 if TYPE_CHECKING:
@@ -109,11 +109,10 @@ class Curve(Question):
         from percuss.plotting import plot_curves
 
         if result:
-            plot_curves(result, titled_axes(study, figure, 7.0, 5.0), units=study.draw.units())
+            plot_curves(result, only_axes(figure, 7.0, 5.0), units=study.draw.units())
         else:
             figure.set_size_inches(7.0, 5.0)
             figure.text(0.5, 0.5, "no such points on the branch", ha="center")
-            figure.suptitle(study.title, parse_math=False, wrap=True)
 
     def report(self, result: list[CurveResult | StructureCurve]) -> dict[str, str]:
         """Return each curve, its special points and why it ends."""

@@ -20,7 +20,7 @@ from percuss.studies.axes import OverRanges, ranges_in
 from percuss.studies.kinds.motion import Motion
 from percuss.studies.kinds.orbit import Sought
 from percuss.studies.measured import MeasureNames
-from percuss.studies.study import AT_REST, Question, StudyDraft, titled_axes, with_unit
+from percuss.studies.study import AT_REST, Question, StudyDraft, only_axes, with_unit
 from percuss.studies.tables import (
     NUMBERS_SCHEMA,
     Limits,
@@ -254,14 +254,13 @@ class Design(Question):
 
         units = study.draw.units()
         if self.is_front:
-            plot_pareto(result, titled_axes(study, figure, 7.0, 4.6), units=units)
+            plot_pareto(result, only_axes(figure, 7.0, 4.6), units=units)
             return
         below = 0.6 + 0.7 * len(result.values)
         figure.set_size_inches(8.0, 3.4 + below)
         upper, lower = figure.subplots(2, 1, height_ratios=[3.4, below])
         plot_displacement(result.run, upper, units=units)
         plot_design(result, lower, units=units)
-        figure.suptitle(study.title, parse_math=False, wrap=True)
 
     def report(self, result: Any) -> dict[str, str]:
         """Return the best setting with its limits and why the search ended; or the front."""

@@ -26,7 +26,7 @@ from percuss.studies.study import (
     ends_of,
     failure_rows,
     known_walls,
-    titled_axes,
+    only_axes,
 )
 from percuss.studies.tables import (
     NumbersKey,
@@ -141,7 +141,7 @@ class Diagram(Question):
         """Draw the diagram."""
         from percuss.plotting import plot_diagram
 
-        plot_diagram(result, titled_axes(study, figure, 7.6, 5.0), units=study.draw.units())
+        plot_diagram(result, only_axes(figure, 7.6, 5.0), units=study.draw.units())
 
     def report(self, result: Dataset) -> dict[str, str]:
         """Return the periods on each branch, and what failed."""

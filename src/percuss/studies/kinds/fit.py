@@ -240,7 +240,6 @@ class Fit(Question):
         window = study.draw.window
         ends = None if window is None else (as_float(window[0]), as_float(window[1]))
         plot_fit(result, figure, quantity=quantity, window=ends, units=study.draw.units())
-        figure.suptitle(study.title, parse_math=False, wrap=True)
 
     def draw_confidence(self, result: Any, study: Study, figure: Any) -> None:
         """Draw what each pair of parameters shares."""
@@ -252,7 +251,6 @@ class Fit(Question):
             plot_confidence(result, figure, units=study.draw.units())
         else:
             figure.text(0.5, 0.5, "fewer than two parameters have errors", ha="center")
-        figure.suptitle(study.title, parse_math=False, wrap=True)
 
     def draw_profiles(self, result: Any, study: Study, figure: Any) -> None:
         """Draw the profile likelihoods."""
@@ -263,7 +261,6 @@ class Fit(Question):
             plot_profiles(result, figure, units=study.draw.units())
         else:
             figure.text(0.5, 0.5, "none of the parameters asked for has an error", ha="center")
-        figure.suptitle(study.title, parse_math=False, wrap=True)
 
     def report(self, result: Any) -> dict[str, str]:
         """Return the parameters with their errors, and how well they explain the records."""

@@ -160,7 +160,7 @@ class Motion(Question):
             return
         from percuss.plotting.motion_plot import plot_motion
 
-        plot_motion(result, figure, title=study.title, window=window, units=study.draw.units())
+        plot_motion(result, figure, window=window, units=study.draw.units())
 
     def film(self, result: Any, study: Study) -> Film:
         """Return the film of the motion."""

@@ -174,7 +174,6 @@ class Orbit(Question):
             (on, *_) = shown_directions(study)
             plot_phase_portrait(result.run, left, units=study.draw.units(), on=on)
         plot_multipliers(result, right)
-        figure.suptitle(study.title, parse_math=False, wrap=True)
 
     def report(self, result: Any) -> dict[str, str]:
         """Return the orbit and its stability."""

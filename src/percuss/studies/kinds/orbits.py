@@ -79,7 +79,6 @@ class Orbits(Question):
         left_out = len(result) - len(shown)
         if left_out or not shown:
             figure.supxlabel(f"and {left_out} more" if left_out else "no orbits found")
-        figure.suptitle(study.title, parse_math=False, wrap=True)
 
     def report(self, result: list[Any]) -> dict[str, str]:
         """Return how many there are, each in a line, and how many may be unseen."""

@@ -60,7 +60,6 @@ class Response(Question):
         upper, lower = figure.subplots(2, 1)
         plot_response(result, "amplitude", upper, units=study.draw.units())
         plot_response(result, "impact_velocity", lower, units=study.draw.units())
-        figure.suptitle(study.title, parse_math=False, wrap=True)
         # Once is enough.
         if lower.get_legend() is not None:
             lower.get_legend().remove()

@@ -26,7 +26,7 @@ from percuss.studies.study import (
     check_start,
     ends_of,
     failure_rows,
-    titled_axes,
+    only_axes,
 )
 from percuss.studies.tables import (
     Count,
@@ -200,6 +200,6 @@ def _draw(measure: str, n_axes: int) -> Picture:
         from percuss.plotting import plot_chart, plot_sweep
 
         plot, height = (plot_sweep, 4.6) if n_axes == 1 else (plot_chart, 5.4)
-        plot(result, measure, titled_axes(study, figure, 7.0, height), units=study.draw.units())
+        plot(result, measure, only_axes(figure, 7.0, height), units=study.draw.units())
 
     return draw
