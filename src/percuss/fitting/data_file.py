@@ -28,7 +28,7 @@ from percuss.fitting.columns import (
     unit_of,
 )
 from percuss.model.units import Units
-from percuss.wording import counted
+from percuss.wording import closest, counted
 
 __all__ = [
     "columns_of_file",
@@ -427,8 +427,8 @@ def _faults_of_head(
             named += wanted
     for quantity, name in names.items():
         if name and quantity not in named:
-            close = difflib.get_close_matches(name, titles, n=1)
-            hint = f'no column "{name}"; did you mean "{close[0]}"?' if close else ""
+            alike = closest(name, titles)
+            hint = f'no column "{name}"; did you mean "{alike}"?' if alike else ""
             faults.append(hint or _no_such_columns([f'"{name}"'], titles))
     for title in titles:
         # A typing error would otherwise leave a column out without a word.

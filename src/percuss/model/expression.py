@@ -7,7 +7,6 @@ is exact where it is rational or a multiple of pi; else it is enclosed in ration
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -52,6 +51,7 @@ from percuss.model.intervals import (
     TooLarge,
     enclosed,
 )
+from percuss.wording import closest
 
 __all__ = [
     "Expression",
@@ -410,9 +410,9 @@ def expression_problem(text: object, known: list[str]) -> str | None:
     unknown = sorted(names.difference(known))
     if not unknown:
         return None
-    alike = difflib.get_close_matches(unknown[0], known, n=1)
+    alike = closest(unknown[0], known)
     all_known = f"there are {', '.join(sorted(known))}" if known else "there are none"
-    hint = f"did you mean {alike[0]}?" if alike else all_known
+    hint = f"did you mean {alike}?" if alike else all_known
     are = "is no parameter" if len(unknown) == 1 else "are no parameters"
     return f"{' and '.join(unknown)} {are}; {hint}"
 

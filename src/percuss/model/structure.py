@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import difflib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -37,7 +36,7 @@ from percuss.model.faults import (
 from percuss.model.oscillator import On, Stop, Wall, faults_of_each_stop, plain_on, stops_faults
 from percuss.model.units import Units
 from percuss.numerics import cholesky
-from percuss.wording import counted
+from percuss.wording import closest, counted
 
 __all__ = [
     "MatrixRows",
@@ -420,9 +419,9 @@ def on_faults(structure: Structure, on: object, name: str) -> list[Fault]:
     if isinstance(on, str):
         if on in names:
             return []
-        alike = difflib.get_close_matches(on, names, n=1)
+        alike = closest(on, names)
         hint = (
-            f"did you mean {alike[0]}?"
+            f"did you mean {alike}?"
             if alike
             else f"there are {', '.join(names)}"
             if names

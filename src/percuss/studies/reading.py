@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping, Sequence
 from pathlib import Path as FilePath
 from typing import Any, get_args
@@ -45,6 +44,7 @@ from percuss.studies.tables import (
     values_of,
 )
 from percuss.studies.toml_lines import is_no_toml, key_lines, no_toml, read_document
+from percuss.wording import closest
 
 _RESULTS = (".nc", ".csv", ".png", ".svg")
 
@@ -326,10 +326,10 @@ def _check_tables(document: RawTable, kind: type[Question] | None, faults: Study
             reason = f"no table of this kind of study; its tables are {tables}"
             faults.add((name,), reason)
         elif kind is not None:
-            is_meant = difflib.get_close_matches(name.lower(), [*known, "parameters"], n=1)
+            is_meant = closest(name.lower(), [*known, "parameters"])
             # A table that is there under another name is not missing as well.
-            meant += is_meant
-            faults.add((name,), unknown_key(name, is_meant or known))
+            meant += [is_meant] if is_meant else []
+            faults.add((name,), unknown_key(name, [is_meant] if is_meant else known))
     needed: tuple[str, ...] = ()
     if kind is not None:
         needed = kind.needed_of_structures if of_structure else kind.needed

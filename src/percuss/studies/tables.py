@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import functools
 import inspect
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -39,6 +38,7 @@ from percuss.model.oscillator import On, plain_on
 from percuss.model.start import NO_COMMON_PERIOD, Start
 from percuss.model.structure_start import StructureStart
 from percuss.model.units import Units
+from percuss.wording import closest
 
 __all__ = [
     "DRAW_ALL", "MATRIX_FILES", "MISSING", "NO_DIRECTION", "NO_NUMBER", "NO_PHASE",
@@ -193,17 +193,17 @@ def unknown_key(key: object, known: list[str]) -> str:
     """Return the sentence about an unknown key, with the known key that resembles it."""
     if "study" in known and key in ("kind", "title"):
         return "unknown key; it belongs to the table [study]"
-    close = difflib.get_close_matches(str(key).lower(), known, n=1)
+    close = closest(str(key).lower(), known)
     if close:
-        return f'unknown key; did you mean "{close[0]}"?'
+        return f'unknown key; did you mean "{close}"?'
     return f"unknown key; known here: {', '.join(known)}"
 
 
 def unknown_value(value: object, known: list[str]) -> str:
     """Return the sentence about an unknown value, with the known value that resembles it."""
-    close = difflib.get_close_matches(str(value).lower(), known, n=1)
+    close = closest(str(value).lower(), known)
     listed = f"{', '.join(known[:-1])} or {known[-1]}"
-    return f'did you mean "{close[0]}"? There are {listed}' if close else f"not {listed}"
+    return f'did you mean "{close}"? There are {listed}' if close else f"not {listed}"
 
 
 def shown(value: object) -> str:
