@@ -100,7 +100,8 @@ def test_shadow_run_with_many_digits_up_to_150() -> None:
 @pytest.mark.nightly
 def test_shadow_run_of_the_stiff_stop_up_to_900() -> None:
     found, precise = cross_times(400_000_000, 900.0)
-    assert 1e-6 < np.abs(found - precise).max() < 1e-3
+    # How far they part hangs on the last bits: 7e-8 on one processor, above 1e-6 on others.
+    assert 1e-10 < np.abs(found - precise).max() < 1e-3
 
 
 @pytest.mark.nightly
