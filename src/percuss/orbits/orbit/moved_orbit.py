@@ -127,8 +127,7 @@ def sensitivity_of_orbit(orbit: ClosedMotion, paths: Sequence[str]) -> OrbitSens
         refuse_derivative(still.reason)
     end = np.stack(still(run.t_end, limit="before"), axis=-1)
     rate = _rate(orbit)
-    n = len(still.paths)
-    wall = np.zeros(n)
+    wall = np.zeros(len(still.paths))
     if len(orbit.impacts):
         last = still.columns[-1]
         end = np.stack([last[:, engine.BASE] + last[:, engine.OFF], last[:, engine.SPEED]], axis=-1)
@@ -143,25 +142,34 @@ def sensitivity_of_orbit(orbit: ClosedMotion, paths: Sequence[str]) -> OrbitSens
         known = np.stack([matrix[:, 1], -rate], axis=-1)
         moved_start = _solved(orbit, known, end - wall[:, np.newaxis] * matrix[:, 0])
         columns_of_start, period = np.stack([wall, moved_start[:, 0]], axis=-1), moved_start[:, 1]
-    late = np.zeros(n)
-    if len(orbit.impacts) and orbit.run.v0 != 0.0:
-        late = (wall - columns_of_start[:, 0]) / orbit.run.v0
-    begin = np.column_stack([columns_of_start + late[:, np.newaxis] * rate, late])
-    if len(orbit.impacts) and orbit.run.v0 == 0.0:
-        # After a plastic impact the velocity tells the instant, by the acceleration.
-        late = (last[:, engine.DV_AFTER] - columns_of_start[:, 1]) / rate[1]
-        begin = np.column_stack([wall, last[:, engine.DV_AFTER], late])
+    begin = _moved_start(orbit, columns_of_start, still.columns[-1], rate)
     motion = sensitivity_of(run, paths, begin)
     return OrbitSensitivity(
         paths=motion.paths,
         x0=begin[:, 0],
         v0=begin[:, 1],
-        t0=late,
+        t0=begin[:, 2],
         period=period,
         impacts=_impacts(orbit, motion),
         multipliers=_multipliers(orbit, motion, period),
         motion=motion,
     )
+
+
+def _moved_start(orbit: ClosedMotion, moved: Floats, last: Floats, rate: Floats) -> Floats:
+    """Return the derivatives of (x, v, t) at the start, an impact if there is one, (n, 3).
+
+    ``moved`` (n, 2) are those of the state at a fixed instant, ``last`` the columns of the impact
+    that ends the period.
+    """
+    if not len(orbit.impacts):
+        return np.column_stack([moved, np.zeros(len(moved))])
+    wall, after = last[:, engine.BASE], last[:, engine.DV_AFTER]
+    if orbit.run.v0 == 0.0:
+        # After a plastic impact the velocity tells the instant, by the acceleration.
+        return np.column_stack([wall, after, (after - moved[:, 1]) / rate[1]])
+    late = (wall - moved[:, 0]) / orbit.run.v0
+    return np.column_stack([moved + late[:, np.newaxis] * rate, late])
 
 
 def refuse_derivative(reason: str) -> NoReturn:
