@@ -215,6 +215,53 @@ def test_a_doubled_branch_ends_at_a_doubling_next_to_a_fold_of_the_shorter_orbit
         assert end.value == pytest.approx(doubling.value, rel=1e-11)
 
 
+def test_a_doubled_branch_does_not_fall_on_the_orbits_that_double() -> None:
+    """It missed its doubling, and went on along the shorter orbits as if they were its own."""
+    stops = [
+        pc.SoftStop("0.3566", "above", "48.2", "0.3323", on=(1, -1)),
+        pc.SoftStop("-0.3566", "below", "49.84", "0.3665", on=(1, -1)),
+    ]
+    two = pc.chain(["1.6305", "1.1978"], ["0.6556", "1.9503", 0], dashpots="0.1058", stops=stops)
+    over = {"loads.0.omega": ("0.798", "1.383")}
+    loads = pc.Loads({0: pc.cosine("1.0638", amplitude="0.9144")})
+    base = pc.continue_orbit(pc.find_orbits(two, loads, 4, 2, effort=0.3)[0], over=over)
+    doublings = [point for point in base.special_points if point.kind == "period_doubling"]
+    assert len(doublings) == 2
+
+    for doubling in doublings:
+        branch = pc.continue_orbit(pc.switch_branch(doubling), over=over)
+
+        ends = [branch.special_points[0].value, branch.special_points[-1].value]
+        assert ends == pytest.approx(sorted(point.value for point in doublings), rel=1e-10)
+        for orbit in branch.orbits[1:-1]:
+            halves = np.concatenate(orbit.run(0.5 * orbit.period)) - [*orbit.x0, *orbit.v0]
+            assert np.abs(halves).max() > 1e-8
+
+
+def test_the_family_of_a_symmetry_breaking_next_to_its_fold_is_found() -> None:
+    """A symmetric orbit at another parameter was taken for one of the pair that starts there."""
+    stops = [
+        pc.SoftStop("0.1565", "above", "31.587", "0.4018", on=1),
+        pc.SoftStop("-0.1565", "below", "31.587", "0.4018", on=1),
+    ]
+    four = pc.chain(
+        ["1.3527", "1.8622", "0.8814", "1.3832"],
+        ["1.0387", "1.6346", "1.3146", "0.8031", 0],
+        dashpots="0.025",
+        stops=stops,
+    )
+    loads = pc.Loads({0: pc.cosine("0.475", amplitude="0.632")})
+    over = {"loads.0.omega": ("0.465", "0.4785")}
+    base = pc.continue_orbit(pc.find_orbit(four, loads), over=over)
+    breaking = next(point for point in base.special_points if point.kind == "symmetry_breaking")
+
+    for side in (False, True):
+        other = pc.switch_branch(breaking, other_side=side)
+
+        x, v = other.run(0.5 * other.period)
+        assert np.abs([x + other.x0, v + other.v0]).max() > 1e-6
+
+
 def test_a_family_of_mirrored_pairs_ends_where_its_orbits_are_symmetric() -> None:
     """It turned at the symmetric orbits without a special point, and came back mirrored."""
     stops = [

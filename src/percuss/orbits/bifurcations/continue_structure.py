@@ -82,6 +82,8 @@ class _BranchDetector:
     ) -> Segment[StructureEquations, StructureSpecialPoint]:
         """Return the special points between two neighbours, in order."""
         equations = here.problem
+        if _fell_on_simpler(here, new):
+            return Segment([], is_astray=True)
         rows: list[PlacedRow] = []
         is_astray = False
         end = _origin_between(here, new)
@@ -175,6 +177,19 @@ class _BranchDetector:
             rows.append((point, special))
         beyond = cast("Point[StructureEquations] | None", border.beyond)
         return Segment(rows, border.end_reason, beyond)
+
+
+def _fell_on_simpler(here: Point[StructureEquations], new: Point[StructureEquations]) -> bool:
+    """Return whether a step has left a family for the simpler orbits from which it originates.
+
+    These go on beyond its origin, and a corrector that keeps the parameter finds them alone there.
+    """
+    equations = here.problem
+    return (
+        equations.simpler(here.orbit) is not None
+        and float(np.abs(equations.halves(here.orbit)).max()) >= MIRRORED
+        and float(np.abs(equations.halves(new.orbit)).max()) < MIRRORED
+    )
 
 
 def _origin_between(

@@ -16,7 +16,8 @@ __all__ = ["switch_structure_branch"]
 
 # Scaled lengths of the step: next to a graze the other family bends soon.
 STEPS = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 1e-5)
-# The other family is there if a step comes back with this part of its length.
+# The other family is there if a step comes back with this part of its length: that from the halves
+# of orbits that cover the one, or mirror it, to the whole; these too go on along the parameter.
 KEPT = 0.3
 
 
@@ -60,10 +61,11 @@ def switch_structure_branch(
             other = equations.solution(z)
         except PercussError:
             continue
-        moved = np.concatenate(other.run(other.period / (2.0 if doubles else 1.0)))
-        before = np.concatenate([other.x0, other.v0]) if doubles else start.z[:-1] * equations.scale
-        after = moved if doubles else np.concatenate([other.x0, other.v0])
-        if np.abs((after - before) / equations.scale).max() > KEPT * length:
+        if point.kind == "branch_point":
+            moved = equations.unknowns(other) - start.z[:-1]
+        else:
+            moved = equations.halves(other)
+        if np.abs(moved).max() > KEPT * length:
             return other
     what = f"no other family found at {point.path} = {value:.12g}"
     raise ConvergenceError(what, None, np.nan, "look whether the point is located")
