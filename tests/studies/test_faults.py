@@ -89,7 +89,7 @@ TWO_HARMONICS = "".join(
             HEAD + "[run]\nperiods = 3\n" + TWO_HARMONICS,
             (
                 "s.toml:6: run.periods = 3: the forcing has no period; "
-                "give forcing.period, or t_end instead"
+                'give forcing.period = "20*pi", or t_end instead'
             ),
         ),
         (

@@ -27,6 +27,7 @@ from percuss.model.exact import Exact, whole
 from percuss.model.force_record import refuse_record
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator, stops_in_words
+from percuss.model.periods import require_period
 from percuss.motion.simulate import simulate
 from percuss.orbits.finding.find import find_orbit
 from percuss.progress import Progress, Report
@@ -412,8 +413,7 @@ def list_orbits(
     """
     impacts, periods = whole("impacts", impacts, 1), whole("periods", periods, 1)
     most_boxes = whole("most_boxes", most_boxes, 1)
-    if getattr(force, "period", None) is None:
-        raise ParameterError("forcing.period", None, "a list of orbits needs a periodic forcing")
+    require_period(force, "a list of orbits needs a periodic forcing")
     refuse_record(force, "a list of orbits")
     event = _event_of(system_of(osc, force), osc, stop)
     low, high = exact_range("speeds", speeds)

@@ -44,6 +44,7 @@ from percuss.model.exact import Phase, as_float, real
 from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads, loads_of
 from percuss.model.oscillator import On, Oscillator
+from percuss.model.periods import require_period
 from percuss.model.start import Start
 from percuss.model.structure import Structure
 from percuss.model.structure_start import StructureStart
@@ -155,9 +156,8 @@ def basin_fractions(
         force = loads_of(osc, force)
     elif on is not None:
         raise ParameterError("on", on, "given for an oscillator, which has one displacement")
-    if force is None or force.period is None:
-        path = "loads.period" if isinstance(osc, Structure) else "forcing.period"
-        raise ParameterError(path, None, "basins need a periodic forcing")
+    path = "loads.period" if isinstance(osc, Structure) else "forcing.period"
+    require_period(force, "basins need a periodic forcing", path=path)
     periods, n_starts = whole("periods", periods, STAGE), whole("n_starts", n_starts, 1)
     seed, escape = whole("seed", seed, 0), real("escape", escape)
     x0_range, v0_range, t0 = start_ranges(start, x0, v0, t0)

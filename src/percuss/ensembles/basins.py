@@ -42,6 +42,7 @@ from percuss.model.exact import Phase, as_float, real
 from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads, loads_of
 from percuss.model.oscillator import On, Oscillator, Wall
+from percuss.model.periods import require_period
 from percuss.model.start import Start
 from percuss.model.structure import Structure
 from percuss.model.structure_start import StructureStart
@@ -171,9 +172,8 @@ def basins(
     execution = execution_of(store, engine, n_workers, progress, part)
     if isinstance(osc, Structure):
         force = loads_of(osc, force)
-    if force is None or force.period is None:
-        path = "loads.period" if isinstance(osc, Structure) else "forcing.period"
-        raise ParameterError(path, None, "basins need a periodic forcing")
+    path = "loads.period" if isinstance(osc, Structure) else "forcing.period"
+    require_period(force, "basins need a periodic forcing", path=path)
     periods = whole("periods", periods, STAGE)
     escape = real("escape", escape)
     if not escape > 0.0:

@@ -35,6 +35,7 @@ from percuss.model.exact import Phase, as_float
 from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads
 from percuss.model.oscillator import On, Oscillator
+from percuss.model.periods import require_period
 from percuss.model.start import Start
 from percuss.model.structure import Structure
 from percuss.model.structure_start import StructureStart
@@ -214,12 +215,12 @@ def sweep(
 
 
 def check_counted(
-    force: Forcing | Loads | None, path: str = "forcing.period", *, instead: str = "give between="
+    force: Forcing | Loads | None, path: str = "forcing.period", *, instead: str = "between="
 ) -> None:
     """Raise a `ParameterError` if a forcing has no period in which time could be counted."""
-    if force is not None and not is_free(force) and force.period is None:
-        reason = f"time is counted in forcing periods, and this forcing has none; {instead}"
-        raise ParameterError(path, None, reason)
+    if force is not None and not is_free(force):
+        why = "time is counted in forcing periods, and this forcing has none"
+        require_period(force, why, path=path, instead=instead)
 
 
 def span_of(between: object, t0: float, names: Sequence[str] = ()) -> tuple[float, float]:

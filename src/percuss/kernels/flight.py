@@ -511,7 +511,9 @@ def harmonic_size(law: Law, region: int, j: int, s: float, impulse: float, even:
             gap = hypotenuse(law[response, GAP_RE], law[response, GAP_IM])
             lasts = min(s, 2.0 / gap) if gap > 0.0 else s
             built = max(1.0, abs(even) + law[region, RATE] * abs(impulse))
-            limit = lasts * built / law[region, RATE] + terms / omega**2
+            # The other root is no nearer than omega, and of two real ones than half their distance.
+            other = max(omega, law[region, RATE] * law[region, OVERDAMPED])
+            limit = lasts * built / law[region, RATE] + terms / other**2
     return limit
 
 

@@ -59,6 +59,12 @@ from percuss.kernels.law_columns import (
     Law,
 )
 from percuss.kernels.next_event import first_passage
+from percuss.kernels.overdamped import (
+    SET_IN,
+    derivatives_by_parts,
+    is_known_by_parts,
+    stage_until,
+)
 from percuss.kernels.pieces import is_record, next_knot, time_to_knot
 from percuss.kernels.record import (
     BOUND,
@@ -211,6 +217,8 @@ def state_at(flight: Flight, s: Pair) -> Derivatives:
     else:
         copy_phases(phases, arrival)
     second, third, fourth, fifth = four_derivatives(law, region, start[3], arrival, y, v)
+    if is_known_by_parts(flight, s[0], SET_IN):
+        v, second, third, fourth, fifth = derivatives_by_parts(flight, s[0])
     late = s[1]
     return (
         y + late * v,
@@ -239,6 +247,32 @@ def next_zero(
     carry its rounding to the next zero. The time is infinite where there is none; the sign 0
     where the observable vanishes all the time.
     """
+    left, right, at_zero = span
+    before = 0.0
+    while True:
+        # What is left after a fast decay is less than the rounding of what was before it.
+        until = stage_until(flight.law, flight.region, left[0], right)
+        part = (left, until, at_zero)
+        zero, sign = zero_in_stage(flight, derived, shift, weights, part, scratch)
+        if before * sign < 0.0:
+            return left, before
+        if zero[0] < until or until == right:
+            return zero, sign
+        before = sign if sign != 0.0 else before
+        left = (until, 0.0)
+        at_zero = False
+
+
+@kernel
+def zero_in_stage(
+    flight: Flight,
+    derived: Law,
+    shift: float,
+    weights: Weights,
+    span: tuple[Pair, float, bool],
+    scratch: Scratch,
+) -> tuple[Pair, float]:
+    """Return what `next_zero` does, within one stage of a fast decay."""
     law, region, start, _, arrival = flight
     a, b, c, d = weights
     left, right, at_zero = span
@@ -391,7 +425,13 @@ def note_limit(
         v = met[2]
         t = met[3]
     y = min(max(y, law[region, LOWER] - x), law[region, UPPER] - x)
-    note_value(best, value_at(flight, x - observable.reference, observable.weights, y, v), t)
+    shift = x - observable.reference
+    value = value_at(flight, shift, observable.weights, y, v)
+    if is_known_by_parts(flight, s, SET_IN):
+        a, b, c, d = observable.weights
+        v, second, third, _, _ = derivatives_by_parts(flight, s)
+        value = a * (shift + y) + b * v + c * second + d * third
+    note_value(best, value, t)
 
 
 @kernel

@@ -58,6 +58,7 @@ from percuss.kernels.observables import (
     Member,
     parts_of_a_sum,
 )
+from percuss.kernels.overdamped import pace_until
 from percuss.kernels.record import (
     CONTACT,
     EVENT_T,
@@ -140,20 +141,21 @@ def integrate(flight: Flight, x: float, span: tuple[float, float], values: Float
     """Add the integrals of x^2, and of the power of the forcing, over a part of a flight."""
     law, region = flight.law, flight.region
     begin, end = span
-    if end <= begin:
-        return
-    count, step = parts_of_a_sum(law, region, end - begin)
-    square = 0.0
-    work = 0.0
-    for i in range(count):
-        left = begin + i * step
-        for k in range(POINTS_OF_A_SUM):
-            y, v = move(flight, left + step * NODES[k])
-            force = law[0, FORCING_CONSTANT] + force_and_slopes(law, flight.arrival)[0]
-            square += WEIGHTS[k] * (x + y) * (x + y)
-            work += WEIGHTS[k] * force * v
-    values[SQUARE] += step * square
-    values[WORK] += step * work
+    while begin < end:
+        until = pace_until(law, region, begin, end)
+        count, step = parts_of_a_sum(law, region, begin, until)
+        square = 0.0
+        work = 0.0
+        for i in range(count):
+            left = begin + i * step
+            for k in range(POINTS_OF_A_SUM):
+                y, v = move(flight, left + step * NODES[k])
+                force = law[0, FORCING_CONSTANT] + force_and_slopes(law, flight.arrival)[0]
+                square += WEIGHTS[k] * (x + y) * (x + y)
+                work += WEIGHTS[k] * force * v
+        values[SQUARE] += step * square
+        values[WORK] += step * work
+        begin = until
 
 
 @kernel

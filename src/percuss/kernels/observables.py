@@ -37,7 +37,15 @@ from percuss.kernels.law_columns import (
     Law,
 )
 from percuss.kernels.linear_observables import LEVEL as SEARCHED_LEVEL
-from percuss.kernels.linear_observables import PROGRESS_ENTRIES, Scratch, begin_search
+from percuss.kernels.linear_observables import PROGRESS_ENTRIES, Scratch, begin_search, state_at
+from percuss.kernels.overdamped import (
+    FADED,
+    is_known_by_parts,
+    pace_at,
+    pace_until,
+    slow_bound,
+    slow_step,
+)
 from percuss.kernels.passages import next_passage
 from percuss.kernels.record import (
     BOUND,
@@ -352,21 +360,36 @@ def observe_extremes(flight: Flight, x: float, span: Pair, values: Floats) -> No
     the piece lies between the extremes that are known already
     (docs/theory/first-event.md, "The highest point").
     """
+    law, region = flight.law, flight.region
+    s, end = span
+    y, _ = move(flight, s)
+    note_inside(law, region, x + y, values)
+    while s < end:
+        until = pace_until(law, region, s, end)
+        observe_pieces(flight, x, (s, until), values)
+        s = until
+
+
+@kernel
+def observe_pieces(flight: Flight, x: float, span: Pair, values: Floats) -> None:
+    """Record the extremes of x on a part of a flight of one pace, without its beginning."""
     law, region, start, _, arrival = flight
     s, end = span
     y, v = move(flight, s)
-    # Between two events nothing lies beyond a bound but by rounding.
-    lower = law[region, LOWER]
-    upper = law[region, UPPER]
-    note_place(min(max(x + y, lower), upper), values)
     step = law[region, STEP] if law[region, STEP] > 0.0 else end - s
+    slow = is_known_by_parts(flight, s, FADED)
+    bound = 0.0
+    if slow:
+        step = min(slow_step(law, region), end - s)
+        bound = slow_bound(flight)
     width = step
     second, third = acceleration_and_jerk(law, region, start[3], arrival, y, v)
     while s < end:
         s1 = min(end, s + width)
         y1, v1 = move(flight, s1)
         piece = s1 - s
-        bound = derivative_bound(law, region, law[0, FORCE_BOUND + 2], second, third, piece)
+        if not slow:
+            bound = derivative_bound(law, region, law[0, FORCE_BOUND + 2], second, third, piece)
         turns, bends, low, high = shape_of_piece(piece, (y, v), (y1, v1), bound)
         known = values[LOWEST] <= x + low and x + high <= values[HIGHEST]
         if turns and not bends and not known and width > NARROWEST * step:
@@ -375,12 +398,18 @@ def observe_extremes(flight: Flight, x: float, span: Pair, values: Floats) -> No
         second, third = acceleration_and_jerk(law, region, start[3], arrival, y1, v1)
         if turns and not known and v * v1 < 0.0:
             top = x + turning_point(flight, (s, v), (s1, v1))
-            note_place(min(max(top, lower), upper), values)
-        note_place(min(max(x + y1, lower), upper), values)
+            note_inside(law, region, top, values)
+        note_inside(law, region, x + y1, values)
         s = s1
         y = y1
         v = v1
         width = min(2.0 * width, step)
+
+
+@formula
+def note_inside(law: Law, region: int, x: float, values: Floats) -> None:
+    """Record a displacement between two events: nothing lies beyond a bound but by rounding."""
+    note_place(min(max(x, law[region, LOWER]), law[region, UPPER]), values)
 
 
 @formula
@@ -398,21 +427,26 @@ def observe_work(flight: Flight, span: Pair, values: Floats) -> None:
         return
     since, end = span
     drag = 0.0
-    count, step = parts_of_a_sum(law, region, end - since)
-    for i in range(count):
-        left = since + i * step
-        total = 0.0
-        for k in range(POINTS_OF_A_SUM):
-            _, v = move(flight, left + step * NODES[k])
-            total += WEIGHTS[k] * v * v
-        drag += step * total
+    while since < end:
+        until = pace_until(law, region, since, end)
+        count, step = parts_of_a_sum(law, region, since, until)
+        for i in range(count):
+            left = since + i * step
+            total = 0.0
+            for k in range(POINTS_OF_A_SUM):
+                _, v = move(flight, left + step * NODES[k])
+                total += WEIGHTS[k] * v * v
+            drag += step * total
+        since = until
     values[DRAGGED] += 2.0 * law[region, DAMPING] * drag
 
 
 @formula
-def parts_of_a_sum(law: Law, region: int, duration: float) -> tuple[int, float]:
-    """Return into how many parts a stretch is cut where it is summed, and how long they are."""
-    longest = STEPS_OF_A_SUM * law[region, STEP] if law[region, STEP] > 0.0 else duration
+def parts_of_a_sum(law: Law, region: int, since: float, until: float) -> tuple[int, float]:
+    """Return into how many parts a stretch of one pace is cut to be summed, and their length."""
+    duration = until - since
+    pace = pace_at(law, region, since)
+    longest = STEPS_OF_A_SUM * pace if pace > 0.0 else duration
     count = max(1, math.ceil(duration / longest))
     return count, duration / count
 
@@ -424,12 +458,10 @@ def turning_point(
     right: Pair,
 ) -> float:
     """Return the displacement where v vanishes between two (s, v) of different signs."""
-    law, region, start, _, arrival = flight
     s = left[0] + (right[0] - left[0]) * left[1] / (left[1] - right[1])
     y = 0.0
     for _ in range(TURNING_STEPS):
-        y, v = move(flight, s)
-        second, _ = acceleration_and_jerk(law, region, start[3], arrival, y, v)
+        y, v, second, _, _, _ = state_at(flight, (s, 0.0))
         # What is missing to the turning point is v^2 / (2 x'').
         if v * v <= ULP * abs(second * y):
             break

@@ -27,18 +27,14 @@ from percuss.kernels.flight import (
     uncertainty,
 )
 from percuss.kernels.law_columns import (
-    AMPLITUDE,
-    FIRST_HARMONIC,
     LOWER_KIND,
     NUMBER,
-    OMEGA,
-    OVERDAMPED,
-    SLOW_ROOT,
     UPPER_KIND,
     WALL,
     Law,
 )
 from percuss.kernels.linear import eliminate
+from percuss.kernels.overdamped import slow_step, time_to_fade
 from percuss.kernels.pieces import time_to_knot
 from percuss.kernels.restitution import kept_of_error, restitution_at
 from percuss.kernels.tangent import delayed_start, propagator
@@ -49,8 +45,6 @@ ITINERARY_COLUMNS = 3
 # A step of the search for turning points, as a part of a step of the search for events: there
 # the cubic through the velocities at both ends is off by 1e-5 of their change.
 PART = 0.25
-# A fast decay has turned by a radian this many times before steps become longer.
-DECAYED = 16.0
 # Why `iterate` came back: steps are down to rounding; the equations are singular to within WEAK,
 # so that a step of least norm has to be made; no more steps; numbers out of range.
 SETTLED, SINGULAR, SPENT, LOST = range(4)
@@ -166,11 +160,12 @@ def turning_points(
     step = longest / 16.0
     if search_step > 0.0:
         step = longest / math.ceil(longest / min(PART * search_step, step))
-    slow_step = min(PART * step_after_decay(law, region, phases.shape[0]), longest / 16.0)
+    slower = max(step, min(PART * slow_step(law, region), longest / 16.0))
+    fades = time_to_fade(law, region)
     count = 0
     s = 0.0
     while s < longest and count < out.shape[0]:
-        width = max(step, min(slow_step, PART * s / DECAYED))
+        width = step if s < fades else slower
         end = min(s + width, longest)
         if longest - end < 0.5 * width:
             end = longest
@@ -201,18 +196,6 @@ def turning_points(
     for i in range(count):
         out[i, 2] = uncertainty(flight, out[i, 0])
     return count
-
-
-@kernel
-def step_after_decay(law: Law, region: int, n: int) -> float:
-    """Return in which time a motion turns by a radian after its fast decay; 0 without one."""
-    if law[region, OVERDAMPED] == 0.0:
-        return 0.0
-    rate = abs(law[region, SLOW_ROOT])
-    for j in range(n):
-        if law[FIRST_HARMONIC + j, AMPLITUDE] > 0.0:
-            rate = max(rate, law[FIRST_HARMONIC + j, OMEGA])
-    return 1.0 / rate if rate > 0.0 else math.inf
 
 
 @kernel

@@ -30,6 +30,7 @@ from percuss.model.faults import (
 )
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator, Wall
+from percuss.model.periods import period_in_common
 
 if TYPE_CHECKING:
     # It imports structures, which have a start.
@@ -230,7 +231,7 @@ def periods_faults(
     >>> from percuss.model import Harmonic
     >>> for fault in periods_faults(Forcing((Harmonic(1, "4.2"), Harmonic(1, "2.9"))), 20):
     ...     print(fault)
-    periods = 20: the forcing has no period; give forcing.period, or t_end instead
+    periods = 20: the forcing has no period; give forcing.period = "20*pi", or t_end instead
     """
     name, periods = dotted(run, "periods"), plain(periods)
     if t_end is not None:
@@ -242,9 +243,11 @@ def periods_faults(
         return [Fault(name, periods, "without harmonics there is no period; give t_end")]
     # Known exactly it need not be rounded.
     if force.exact_period is None and force.period is None:
-        reason = "the forcing has no period; give forcing.period, or t_end instead"
-        if not isinstance(force, Forcing):
-            reason = NO_COMMON_PERIOD
+        reason = NO_COMMON_PERIOD
+        if isinstance(force, Forcing):
+            found = period_in_common(force)
+            given = "" if found is None else f' = "{found}"'
+            reason = f"the forcing has no period; give forcing.period{given}, or t_end instead"
         return [Fault(name, periods, reason)]
     return []
 

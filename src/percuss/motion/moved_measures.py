@@ -213,7 +213,9 @@ def _of_mean(d: MeasuredMotion, measure: str) -> MovedValue:
     return d.from_unit_mass((mean, column))
 
 
-def nodes_of(span: tuple[float, float], rate: float) -> tuple[Floats, Floats]:
+def nodes_of(
+    span: tuple[float, float], rate: float, *, fades: float = math.inf, slow_rate: float = 0.0
+) -> tuple[Floats, Floats]:
     """Return the nodes and the weights of an integral over a stretch without events.
 
     Parameters
@@ -222,10 +224,22 @@ def nodes_of(span: tuple[float, float], rate: float) -> tuple[Floats, Floats]:
         Where it begins and ends.
     rate
         The largest rate of the motion.
+    fades
+        The time after which nothing is left of a fast decay.
+    slow_rate
+        The largest rate from then on.
     """
     begin, end = span
     nodes, weights = gauss_legendre(NODES)
-    edges = np.linspace(begin, end, max(1, math.ceil((end - begin) * rate / PHASE)) + 1)
+    faded = min(begin + fades, end)
+    edges = _edges(begin, faded, rate)
+    if faded < end:
+        edges = np.concatenate([edges[:-1], _edges(faded, end, slow_rate)])
     middles, halves = 0.5 * (edges[1:] + edges[:-1]), 0.5 * np.diff(edges)
     t = (middles[:, np.newaxis] + halves[:, np.newaxis] * nodes).reshape(-1)
     return t, (halves[:, np.newaxis] * weights).reshape(-1)
+
+
+def _edges(begin: float, end: float, rate: float) -> Floats:
+    """Return where a stretch is cut so that each part has the phase of one rule."""
+    return np.linspace(begin, end, max(1, math.ceil((end - begin) * rate / PHASE)) + 1)

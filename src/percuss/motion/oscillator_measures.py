@@ -27,6 +27,7 @@ from percuss.kernels.law_columns import (
     ORIGIN_FORCE,
     STIFFNESS,
 )
+from percuss.kernels.overdamped import slow_step, time_to_fade
 from percuss.kernels.pieces import begin_of_piece, is_record, piece_at, record_at, record_before
 from percuss.kernels.sample import flight_at, is_tail
 from percuss.model.exact import as_float
@@ -240,7 +241,9 @@ def _stretch(d: MovedMotion, measure: str, row: int, span: tuple[float, float]) 
     # In the tail of a chatter the force is constant and the mass comes back to the wall.
     if of is _power and is_tail(events, marks, row):
         return MovedStretch(0.0, np.zeros(len(d.paths)), 0.0, 0.0)
-    t, w = nodes_of(span, _rate(d, row))
+    law, region = d.run.system.law, int(marks[row, events_of.NEXT_REGION])
+    fades, slow_rate = time_to_fade(law, region), 1.0 / slow_step(law, region)
+    t, w = nodes_of(span, _rate(d, row), fades=fades, slow_rate=slow_rate)
     value, moved_value = of(d, t, *d.run(t), row)
     v = np.array([events[row, events_of.V_AFTER], _speed_at_end(d, row)])
     limits = of(d, np.array(span), d.run(span)[0], v, row)[0]

@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from percuss.arrays import Floats, Integers, row_of
-from percuss.errors import ParameterError
 from percuss.kernels import record as columns
 from percuss.kernels.structure.run import StructureRun
 from percuss.kernels.structure.sample import evaluate
@@ -19,6 +18,7 @@ from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import Exact, Phase, as_float, reals, whole
 from percuss.model.loads import Loads
 from percuss.model.oscillator import On, Oscillator, SoftStop
+from percuss.model.periods import require_period
 from percuss.model.structure import Structure
 from percuss.model.structure_start import StructureStart
 from percuss.model.system import System
@@ -331,10 +331,7 @@ class StructureTrajectory(HasPicture):
         >>> run.stroboscopic(cycle=0.5).t.values.round(3)
         array([1.571, 4.712, 7.854])
         """
-        period = self.system.period
-        if period is None:
-            reason = "a stroboscopic view needs loads of one period; give period= to Loads"
-            raise ParameterError("loads.period", None, reason)
+        period = require_period(self.loads, "a stroboscopic view needs loads of one period")
         return self._dataset(strobes(period, self.t0, self.t_end, cycle), "period")
 
     def section(

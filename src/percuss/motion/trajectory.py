@@ -12,15 +12,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from percuss.arrays import Floats, Integers, row_of
-from percuss.errors import ParameterError
 from percuss.kernels import record as columns
-from percuss.kernels.law_columns import N_HARMONICS, PERIOD
+from percuss.kernels.law_columns import N_HARMONICS
 from percuss.kernels.record import MotionRecord
 from percuss.kernels.sample import evaluate, impact_columns
 from percuss.model.exact import Exact, Phase, as_float, reals, whole
 from percuss.model.faults import raise_first
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator, mass_of
+from percuss.model.periods import require_period
 from percuss.model.start import Start, wall_faults
 from percuss.model.system import System
 from percuss.motion.energetics import energy_at, forces_at
@@ -314,10 +314,7 @@ class Trajectory(HasPicture):
         >>> [round(float(t), 3) for t in run.stroboscopic(cycle=0.25).t[:3]]
         [0.524, 2.618, 4.712]
         """
-        period = float(self.system.law[0, PERIOD])
-        if period == 0.0:
-            reason = "a stroboscopic view needs a periodic forcing; give period= where it has one"
-            raise ParameterError("forcing.period", None, reason)
+        period = require_period(self.forcing, "a stroboscopic view needs a periodic forcing")
         times = strobes(period, self.t0, self.t_end, cycle)
         x, v = self(times)
         data = {"t": ("period", times), "x": ("period", x), "v": ("period", v)}

@@ -18,6 +18,7 @@ from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads, loads_of
 from percuss.model.oscillator import Oscillator
 from percuss.model.paths import get_parameter, long_form, replace_parameters
+from percuss.model.periods import require_period
 from percuss.model.start import Start, start_of
 from percuss.model.structure import Structure
 from percuss.model.structure_start import StructureStart, structure_start
@@ -260,9 +261,7 @@ def _on_orbit(model: Oscillator | Structure, force: Forcing | Loads | None, on: 
         assert isinstance(force, Loads)
         if isinstance(on, PeriodicOrbit):
             raise ParameterError("on", on, "an orbit of an oscillator, not of this structure")
-        if force.period is None:
-            reason = "the loads have no common period; give Loads(..., period=...)"
-            raise ParameterError("force", force, reason)
+        require_period(force, "the loads have no common period")
         return OnStructureOrbit(model, force, on if isinstance(on, StructureOrbit) else None)
     if isinstance(on, StructureOrbit):
         raise ParameterError("on", on, "an orbit of a structure, not of this oscillator")

@@ -16,6 +16,7 @@ from percuss.model.faults import draft
 from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads
 from percuss.model.oscillator import Oscillator, Stop
+from percuss.model.periods import period_in_common
 from percuss.model.start import Start, start_faults
 from percuss.model.structure import Structure
 from percuss.model.units import Units, in_units, is_unit
@@ -174,7 +175,9 @@ class StudyDraft(OneModel):
             reason = f"missing, as the loads have no common period; {why}"
             self.faults.add(("structure", "loads_period"), reason)
         elif self.force.period is None:
-            self.faults.add(("forcing", "period"), f"missing; {why}")
+            found = period_in_common(self.force)
+            instead = "" if found is None else f'; the harmonics have "{found}" in common'
+            self.faults.add(("forcing", "period"), f"missing; {why}{instead}")
 
 
 class Question(ABC):

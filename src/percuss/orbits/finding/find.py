@@ -16,6 +16,7 @@ from percuss.model.exact import as_float, plain, whole
 from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads
 from percuss.model.oscillator import Oscillator, Wall
+from percuss.model.periods import require_period
 from percuss.model.restitution import is_elastic
 from percuss.model.structure import Structure
 from percuss.model.system import System
@@ -363,9 +364,8 @@ def _counts(n_impacts: float, n_periods: int) -> tuple[float, int]:
 
 def _check(system: System, n_impacts: float, sequence: Sequence[int] | None) -> None:
     osc, force = system
-    if force is not None and not force.is_constant and force.period is None:
-        reason = "a periodic orbit needs a periodic forcing; give period= where it has one"
-        raise ParameterError("forcing.period", None, reason)
+    if force is not None and not force.is_constant:
+        require_period(force, "a periodic orbit needs a periodic forcing")
     if n_impacts in (0, math.inf) and system.period is None:
         reason = "free motion has no orbit of this kind that is not rest or a free oscillation"
         raise ParameterError("n_impacts", n_impacts, reason)

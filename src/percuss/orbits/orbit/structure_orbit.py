@@ -19,6 +19,7 @@ from percuss.kernels.structure.tangent import carry_run
 from percuss.model.acting_sets import StructureSystem, is_before_walls
 from percuss.model.exact import whole
 from percuss.model.loads import Loads, loads_of
+from percuss.model.periods import require_period
 from percuss.model.structure import Structure
 from percuss.model.structure_start import StructureStart, check_start
 from percuss.motion.follow_structure import followed
@@ -126,11 +127,7 @@ def map_between(
 
 def period_of(system: StructureSystem) -> float:
     """Return the period of the loads, or raise a `ParameterError` where they have none."""
-    period = system.period
-    if period is None:
-        reason = "the loads have no common period; give Loads(..., period=...)"
-        raise ParameterError("loads.period", None, reason)
-    return period
+    return require_period(system.loads, "the loads have no common period")
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)

@@ -12,6 +12,8 @@ import numpy as np
 
 from percuss.arrays import Floats
 from percuss.errors import ConvergenceError, ParameterError
+from percuss.model.forcing import Forcing
+from percuss.model.loads import Loads
 from percuss.numerics import log, power
 from percuss.orbits.finding.settled import Settled
 from percuss.orbits.orbit.extremes import Extremes
@@ -112,8 +114,8 @@ class Families(ABC):
     left_out: list[tuple[float, Any, str]] = field(default_factory=list)
 
     @abstractmethod
-    def has_period(self, value: float) -> bool:
-        """Return whether the force has a period; raise the error of a value that it cannot have."""
+    def force(self, value: float) -> Forcing | Loads | None:
+        """Return the force there; raise the error of a value that the parameter cannot have."""
 
     @abstractmethod
     def searched(

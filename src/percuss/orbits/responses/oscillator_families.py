@@ -12,6 +12,7 @@ from percuss.arrays import Floats
 from percuss.errors import ConvergenceError, PercussError
 from percuss.kernels.law_columns import PERIOD
 from percuss.model.exact import as_float
+from percuss.model.forcing import Forcing
 from percuss.model.paths import get_parameter, replace_parameter
 from percuss.model.system import System
 from percuss.orbits.bifurcations.branch import Branch
@@ -73,9 +74,9 @@ class OscillatorFamilies(Families):
                 return owner
         return None
 
-    def has_period(self, value: float) -> bool:
-        """Return whether the forcing has a period there."""
-        return self.system(value).period is not None
+    def force(self, value: float) -> Forcing | None:
+        """Return the forcing there."""
+        return self.system(value).forcing
 
     def searched(
         self, value: float, counts: tuple[int, int], seed: int, report: Report

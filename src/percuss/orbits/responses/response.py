@@ -19,6 +19,7 @@ from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads, loads_of
 from percuss.model.oscillator import On, Oscillator
 from percuss.model.paths import long_form
+from percuss.model.periods import require_period
 from percuss.model.structure import Structure
 from percuss.model.system import System
 from percuss.motion.tables import HasTable
@@ -295,7 +296,7 @@ def _checked(
     if isinstance(osc, Structure):
         loads = loads_of(osc, force)
         osc.direction(on)
-        path, period = long_form(given, osc, loads), "loads.period"
+        path = long_form(given, osc, loads)
         base = StructureSystem.of(osc, loads)
         families = StructureFamilies(path=path, within=within, base=base, on=on)
     else:
@@ -303,13 +304,9 @@ def _checked(
         if on is not None:
             raise ParameterError("on", on, "given for an oscillator, which has one displacement")
         long_form(given, osc, system.forcing)
-        path, period = given, "forcing.period"
-        families = OscillatorFamilies(path=path, within=within, base=system)
+        families = OscillatorFamilies(path=given, within=within, base=system)
     for end in (within.low, within.high):
-        # It raises the error of a value that the parameter cannot have.
-        if not families.has_period(end):
-            reason = "a periodic orbit needs a periodic forcing; give period= where it has one"
-            raise ParameterError(period, None, reason)
+        require_period(families.force(end), "a periodic orbit needs a periodic forcing")
     return families
 
 

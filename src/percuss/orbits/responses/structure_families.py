@@ -11,6 +11,7 @@ from percuss.arrays import Floats
 from percuss.errors import ConvergenceError, PercussError
 from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import as_float
+from percuss.model.loads import Loads
 from percuss.model.oscillator import On
 from percuss.model.paths import get_parameter, replace_parameters
 from percuss.orbits.bifurcations.continue_structure import continue_structure_orbit
@@ -60,9 +61,9 @@ class StructureFamilies(Families):
         )
         return StructureSystem.of(structure, loads)
 
-    def has_period(self, value: float) -> bool:
-        """Return whether the loads have a common period there."""
-        return self.system(value).period is not None
+    def force(self, value: float) -> Loads:
+        """Return the loads there."""
+        return self.system(value).loads
 
     def searched(
         self,

@@ -21,6 +21,7 @@ from percuss.model.exact import as_float, real, reals, whole
 from percuss.model.faults import raise_first
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator, Wall, stops_in_words
+from percuss.model.periods import require_period
 from percuss.model.start import start_faults, wall_faults
 from percuss.model.system import System
 from percuss.motion.extremes import level_crossings
@@ -492,9 +493,7 @@ def stroboscopic_map(osc: Oscillator, force: Forcing, *, cycle: float = 0.0) -> 
 def periodic_system(osc: Oscillator, force: Forcing | None, what: str) -> System:
     """Return the system of two arguments; ParameterError if the forcing has no period."""
     system = System.of(osc, force)
-    if system.period is None:
-        reason = f"{what} needs a periodic forcing; give period= where it has one"
-        raise ParameterError("forcing.period", None, reason)
+    require_period(system.forcing, f"{what} needs a periodic forcing")
     return system
 
 

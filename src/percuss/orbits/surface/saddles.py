@@ -16,6 +16,7 @@ from percuss.kernels import law_columns as at
 from percuss.kernels.restitution import speed_before
 from percuss.model.exact import as_float
 from percuss.model.oscillator import Wall
+from percuss.model.periods import require_period
 from percuss.model.system import System
 from percuss.numerics import directions, matmul
 from percuss.orbits.orbit.itinerary import entry
@@ -76,9 +77,7 @@ class SaddlePoints:
 
 def check_saddle(orbit: PeriodicOrbit) -> None:
     """Raise a ParameterError if an orbit is no saddle that motions follow."""
-    if orbit.forcing is None or orbit.forcing.period is None:
-        reason = "a section needs a periodic forcing"
-        raise ParameterError("forcing.period", None, reason)
+    require_period(orbit.forcing, "a section needs a periodic forcing")
     if not orbit.admissible:
         reason = "it passes through a stop: no motion follows it"
         raise ParameterError("orbit", orbit, reason)
