@@ -40,7 +40,7 @@ MOST_BEYOND = 6
 # A setting without a motion this near to the best one, in sides of the box, is a bound of it; so
 # many times as near what ends the attractor is zero, as its derivatives have it: twice at a fold.
 AT_BOUND, BESIDE = 1e-8, 10
-# Slope of an optimum, in scaled outcomes a side of the box, that nothing holds: of 140 designs those
+# Slope of an optimum, in scaled outcomes a side of the box, that nothing holds: of 148 designs those
 # where SLSQP had ended well were below 1e-5, those at kinks, jumps and ends of attractors above 0.02.
 FLAT = 1e-4
 # Limits are met to this part of their scale, and active this near.
