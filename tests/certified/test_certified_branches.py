@@ -199,3 +199,27 @@ def test_it_can_be_stopped_and_refuses_what_it_cannot_prove(doubling: Branch) ->
     branch = pc.continue_orbit(steady, over={"forcing.omega": (9.5, 9.6)})
     assert "linear response" in pc.certify(branch).reason
     assert "nothing is proven" in repr(pc.certify(branch))
+
+
+def test_a_steep_branch_says_where_it_has_orbits_and_where_not() -> None:
+    """Its strips go along velocities; they told of restitutions from 0.648 to 0.880."""
+    osc = pc.Oscillator("0.312", "0.033", (pc.Wall("0.06", "above", "0.756"),))
+    force = pc.cosine("2.703", amplitude="1.666")
+    orbit = pc.find_orbit(osc, force)
+    assert abs(orbit.multipliers).max() > 50
+    branch = pc.continue_orbit(orbit, over={"oscillator.stops.0.restitution": (0.70308, 0.8316)})
+    proven = pc.certify(branch)
+
+    (stretch,) = proven.stretches
+    assert stretch.stability == "unstable"
+    assert 0.70308 - 1e-9 < stretch.low <= 0.70308
+    assert 0.8316 <= stretch.high < 0.8316 + 1e-9
+    for restitution in ("0.70309", "0.75", "0.8"):
+        other = pc.Oscillator("0.312", "0.033", (pc.Wall("0.06", "above", restitution),))
+        alone = pc.certify(pc.find_orbit(other, force, guess=orbit), digits=30)
+        ((t, v),) = proven.events_at(restitution)
+        assert t.arbs[0].contains(alone.impacts.t.arbs[0])
+        assert v.arbs[0].contains(alone.impacts.v_after.arbs[0])
+        assert float(v.arbs[0].rad()) < 2e-5
+    with pytest.raises(pc.ParameterError, match=r"no strip has an orbit there; proven is 0\.703"):
+        proven.events_at("0.7")

@@ -152,6 +152,115 @@ def test_a_start_beyond_the_wall_is_a_bound() -> None:
     assert all(attempt.values[PLACE] >= 0.1 for attempt in best.attempts)
 
 
+@pytest.mark.parametrize("damping", ["0.1", "0.15"])
+def test_a_search_goes_up_to_the_graze_where_its_attractor_ends(damping: str) -> None:
+    """On the way there are steps to two other attractors, both worse."""
+    osc = pc.Oscillator(
+        "3.9", damping, stops=(pc.Wall(at="-0.15", side="below", restitution="0.7"),)
+    )
+    force = pc.cosine(1, amplitude="0.8", phase="4.15", constant="0.2")
+    free = {"oscillator.damping": (0.02, 0.8)}
+    best = pc.design("peak_impact_velocity", osc, force, free=free, restarts=0)
+    assert best.converged
+    assert isinstance(best.orbit, pc.PeriodicOrbit)
+    assert (best.orbit.n_impacts, best.orbit.n_periods) == (1, 1)
+    assert 0.0 <= best.orbit.grazing_margin < 1e-7
+    again = pc.design("peak_impact_velocity", osc, force, free=free, restarts=1)
+    assert again.value <= best.value * (1 + 1e-7)
+
+
+def test_a_search_stays_on_its_attractor_or_takes_a_better_one() -> None:
+    """It ended at 2.748, with a slope that nothing held, and called that an optimum."""
+    osc = pc.impact_oscillator(
+        "0.677", stiffness="1.413", wall="-0.042", side="above", damping="0.039"
+    )
+    free = {
+        "forcing.omega": (0.9324, 1.8648), "oscillator.stops.0.restitution": (0.3, 0.95),
+        "oscillator.damping": (0.01, 0.5),
+    }  # fmt: skip
+    best = pc.design(
+        "peak_impact_velocity", osc, pc.cosine("1.332", amplitude="1.477"), goal="largest",
+        free=free, restarts=0,
+    )  # fmt: skip
+    assert best.converged
+    assert best.value == pytest.approx(4.76729204, rel=1e-8)
+    assert best.active == ("oscillator.stops.0.restitution", "oscillator.damping")
+    assert best.gradient[0] == pytest.approx(0, abs=1e-4)
+
+
+def test_a_limit_that_is_missed_at_the_end_of_an_attractor_is_told() -> None:
+    stops: tuple[Any, ...] = (
+        pc.Wall(at="-0.036", side="above", restitution="0.843"),
+        pc.SoftStop(at="-0.176", side="below", stiffness="48.993", damping="0.583"),
+    )
+    best = pc.design(
+        "min_displacement", pc.Oscillator("1.508", "0.069", stops=stops),
+        pc.cosine("1.024", amplitude="0.976"), free={"oscillator.damping": (0.01, 0.5)},
+        subject_to={"grazing_margin": (0.02, None)}, restarts=0,
+    )  # fmt: skip
+    assert best.outcomes["grazing_margin"] < 0.02
+    assert not best.converged
+    assert "grazing_margin" in best.reason
+
+
+def test_the_least_along_the_grazes_where_an_attractor_ends() -> None:
+    """Two parameters are free: the end of the attractor holds the slope, and a limit leads there."""
+    stops: tuple[Any, ...] = (
+        pc.Wall(at="-0.024", side="above", restitution="0.768"),
+        pc.SoftStop(at="-0.086", side="below", stiffness="13.583", damping="0.5"),
+    )
+    osc, force = pc.Oscillator("1.806", "0.128", stops=stops), pc.cosine("2.407", amplitude="0.81")
+    free = {PLACE: (-0.224, 0.176), "oscillator.damping": (0.01, 0.5)}
+    best = pc.design("rms_displacement", osc, force, free=free, restarts=0)
+    assert best.converged
+    assert isinstance(best.orbit, pc.PeriodicOrbit)
+    assert 0.0 <= best.orbit.grazing_margin < 1e-7
+    limited = pc.design(
+        "rms_displacement", best.oscillator, best.forcing, free=free, restarts=0,
+        subject_to={"grazing_margin": (1e-3, None)},
+    )  # fmt: skip
+    assert limited.converged
+    assert best.value < limited.value < best.value * (1 + 1e-3)
+
+
+def test_an_end_of_an_attractor_that_could_be_gone_along_is_told() -> None:
+    stops = (
+        pc.Wall(at="-0.07", side="above", restitution="0.889"),
+        pc.Wall(at="-0.371", side="below", restitution="0.686"),
+    )
+    best = pc.design(
+        "max_displacement", pc.Oscillator("1.579", "0.13", stops=stops),
+        pc.cosine("2.007", amplitude="1.198"), restarts=0,
+        free={PLACE: (-0.27, 0.13), "oscillator.stiffness": (0.9474, 2.5264)},
+    )  # fmt: skip
+    assert not best.converged
+    assert best.reason.startswith("its attractor ends beside it")
+
+
+def test_an_orbit_without_impacts_is_followed_though_it_is_unstable() -> None:
+    osc = pc.Oscillator(damping="-0.1", stops=(pc.Wall(at=9, side="above", restitution="0.5"),))
+    orbit = pc.find_orbit(osc, pc.cosine("1.6"), 0)
+    best = pc.design(
+        "max_displacement", osc, pc.cosine("1.6"), goal=1.0, free={"forcing.omega": (1.2, 2)},
+        on=orbit,
+    )  # fmt: skip
+    # (w^2 - 1)^2 + (0.2 w)^2 = 1
+    middle = 1 - 0.02
+    omega = math.sqrt(middle + math.sqrt(middle**2))
+    assert best.values["forcing.harmonics.0.omega"] == pytest.approx(omega, rel=1e-8)
+
+
+def test_settings_without_a_motion_to_begin_with_are_told() -> None:
+    """A spring that pushes the mass away has no orbit."""
+    osc = pc.Oscillator(1, "0.2")
+    best = pc.design(
+        "max_displacement", osc, pc.cosine(2), free={"oscillator.stiffness": (-5, 2)}, restarts=3,
+    )  # fmt: skip
+    assert best.n_settings == 4
+    assert 1 <= best.n_begun < 4
+    assert repr(best).endswith(f"; begun at {best.n_begun} of 4 settings>")
+
+
 def test_a_front_falls() -> None:
     front = pc.pareto_front(
         ("peak_stop_force", "max_displacement"), SOFT, pc.cosine(2), n=4, restarts=0,

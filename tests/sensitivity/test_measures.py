@@ -233,3 +233,18 @@ def test_a_parameter_of_the_end_has_the_value_that_it_has_elsewhere() -> None:
     osc = pc.Oscillator(damping=pc.parameter("T", 1))
     with pytest.raises(pc.ParameterError, match="one name has one value"):
         pc.simulate(osc, v0=3, t_end=pc.parameter("T", 2))
+
+
+@pytest.mark.parametrize("of_structure", [False, True])
+def test_an_impact_at_the_start_moves_away_from_it(of_structure: bool) -> None:
+    """A free mass starts at a wall towards it: x = at - (t - d)/2 after d = at - x0 at the speed 1."""
+    wall = pc.Wall(at="0.3", side="above", restitution="0.5", on=0 if of_structure else None)
+    model: Any = (
+        pc.Structure([1], [[0]], stops=[wall]) if of_structure else pc.Oscillator(0, stops=(wall,))
+    )
+    run = pc.simulate(model, x0="0.3", v0=1, t_end=1)
+    kind = "structure" if of_structure else "oscillator"
+    start = "start.x0.0" if of_structure else "start.x0"
+    value, moved = run.sensitivity([start, f"{kind}.stops.0.at"]).measured("rms_displacement")
+    assert value == pytest.approx(np.sqrt(0.09 - 0.15 + 1 / 12), rel=1e-12)
+    np.testing.assert_allclose(moved, np.array([-0.05, 0.15]) / (2 * value), rtol=1e-12)

@@ -391,9 +391,8 @@ def _law_along(curve: OrbitCurve, low: Fraction, high: Fraction) -> Json:
 
 def _strip(strip: Strip, room: Fraction) -> Json:
     tube = strip.tube
-    begin = tube.low if strip.end == tube.high else tube.high
     return {
-        **_tube(tube, begin, strip.end, room),
+        **_tube(tube, strip.begin, strip.end, room),
         "stability": _stability_claimed(strip.stability) if strip.is_clear else "undecided",
         "slow": None,
     }

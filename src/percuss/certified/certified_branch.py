@@ -51,7 +51,8 @@ class BranchStretch:
     Attributes
     ----------
     low, high
-        All of their parameters lie between these.
+        All of their parameters lie between these, which are those of its ends where the stability
+        is decided; next to a fold or a graze they may lie a little beyond.
     stability
         "asymptotic", "elliptic", "parabolic", "unstable", or "undecided": of all of them.
     admissible
@@ -168,11 +169,15 @@ class CertifiedBranch:
         at, enclosures = as_fraction(value), []
         with precision(self.precision):
             for part, ends in zip(self.chains, self.grazes, strict=True):
-                more = chain.from_iterable(end.tubes for end in ends if end is not None)
-                for tube in chain((strip.tube for strip in part.strips), more):
-                    low, high = tube.parameters
-                    if low <= at <= high:
-                        box = tube.end(at) if tube.is_along_parameter else tube.box()
+                walk = part.walk()
+                boxes = [walk.box_at(strip.tube, at) for strip in part.strips]
+                boxes += [
+                    tube.box()
+                    for end in ends if end is not None
+                    for tube in end.tubes if tube.parameters[0] <= at <= tube.parameters[1]
+                ]  # fmt: skip
+                for box in boxes:
+                    if box is not None:
                         equations = part.curve.equations(box[-1])
                         states = vector_of(equations.whole(pairs(box[:-1]))[1])
                         enclosures.append((Balls.of(states[::2]), Balls.of(states[1::2])))
@@ -444,7 +449,7 @@ def _told(
             list(group) for _, group in groupby(part.strips, lambda s: (s.stability, s.admissible))
         ]
         for k, group in enumerate(groups):
-            low, high = _ends(group)
+            low, high = part.parameters(group)
             stretches.append(
                 BranchStretch(
                     low=_outward(low, -math.inf),
@@ -459,18 +464,12 @@ def _told(
         for before, after in pairwise(decided):
             between = [strip for group in groups[before + 1 : after] for strip in group]
             ends = groups[before][-1], groups[after][0]
-            points += list(_points(ends, between or list(ends), path))
+            points += list(_points(ends, between or list(ends), part, path))
         if last is not None:
             stretch, point = _to_graze(last, joined=True)
             stretches.append(stretch)
             points.append(point)
     return tuple(stretches), tuple(points)
-
-
-def _ends(strips: Sequence[Strip]) -> tuple[Fraction, Fraction]:
-    """Return numbers between which all parameters of some strips lie."""
-    lows, highs = zip(*(strip.tube.parameters for strip in strips), strict=True)
-    return min(lows), max(highs)
 
 
 def _outward(value: Fraction, side: float) -> float:
@@ -481,10 +480,10 @@ def _outward(value: Fraction, side: float) -> float:
 
 
 def _points(
-    ends: tuple[Strip, Strip], between: Sequence[Strip], path: str
+    ends: tuple[Strip, Strip], between: Sequence[Strip], part: StripChain, path: str
 ) -> Iterator[EnclosedPoint]:
     """Yield what is proven to lie between two strips of a curve."""
-    low, high = _ends(between)
+    low, high = part.parameters(between)
     value = Ball(ball(low).union(ball(high)))
     kinds = ends[0].points_before(ends[1])
     along = all(strip.tube.is_along_parameter for strip in (*ends, *between))

@@ -8,10 +8,11 @@ strip lies in the next one, the curve goes on in it.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import reduce
 from itertools import pairwise
 
 from flint import arb, arb_mat, ctx
@@ -63,6 +64,9 @@ MOST_LENGTH = 2.0
 ENOUGH = 1.2
 # A strip is slender if it is narrower than this part of its length; it is cut so often at most.
 SLENDER, MOST_CUTS = 2.0**-4, 3
+# How often the parts of a strip that may have an orbit at a value of the parameter are halved, and
+# how many there are at most.
+MOST_HALVINGS, MOST_PARTS = 12, 8
 # How many times the radius of a ball its middle should be away from zero.
 CLEAR = 3
 # The parameter is the coordinate of a strip while its part of the tangent is at least this.
@@ -161,6 +165,16 @@ class Strip:
     keeps_areas: bool = False
 
     @property
+    def begin(self) -> Fraction:
+        """The value of its coordinate at which it begins."""
+        return self.tube.low if self.end == self.tube.high else self.tube.high
+
+    @property
+    def fold(self) -> arb:
+        """What is zero at a fold: det(1 - M) for the map M over the orbit, or `half`."""
+        return 1 - self.trace + self.determinant if self.half is None else self.half
+
+    @property
     def is_decided(self) -> bool:
         """Whether stability and admissibility of all its orbits are proven."""
         return self.stability != "undecided" and self.admissible is not None
@@ -174,8 +188,7 @@ class Strip:
     def points_before(self, other: Strip) -> list[str]:
         """Return the kinds of special points that lie on the curve between this strip and another."""
         both = self, other
-        # det(1 - M) for the map M over the orbit.
-        fold = [1 - strip.trace + strip.determinant for strip in both]
+        fold = [strip.fold for strip in both]
         if self.half is None or other.half is None:
             doubling = [1 + strip.trace + strip.determinant for strip in both]
             functions = {"period_doubling": doubling, "fold": fold}
@@ -184,9 +197,8 @@ class Strip:
                 functions["fourth_root"] = [strip.trace for strip in both]
         else:
             # M = H^2, so that det(1 - M) = det(1 - H') det(1 + H').
-            half = [self.half, other.half]
-            breaking = [whole / part for whole, part in zip(fold, half, strict=True)]
-            functions = {"symmetry_breaking": breaking, "fold": half}
+            breaking = [(1 - s.trace + s.determinant) / s.fold for s in both]
+            functions = {"symmetry_breaking": breaking, "fold": fold}
         return [kind for kind, pair in functions.items() if _change(*pair)]
 
 
@@ -290,10 +302,31 @@ class StripChain:
     strips: list[Strip] = field(default_factory=list)
     reason: str = ""
 
+    def walk(self) -> StripWalk:
+        """Return a walk along the curve that does not divide strips."""
+        return StripWalk(StripEquations(self.curve), self.scale, 0.0)
+
     def room(self, tube: Tube) -> float:
         """Return by how much a tube may be made wider without being wide beside its length."""
-        walk = StripWalk(StripEquations(self.curve), self.scale, 0.0)
-        return max(1.5, SLENDER / walk.width_to_length(tube))
+        return max(1.5, SLENDER / self.walk().width_to_length(tube))
+
+    def parameters(self, strips: Sequence[Strip]) -> tuple[Fraction, Fraction]:
+        """Return two numbers between which all parameters of successive strips lie, as near as known.
+
+        Where no orbit is at a fold the parameter goes one way along the curve: those of the two
+        ends decide.
+        """
+        lows, highs = zip(*(strip.tube.parameters for strip in strips), strict=True)
+        low, high = min(lows), max(highs)
+        if all(strip.fold > 0 or strip.fold < 0 for strip in strips):
+            walk, first, last = self.walk(), strips[0], strips[-1]
+            with suppress(Undecided):
+                ends = (
+                    *walk.parameters_at(first.tube, first.begin),
+                    *walk.parameters_at(last.tube, last.end),
+                )
+                return max(low, min(ends)), min(high, max(ends))
+        return low, high
 
     def slender(self) -> Iterator[Strip]:
         """Yield the strips, cut into shorter ones that are easier to prove again.
@@ -301,7 +334,7 @@ class StripChain:
         Each is narrow beside its length, and what is said of its stability far from being open, as
         far as few cuts lead.
         """
-        walk = StripWalk(StripEquations(self.curve), self.scale, 0.0)
+        walk = self.walk()
         for strip in self.strips:
             yield from walk.parts(strip, MOST_CUTS)
 
@@ -400,12 +433,8 @@ class StripWalk:
         halves: list[Tube] = []
         open_ = strip.stability != "undecided" and not strip.is_clear
         if cuts and (open_ or self.width_to_length(tube) > SLENDER):
-            middle = (tube.low + tube.high) / 2
             with suppress(Undecided):
-                halves = [
-                    self.tube(tube.along, low, high, _mid(tube.end((low + high) / 2)))
-                    for low, high in ((tube.low, middle), (middle, tube.high))
-                ]
+                halves = self.halves(tube)
         if not halves:
             yield strip
         elif strip.end == tube.low:
@@ -413,6 +442,39 @@ class StripWalk:
         for half in halves:
             end = half.high if strip.end == tube.high else half.low
             yield from self.parts(self.proven(half, end), cuts - 1)
+
+    def halves(self, tube: Tube) -> list[Tube]:
+        """Return the orbits of a tube as two; raise Undecided where they may be others."""
+        middle, halves = (tube.low + tube.high) / 2, []
+        for low, high in ((tube.low, middle), (middle, tube.high)):
+            half = self.tube(tube.along, low, high, _mid(tube.end((low + high) / 2)))
+            # What the boxes hold lies between straight lines, so that their ends decide.
+            if not all(tube.has_only(half.end(value)) for value in (low, high)):
+                raise Undecided("precision", "the orbits of a part of a strip may be others")
+            halves.append(half)
+        return halves
+
+    def parameters_at(self, tube: Tube, value: Fraction) -> tuple[Fraction, Fraction]:
+        """Return two numbers between which the parameter at a value of a tube's coordinate lies."""
+        if tube.is_along_parameter:
+            return value, value
+        own = self.closer(tube, value, tube.end(value))[-1]
+        return exact_value(own.lower()), exact_value(own.upper())
+
+    def box_at(self, tube: Tube, parameter: Fraction) -> Vector | None:
+        """Return a box with the orbits of a tube at a value of the parameter, None if it has none."""
+        if tube.is_along_parameter:
+            return tube.end(parameter) if tube.low <= parameter <= tube.high else None
+        parts = [tube] if _may_have(tube, parameter) else []
+        with suppress(Undecided):
+            for _ in range(MOST_HALVINGS):
+                halves = [half for part in parts for half in self.halves(part)]
+                nearer = [half for half in halves if _may_have(half, parameter)]
+                if len(nearer) > MOST_PARTS:
+                    break
+                parts = nearer
+        boxes = [part.box() for part in parts]
+        return [_union(entries) for entries in zip(*boxes, strict=True)] if boxes else None
 
     def width_to_length(self, tube: Tube) -> float:
         """Return the width of a tube over its length, both in instants and velocities."""
@@ -548,6 +610,17 @@ class StripWalk:
             stability, keeps_areas = monodromy.stability, monodromy.conservative
         admissible = admissible_of(equations, states)[0]
         return Strip(tube, end, trace, determinant, stability, admissible, half, keeps_areas)
+
+
+def _may_have(tube: Tube, parameter: Fraction) -> bool:
+    """Return whether a tube may have an orbit at a value of the parameter."""
+    low, high = tube.parameters
+    return low <= parameter <= high
+
+
+def _union(balls: Iterable[arb]) -> arb:
+    """Return a ball that holds all of some."""
+    return reduce(arb.union, balls)
 
 
 def _mid(box: Vector) -> Vector:

@@ -199,11 +199,13 @@ def _of_mean(d: MeasuredMotion, measure: str) -> MovedValue:
     total, column = 0.0, np.zeros(len(d.derivative.paths))
     for row in range(len(instants) - 1):
         begin, end = float(instants[row]), float(instants[row + 1])
-        if not end > begin:
+        if not end > begin and np.array_equal(moved[row], moved[row + 1]):
             continue
         part = d.stretch(measure, row, (begin, end))
         total += part.total
-        column += part.moved + part.last * moved[row + 1] - part.first * moved[row]
+        # A flight of no length, as before an impact at the start, has one state that may last longer.
+        first = part.first if end > begin else part.last
+        column += part.moved + part.last * moved[row + 1] - first * moved[row]
     whole, longer = instants[-1] - instants[0], moved[-1] - moved[0]
     mean = total / whole
     column = (column - mean * longer) / whole

@@ -41,6 +41,7 @@ from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
 from percuss.pictures import HasPicture
 from percuss.progress import Progress, Report
+from percuss.wording import counted
 
 __all__ = ["Attempt", "Design", "design"]
 
@@ -95,6 +96,8 @@ class Design(HasPicture):
         Whether it is an optimum that keeps all limits, and why not.
     attempts
         All searches, the best first.
+    n_settings, n_begun
+        How many settings were tried to begin from, and at how many of them there was a motion.
     n_motions
         How many motions were computed.
     """
@@ -119,13 +122,21 @@ class Design(HasPicture):
     converged: bool
     reason: str
     attempts: tuple[Attempt, ...]
+    n_settings: int
+    n_begun: int
     n_motions: int
 
     def __repr__(self) -> str:
         """Return setting and outcome in a line."""
         where = ", ".join(f"{path} = {value:.6g}" for path, value in self.values.items())
         ends = f"; {self.reason}" if self.reason else ""
-        return f"<Design: {self.outcome} {self.value:.6g} at {where}{ends}>"
+        few = f"; begun at {self.begun}" if self.n_begun < self.n_settings else ""
+        return f"<Design: {self.outcome} {self.value:.6g} at {where}{ends}{few}>"
+
+    @property
+    def begun(self) -> str:
+        """At how many of the settings there was a motion to begin with, in words."""
+        return f"{self.n_begun} of {counted(self.n_settings, 'setting')}"
 
 
 def design(
@@ -348,14 +359,17 @@ def _settings(search: DesignSearch, restarts: int, seed: int) -> list[dict[str, 
 def _best(search: DesignSearch, restarts: int, seed: int) -> Design:
     """Search from several settings, and return the best end."""
     ends: list[SearchEnd] = []
+    n_settings = n_begun = 0
     for values in _settings(search, restarts, seed):
         if search.progress.is_stopped and ends:
             break
-        for first in search.trials.first(values, restarts + 1, seed):
+        firsts = search.trials.first(values, restarts + 1, seed)
+        usable = [first for first in firsts if search.is_usable(first)]
+        n_settings, n_begun = n_settings + 1, n_begun + bool(usable)
+        for first in usable:
             if search.progress.is_stopped and ends:
                 break
-            if search.is_usable(first):
-                ends.append(search.run(first))
+            ends.append(search.run(first))
     if not ends:
         advice = (
             "widen the ranges of the free parameters, or give the orbit or start of another one"
@@ -365,10 +379,12 @@ def _best(search: DesignSearch, restarts: int, seed: int) -> Design:
     for end in ends[1:]:
         if search.is_better(end, best):
             best = end
-    return _design(search, best, ends)
+    return _design(search, best, ends, (n_settings, n_begun))
 
 
-def _design(search: DesignSearch, best: SearchEnd, ends: list[SearchEnd]) -> Design:
+def _design(
+    search: DesignSearch, best: SearchEnd, ends: list[SearchEnd], begun: tuple[int, int]
+) -> Design:
     trial, wanted = best.trial, search.wanted
     value, gradient = trial.outcome(wanted.outcome)
     place = search.place(trial.values)
@@ -398,5 +414,7 @@ def _design(search: DesignSearch, best: SearchEnd, ends: list[SearchEnd]) -> Des
             Attempt(end.trial.values, end.trial.outcome(wanted.outcome)[0], end.reason)
             for end in [best, *others]
         ),
+        n_settings=begun[0],
+        n_begun=begun[1],
         n_motions=search.n_trials,
     )

@@ -29,20 +29,33 @@ Goal: TypeAlias = Literal["least", "largest"] | float
 OutcomeLimits: TypeAlias = tuple[float | None, float | None]
 
 # SLSQP ends when a step changes the scaled outcome by less; the most motions of a search, and how
-# often it begins again, without what it knows of curvatures, where its line search fails.
+# often it begins again at its best one, without what it knows of curvatures, where that is no optimum.
 CLOSE, MOST_MOTIONS, RENEWALS = 1e-13, 200, 3
 # A wanted value is out of reach of the search where so many motions come no nearer to it.
 MOST_VAIN = 30
-# A setting without a motion this near to the best one, in sides of the box, is a bound of it.
-AT_BOUND = 1e-6
+# Where an attractor ends, a search goes on along the next one, on so many.
+MOST_ATTRACTORS = 4
+# So many steps beyond the end of an attractor are enough: SLSQP would creep towards it.
+MOST_BEYOND = 6
+# A setting without a motion this near to the best one, in sides of the box, is a bound of it; so
+# many times as near what ends the attractor is zero, as its derivatives have it: twice at a fold.
+AT_BOUND, BESIDE = 1e-8, 10
+# Slope of an optimum, in scaled outcomes a side of the box, that nothing holds: of 148 designs those
+# where SLSQP had ended well were below 1e-5, those at kinks, jumps and ends of attractors above 0.02.
+FLAT = 1e-4
 # Limits are met to this part of their scale, and active this near.
 MET = 1e-7
 # Places in the box this near to a side are on it.
 ROUNDING = 1e-14
 # Cost of a setting without a motion, in scaled outcomes: the line search shortens its step.
 WITHOUT_MOTION = 10.0
-# How SLSQP ends where its line search fails.
-NO_DESCENT = 8
+# Why a setting is no optimum.
+KINK = "no step makes it better, though its slope is not zero: it has a kink or a jump there"
+NO_ORBIT = (
+    "its attractor ends beside it, and the search does not go along that end; "
+    "a limit of grazing_margin or multiplier leads along there"
+)
+NO_RUN = "beside it the parameters make no run, and the search does not go along there"
 
 
 class Trials(Protocol):
@@ -176,6 +189,16 @@ class DesignSearch:
         missed = self.wanted.missed(trial)
         return 0.0 if missed is None else -missed.value
 
+    def shortfall(self, trial: Trial) -> str:
+        """Return what a motion does not keep to, as a reason; empty if it keeps to all."""
+        missed = self.wanted.missed(trial)
+        if missed is None:
+            return ""
+        value = trial.outcome(missed.name)[0]
+        return (
+            f"no setting was found that keeps to what is wanted of {missed.name}: it is {value:.6g}"
+        )
+
     def is_usable(self, trial: Trial) -> bool:
         """Return whether all that is wanted of a motion has a derivative."""
         try:
@@ -191,14 +214,16 @@ class DesignSearch:
         except ImportError:
             raise MissingExtraError("a design needs SciPy", "design") from None
 
-        path = _Path(self, first)
-        try:
-            place, ending = self._descended(path, minimize)
-        except _StopSearchError as stop:
-            end = SearchEnd(path.best, str(stop))
-        else:
-            trial = path.near(place)
-            end = SearchEnd(trial, self._reason(trial, ending))
+        end, most, begin = None, MOST_MOTIONS, first
+        for _ in range(MOST_ATTRACTORS):
+            path = _Path(self, begin, most)
+            found = path.searched(minimize)
+            end = found if end is None or self.is_better(found, end) else end
+            other = path.next_attractor()
+            if other is None or self.progress.is_stopped:
+                break
+            begin, most = other, most - len(path.known)
+        assert end is not None
         if isinstance(self.wanted.goal, str) or not end.reason or self.progress.is_stopped:
             return end
         return self._towards(end, float(self.wanted.goal))
@@ -224,7 +249,7 @@ class DesignSearch:
         missed = self.wanted.missed(best)
         assert missed is not None
         if missed.name != name:
-            return SearchEnd(best, self._reason(best, 0))
+            return SearchEnd(best, self.shortfall(best))
         value = best.outcome(name)[0]
         reason = f"{name} = {goal:.6g} is out of reach: the nearest that was found is {value:.6g}"
         return SearchEnd(best, f"{reason}; {nearest.reason}" if nearest.reason else reason)
@@ -266,73 +291,159 @@ class DesignSearch:
             return None
         return last
 
-    def _descended(self, path: _Path, minimize: Callable[..., Any]) -> tuple[Floats, int]:
-        """Return where SLSQP ended, and how."""
-        place = self.place(path.last.values)
-        for _ in range(1 + RENEWALS):
-            result = minimize(
-                path.cost,
-                place,
-                jac=path.slope,
-                method="SLSQP",
-                bounds=[(0.0, 1.0)] * len(place),
-                constraints=path.constraints(),
-                options={"ftol": CLOSE, "maxiter": MOST_MOTIONS},
-            )
-            again = int(result.status) == NO_DESCENT and not np.array_equal(result.x, place)
-            place = result.x
-            if not again:
-                break
-        return place, int(result.status)
-
-    def _reason(self, trial: Trial, ending: int) -> str:
-        missed = self.wanted.missed(trial)
-        if missed is not None:
-            value = trial.outcome(missed.name)[0]
-            return f"no setting was found that keeps to what is wanted of {missed.name}: it is {value:.6g}"
-        if ending == NO_DESCENT:
-            return (
-                "no step makes it better, though its derivatives are not zero: it has a kink there"
-            )
-        return ""
-
 
 class _StopSearchError(Exception):
     """A search ends before its optimum, for the reason given."""
 
 
-class _Path:
-    """The functions of one search, as SLSQP calls them."""
+class _BeyondError(Exception):
+    """A search has stepped beyond the end of its attractor often enough."""
 
-    def __init__(self, search: DesignSearch, first: Trial) -> None:
-        self.search, self.wanted = search, search.wanted
+
+class _Path:
+    """One search: its functions as SLSQP calls them, and what is known of its motions."""
+
+    def __init__(self, search: DesignSearch, first: Trial, most: int) -> None:
+        self.search, self.wanted, self.most = search, search.wanted, most
         self.scale = _scale(first.outcome(self.wanted.outcome)[0])
         self.known: dict[bytes, Trial | None] = {search.place(first.values).tobytes(): first}
-        self.last = self.best = first
-        self.n_vain = 0
+        # Motions of other attractors, at places beyond the end of this one.
+        self.others: dict[bytes, Trial] = {}
+        # The motion from which SLSQP steps, on whose attractor a step stays.
+        self.base = self.best = first
+        self.n_vain = self.n_beyond = 0
+
+    def searched(self, minimize: Callable[..., Any]) -> SearchEnd:
+        """Return where SLSQP ends, begun again at its best motion as long as that gets better."""
+        stopped = ""
+        try:
+            for _ in range(1 + RENEWALS):
+                begin = self.best
+                end = self._descended(minimize)
+                if self._is_optimum(end):
+                    return SearchEnd(end, "")
+                self._go_to_bound()
+                if not self.search.is_better(SearchEnd(self.best, ""), SearchEnd(begin, "?")):
+                    break
+        except _StopSearchError as stop:
+            stopped = str(stop)
+        return SearchEnd(self.best, self._reason(stopped))
+
+    def _descended(self, minimize: Callable[..., Any]) -> Trial:
+        """Return the motion where SLSQP ends, or the best one if that is better."""
+        self.base, self.n_beyond = self.best, 0
+        place = self.search.place(self.best.values)
+        try:
+            result = minimize(
+                self.cost,
+                place,
+                jac=self.slope,
+                method="SLSQP",
+                bounds=[(0.0, 1.0)] * len(place),
+                constraints=self.constraints(),
+                options={"ftol": CLOSE, "maxiter": MOST_MOTIONS},
+            )
+        except _BeyondError:
+            return self.best
+        # Of two that are as good the last one, where SLSQP has met the limits.
+        end = self.near(result.x)
+        value, best = (trial.outcome(self.wanted.outcome)[0] for trial in (end, self.best))
+        is_as_good = self.search.miss(end) == 0.0 and abs(value - best) < FLAT * self.scale
+        return end if is_as_good else self.best
+
+    def _is_optimum(self, trial: Trial) -> bool:
+        """Return whether all is kept to, and ends of ranges, limits and the attractor hold the slope.
+
+        That is the condition of Karush, Kuhn and Tucker: the slope is a sum of normals inwards.
+        """
+        from scipy.optimize import nnls
+
+        if self.search.miss(trial) > 0.0:
+            return False
+        if not isinstance(self.wanted.goal, str):
+            return True
+        place, width = self.search.place(trial.values), self.search.width
+        slope = trial.outcome(self.wanted.outcome)[1] * width / self.scale
+        away = np.eye(len(place))
+        normals = [np.zeros(len(place)), *away[place < MET], *-away[place > 1.0 - MET]]
+        normals += [row.slope * width for row in self.wanted.kept(trial) if row.value < MET]
+        normals += self._ends(trial)
+        sign = -1.0 if self.wanted.goal == "largest" else 1.0
+        return bool(nnls(np.array(normals).T, sign * slope)[1] < FLAT)
+
+    def _ends(self, trial: Trial) -> list[Floats]:
+        """Return the normals of the end of the attractor at a motion, inwards; none inside it."""
+        place, beyond = self.search.place(trial.values), self._beyond(trial)
+        if beyond is None:
+            return []
+        if len(place) == 1:
+            return [np.sign(place - beyond)]
+        ends = [(value, slope * self.search.width) for value, slope in trial.ends()]
+        sizes = [float(np.sqrt(np.square(slope).sum())) for _, slope in ends]
+        return [
+            slope / size
+            for (value, slope), size in zip(ends, sizes, strict=True)
+            if value < BESIDE * AT_BOUND * size
+        ]
+
+    def _go_to_bound(self) -> None:
+        """Halve the way from the best motion to the next setting beyond it."""
+        beyond = self._next_beyond(self.best)
+        if beyond is None:
+            return
+        while self._distance(self.best, beyond) > 0.5 * AT_BOUND:
+            best = self.base = self.best
+            middle = 0.5 * (self.search.place(best.values) + beyond)
+            self._trial(middle)
+            if self.best is best:
+                beyond = middle
+
+    def _distance(self, trial: Trial, place: Floats) -> float:
+        return float(np.abs(place - self.search.place(trial.values)).max())
+
+    def _next_beyond(self, trial: Trial) -> Floats | None:
+        """Return the next place on the attractor of which there is no motion, None if none is known."""
+        places = [np.frombuffer(key) for key, known in self.known.items() if known is None]
+        return min(places, key=lambda place: self._distance(trial, place), default=None)
+
+    def _beyond(self, trial: Trial) -> Floats | None:
+        """Return such a place if it bounds a motion."""
+        beyond = self._next_beyond(trial)
+        is_near = beyond is not None and self._distance(trial, beyond) < AT_BOUND
+        return beyond if is_near else None
+
+    def next_attractor(self) -> Trial | None:
+        """Return the motion of another attractor beyond the end of this one, None if there is none."""
+        beyond = self._beyond(self.best)
+        return None if beyond is None else self.others.get(beyond.tobytes())
+
+    def _reason(self, stopped: str) -> str:
+        """Return why the best motion is no optimum; empty if it is one."""
+        if self._is_optimum(self.best):
+            return ""
+        shortfall = self.search.shortfall(self.best)
+        if shortfall or self._beyond(self.best) is None:
+            return stopped or shortfall or KINK
+        return NO_RUN if self.best.orbit is None else NO_ORBIT
 
     def near(self, place: Floats) -> Trial:
-        """Return the motion at a place, or where there is none the last one there was."""
-        return self._trial(place) or self.last
+        """Return the motion at a place, or where there is none that from which SLSQP steps."""
+        return self._trial(place) or self.base
 
     def _trial(self, place: Floats) -> Trial | None:
         key = place.tobytes()
         if key not in self.known:
             self.known[key] = self._made(place)
-        trial = self.known[key]
-        if trial is not None:
-            self.last = trial
-        return trial
+        return self.known[key]
 
     def _made(self, place: Floats) -> Trial | None:
+        """Return the motion at a place, if there is one; on another attractor unless it is worse."""
         self.search.n_trials += 1
-        if len(self.known) > MOST_MOTIONS:
-            if self.is_at_bound():
-                raise _StopSearchError("")
+        if len(self.known) > self.most:
             raise _StopSearchError(f"{MOST_MOTIONS} motions were not enough")
         if not self.search.progress.advance():
             raise _StopSearchError("the search was stopped")
-        trial = self.search.trials.at(self.search.values(place), self.last)
+        trial = self.search.trials.at(self.search.values(place), self.base)
         if trial is None or not self.search.is_usable(trial):
             return None
         self.search.made.append(trial)
@@ -342,19 +453,20 @@ class _Path:
         is_vain = self.n_vain > MOST_VAIN and not isinstance(self.wanted.goal, str)
         if is_vain and self.search.miss(self.best) > 0.0:
             raise _StopSearchError(f"{MOST_VAIN} motions came no nearer to what is wanted")
-        return trial
-
-    def is_at_bound(self) -> bool:
-        """Return whether the best setting is next to one at which there is no motion."""
-        own = self.search.place(self.best.values)
-        places = [np.frombuffer(key) for key, trial in self.known.items() if trial is None]
-        return any(float(np.abs(place - own).max()) < AT_BOUND for place in places)
+        is_worse = self.search.is_better(SearchEnd(self.base, ""), SearchEnd(trial, ""))
+        if trial.goes_on or not is_worse:
+            return trial
+        self.others[place.tobytes()] = trial
+        return None
 
     def cost(self, place: Floats) -> float:
         """Return the cost, which is minimised."""
         trial = self._trial(place)
         if trial is None:
-            return self.cost(self.search.place(self.last.values)) + WITHOUT_MOTION
+            self.n_beyond += 1
+            if self.n_beyond > MOST_BEYOND:
+                raise _BeyondError
+            return self.cost(self.search.place(self.base.values)) + WITHOUT_MOTION
         if not isinstance(self.wanted.goal, str):
             return float(0.5 * np.square(place - self.search.given).sum())
         value = trial.outcome(self.wanted.outcome)[0] / self.scale
@@ -362,15 +474,16 @@ class _Path:
 
     def slope(self, place: Floats) -> Floats:
         """Return the derivatives of the cost."""
+        self.base = self.near(place)
         if not isinstance(self.wanted.goal, str):
             return place - self.search.given
-        slope = self.near(place).outcome(self.wanted.outcome)[1] * self.search.width / self.scale
+        slope = self.base.outcome(self.wanted.outcome)[1] * self.search.width / self.scale
         return np.asarray(-slope if self.wanted.goal == "largest" else slope)
 
     def constraints(self) -> list[dict[str, Any]]:
         """Return the limits as constraints of SciPy."""
         rows: list[dict[str, Any]] = []
-        if self.wanted.kept(self.last):
+        if self.wanted.kept(self.base):
             rows.append(_constraint("ineq", self._kept, self._moved_kept))
         if not isinstance(self.wanted.goal, str):
             rows.append(_constraint("eq", self._missed, self._moved_missed))

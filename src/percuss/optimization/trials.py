@@ -30,6 +30,7 @@ from percuss.orbits.finding.settled import settled_motions
 from percuss.orbits.finding.structure_settled import settled_structures
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.solve import orbit_of_solution, solve
+from percuss.orbits.orbit.steady import regions, steady_orbit
 from percuss.orbits.orbit.structure_orbit import (
     StructureOrbit,
     find_structure_orbit,
@@ -56,6 +57,8 @@ class Trial:
         The orbit; None for a run.
     run
         The run; of an orbit one period.
+    goes_on
+        Whether the motion near by goes on to it; else it is that of another attractor.
     """
 
     values: dict[str, float]
@@ -64,6 +67,7 @@ class Trial:
     start: Start | StructureStart | None
     orbit: AnyOrbit | None
     run: Trajectory | StructureTrajectory
+    goes_on: bool = True
     _known: dict[str, tuple[float, Floats]] = field(default_factory=dict, repr=False)
 
     @cached_property
@@ -83,6 +87,17 @@ class Trial:
         if name not in self._known:
             self._known[name] = outcome_of(self.orbit, self.derivative, name)
         return self._known[name]
+
+    def ends(self) -> list[tuple[float, Floats]]:
+        """Return the numbers that are zero where its attractor ends, with their derivatives.
+
+        The distance from a graze, and that of the largest multiplier from 1; none of a run.
+        """
+        if self.orbit is None:
+            return []
+        size, slope = self.outcome("multiplier")
+        margin = [self.outcome("grazing_margin")] if isinstance(self.orbit, PeriodicOrbit) else []
+        return [*margin, (1.0 - size, -slope)]
 
 
 class OnRun:
@@ -139,7 +154,7 @@ class OnOrbit:
         if system is None:
             return None
         orbits = _attractors(system, 1, 0, (near.orbit.x0, near.orbit.v0))
-        return _trial(values, orbits[0]) if orbits else None
+        return _next(values, orbits, near.orbit)
 
     def _system(self, values: Mapping[str, float]) -> System | None:
         try:
@@ -150,14 +165,10 @@ class OnOrbit:
     def _followed(self, values: Mapping[str, float], near: PeriodicOrbit) -> Trial | None:
         """Return the orbit with the same events, if there is one and it may be it."""
         system = self._system(values)
-        if system is None or not len(near.itinerary):
+        orbit = None if system is None else _with_events_of(near, system)
+        if orbit is None or not orbit.admissible:
             return None
-        solution = solve(system, near.itinerary)
-        if not solution.converged or solution.itinerary.times_covered > 1:
-            return None
-        orbit = orbit_of_solution(system, solution)
-        fits = orbit.admissible and (orbit.is_stable or self.orbit is not None)
-        return _trial(values, orbit) if fits else None
+        return _trial(values, orbit) if orbit.is_stable or self.orbit is not None else None
 
 
 class OnStructureOrbit:
@@ -184,7 +195,7 @@ class OnStructureOrbit:
             return trial
         state = (*near.orbit.x0.tolist(), *near.orbit.v0.tolist())
         orbits = self._attractors(values, 1, 0, state)
-        return _trial(values, orbits[0]) if orbits else None
+        return _next(values, orbits, near.orbit)
 
     def _system(self, values: Mapping[str, float]) -> StructureSystem | None:
         try:
@@ -225,9 +236,10 @@ class OnStructureOrbit:
         return orbits
 
 
-def _events(orbit: StructureOrbit) -> list[list[int]]:
+def _events(orbit: AnyOrbit) -> list[list[int]]:
     """Return the kinds and the stops of an orbit's events."""
-    events: list[list[int]] = orbit.run.record.marks[1:, [columns.KIND, columns.BOUND]].tolist()
+    marks = orbit.run.record.marks if isinstance(orbit, StructureOrbit) else orbit.record[1]
+    events: list[list[int]] = marks[1:, [columns.KIND, columns.BOUND]].tolist()
     return events
 
 
@@ -239,10 +251,34 @@ def run_of(
     return run
 
 
-def _trial(values: Mapping[str, float], orbit: AnyOrbit) -> Trial:
+def _trial(values: Mapping[str, float], orbit: AnyOrbit, *, goes_on: bool = True) -> Trial:
     if isinstance(orbit, StructureOrbit):
-        return Trial(dict(values), orbit.structure, orbit.loads, None, orbit, orbit.run)
-    return Trial(dict(values), *orbit.system, None, orbit, orbit.trajectory())
+        return Trial(dict(values), orbit.structure, orbit.loads, None, orbit, orbit.run, goes_on)
+    return Trial(dict(values), *orbit.system, None, orbit, orbit.trajectory(), goes_on)
+
+
+def _with_events_of(near: PeriodicOrbit, system: System) -> PeriodicOrbit | None:
+    """Return the orbit with the events of another, which need not be admissible; None if none is found."""
+    if near.n_impacts == 0:
+        region = int(near.record[1][0, columns.NEXT_REGION])
+        try:
+            return steady_orbit(system, region) if region in regions(system.law) else None
+        except ConvergenceError:
+            return None
+    if not len(near.itinerary):
+        return None
+    solution = solve(system, near.itinerary)
+    if not solution.converged or solution.itinerary.times_covered > 1:
+        return None
+    return orbit_of_solution(system, solution)
+
+
+def _next(values: Mapping[str, float], orbits: Sequence[AnyOrbit], near: AnyOrbit) -> Trial | None:
+    """Return the first attractor; one with as many events of each kind goes on from that near by."""
+    if not orbits:
+        return None
+    own, other = ((orbit.n_periods, sorted(_events(orbit))) for orbit in (orbits[0], near))
+    return _trial(values, orbits[0], goes_on=own == other)
 
 
 def _attractors(

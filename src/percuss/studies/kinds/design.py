@@ -277,7 +277,9 @@ class Design(Question):
             met = ", at its limit" if name in result.active else ""
             rows[name] = f"{_value(result, name, value)}{met}; {_kept(result.limits[name])}"
         optima = sum(not attempt.reason for attempt in result.attempts)
-        rows["searches"] = f"{len(result.attempts)}, {optima} of them to an optimum"
+        rows["searches"] = (
+            f"{len(result.attempts)} from {result.begun}, {optima} of them to an optimum"
+        )
         rows["motions"] = f"{result.n_motions:,}"
         return rows | ({"no optimum": result.reason} if result.reason else {})
 
