@@ -73,9 +73,8 @@ MARKERS = {
     "torus": "p",
     "border_collision": "h",
 }
-# Labels of special points nearer than these parts of the width and height stand below each other,
-# above each other where they are in this part of the height.
-NEAR, LINE, LOW = (0.25, 0.12), 13.0, 0.15
+# How special points are marked.
+MARK: dict[str, Any] = {"color": BLACK, "linestyle": "none", "markersize": 4.5, "zorder": 3.0}
 
 CURVE_LOOKS: dict[str, dict[str, Any]] = {
     "fold": {"color": BLUE, "label": "fold"},
@@ -153,7 +152,7 @@ def plot_branch(
     Returns
     -------
     Axes
-        The axes; special points are marked and labelled.
+        The axes; special points are marked.
 
     Raises
     ------
@@ -274,7 +273,10 @@ def _explain(ax: Axes, colour: str | None) -> None:
     shown = [entries[label] for label in order]
     if colour is not None:
         shown = [Line2D([], [], color=colour, **look) for look in looks]
-    ax.legend(shown, order, loc="best")
+    marked = [name for name in map(_name_of, MARKERS) if name in entries]
+    shown += [entries[name] for name in marked]
+    # Over the line at zero.
+    ax.legend(shown, order + marked, loc="best", frameon=True, framealpha=1.0, edgecolor="none")
 
 
 def _line(branch: AnyBranch, on: On | None, coordinate: int | None) -> On | None:
@@ -377,32 +379,13 @@ def stretches(kinds: Integers | Flags) -> list[tuple[slice, int]]:
 
 
 def _mark(ax: Axes, branches: list[AnyBranch], columns: list[Floats]) -> None:
-    x_all = np.concatenate([branch.values for branch in branches])
-    y_all = np.concatenate(columns)
-    wide = float(np.ptp(x_all)) or 1.0
-    high = float(np.nanmax(y_all) - np.nanmin(y_all)) or 1.0
-    middle = 0.5 * float(x_all.max() + x_all.min())
-    placed: list[tuple[float, float, str]] = []
+    """Mark the special points; the legend says what the marks are."""
     for branch, values in zip(branches, columns, strict=True):
         for point in branch.special_points:
-            x, y = point.value, float(values[point.row])
-            if not np.isfinite(y):
-                continue
-            ax.plot([x], [y], MARKERS[point.kind], color=BLACK, markersize=4.5)
-            neighbours = [
-                kind
-                for u, w, kind in placed
-                if abs(x - u) < NEAR[0] * wide and abs(y - w) < NEAR[1] * high
-            ]
-            if point.kind in neighbours:
-                # One label serves all of a kind that stand together.
-                continue
-            placed.append((x, y, point.kind))
-            # Below the others, or near the axis above them.
-            step = LINE if y - float(np.nanmin(y_all)) < LOW * high else -LINE
-            on_right = x > middle + 0.25 * wide
-            rise = 3.0 + step * len(neighbours)
-            _name_point(ax, point.kind.replace("_", " "), (x, y), rise, on_right=on_right)
+            y = float(values[point.row])
+            if np.isfinite(y):
+                name = label_once(ax, _name_of(point.kind))
+                ax.plot([point.value], [y], MARKERS[point.kind], label=name, **MARK)
 
 
 def _name_point(
