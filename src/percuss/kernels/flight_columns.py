@@ -9,7 +9,8 @@ with y from the flight's start and dF the derivative of the constant force there
 columns are sums of few responses: to y, to v, to the phases and to these times the time. Where
 poles meet, or nearly, these are followed together with y by their power series in steps of a few
 radians, from the recurrence of the equation itself: nothing is divided by a difference of poles,
-so that resonance, critical damping, K = 0 and K < 0 are the same code and lose nothing. An
+so that resonance, critical damping, K = 0 and K < 0 are the same code and lose nothing. Where a
+fast decay is over (`overdamped`) only the slow parts are followed so, in steps of their pace. An
 oscillating flight away from resonance, and no shorter than half a radian, has them in closed form,
 which takes a third of the time (docs/decisions/022-sensitivities.md).
 """
@@ -27,6 +28,7 @@ from percuss.kernels.flight import (
     free_response,
     harmonic_response,
     parts_of,
+    quotient,
     slope_response,
 )
 from percuss.kernels.law_columns import (
@@ -53,6 +55,7 @@ from percuss.kernels.law_columns import (
     UPPER_FORCE,
     Law,
 )
+from percuss.kernels.overdamped import time_to_fade
 from percuss.kernels.pieces import is_record, record_at
 
 # A step of the series turns by so many radians at most: its largest term is then exp(4) = 55 times
@@ -84,8 +87,8 @@ class Change(NamedTuple):
     ``rows`` (n_parameters, n_rows, columns) are those of the law's own rows and columns, of its
     stiffness, damping, bounds, restitutions, forces at the bounds, harmonics and tables; in the
     column ORIGIN_FORCE stands the derivative of the constant force at 0, and in LOWER_ENTRY and
-    UPPER_ENTRY that of the edge times the dashpots 2 a that begin there upwards. The row of a
-    record has the derivative of its scale in COSINE and that of the logarithm of its pace in
+    UPPER_ENTRY those of the edges there, less that of the bound itself, times their dashpots 2 a
+    upwards. The row of a record has the derivative of its scale in COSINE and that of the logarithm of its pace in
     OMEGA; ``unit`` is a law with the same record at scale 1.
     """
 
@@ -111,6 +114,14 @@ def fastest_rate(law: Law, region: int) -> float:
     if law[region, OVERDAMPED] == 1.0:
         return max(abs(law[region, SLOW_ROOT]), abs(law[region, FAST_ROOT]))
     return math.sqrt(abs(law[region, STIFFNESS]))
+
+
+@kernel
+def series_phase(law: Law, region: int, omega: float, s: float) -> float:
+    """Return the phase through which the series go in a time s, under forces up to ``omega``."""
+    if s >= time_to_fade(law, region):
+        return s * max(abs(law[region, SLOW_ROOT]), omega)
+    return abs(s) * max(fastest_rate(law, region), omega)
 
 
 @kernel
@@ -155,11 +166,13 @@ def response_to_motion(flight: Flight, s: float, series: Floats) -> tuple[float,
     law, region, start, _, _ = flight
     damping = law[region, DAMPING]
     stiffness = law[region, STIFFNESS]
-    rate = fastest_rate(law, region)
+    omega = 0.0
     for j in range(flight.phases.shape[0]):
-        rate = max(rate, law[FIRST_HARMONIC + j, OMEGA])
-    count, terms = steps_of(abs(s) * rate)
+        omega = max(omega, law[FIRST_HARMONIC + j, OMEGA])
+    count, terms = steps_of(series_phase(law, region, omega, s))
     h = s / count
+    if s >= time_to_fade(law, region):
+        return faded_response_to_motion(flight, s, count, terms, series)
     if h == 0.0:
         return 0.0, 0.0, 0.0
     drag = 2.0 * damping * h
@@ -198,13 +211,108 @@ def response_to_motion(flight: Flight, s: float, series: Floats) -> tuple[float,
 
 
 @kernel
+def faded_response_to_motion(
+    flight: Flight, s: float, count: int, terms: int, series: Floats
+) -> tuple[float, float, float]:
+    """Return what `response_to_motion` does, after the fast decay, by the parts of y.
+
+    For each root r let u' = r u + F from v0, with the whole force F, and w' = r w + u from 0. Then
+
+        y = (u1 - u2) / (r1 - r2),    S * y = (w1 + w2 - 2 y) / (r1 - r2)^2.
+
+    The slow u1 and w1 are summed in ``count`` steps.
+    """
+    law, region, start, _, _ = flight
+    slow = law[region, SLOW_ROOT]
+    apart = 2.0 * law[region, RATE]
+    h = s / count
+    turn = slow * h
+    u = start[2]
+    w = 0.0
+    for i in range(count):
+        fill_force(flight, i * h, h, terms, series)
+        # The Taylor coefficients of h u and of w.
+        u0 = u * h
+        w0 = w
+        u = u0
+        order = 1.0
+        for n in range(terms):
+            w0, u0 = (turn * w0 + u0) / order, (turn * u0 + series[n]) / order
+            order += 1.0
+            u += u0
+            w += w0
+        u /= h
+    (force, slope), (u2, v2, a2), (w2, x2, b2) = fast_parts(flight, s)
+    # The rates of u1 and w1, and the rates of these.
+    v = slow * u + force
+    a = slow * v + slope
+    x = slow * w + u
+    b = slow * x + v
+    square = apart * apart
+    return (
+        ((w + w2) - 2.0 * (u - u2) / apart) / square,
+        ((x + x2) - 2.0 * (v - v2) / apart) / square,
+        ((b + b2) - 2.0 * (a - a2) / apart) / square,
+    )
+
+
+@kernel
+def fast_parts(
+    flight: Flight, s: float
+) -> tuple[tuple[float, float], tuple[float, float, float], tuple[float, float, float]]:
+    """Return force and rate, and u2 and w2 of `faded_response_to_motion` with two rates of each.
+
+    What is left of them is the steady answer to the force.
+    """
+    law, region, start, phases, _ = flight
+    fast = law[region, FAST_ROOT]
+    constant, slope = start[3], 0.0
+    u, v, a = 0.0, 0.0, 0.0
+    w, x, b = 0.0, 0.0, 0.0
+    force = 0.0
+    for j in range(phases.shape[0]):
+        harmonic = FIRST_HARMONIC + j
+        cos0 = phases[j, 0]
+        sin0 = phases[j, 1]
+        if is_record(law, j):
+            constant += cos0 + sin0 * s
+            slope += sin0
+            u -= sin0 / fast**2
+            v -= sin0 / fast
+            w += 2.0 * sin0 / fast**3
+            x += sin0 / fast**2
+            continue
+        omega = law[harmonic, OMEGA]
+        turn = cos_sin(law[harmonic, TURNS], law[harmonic, TURNS_LOW], s, 0.0)
+        cosine = cos0 * turn[0] - sin0 * turn[1]
+        sine = sin0 * turn[0] + cos0 * turn[1]
+        part, quadrature = parts_of(law, harmonic, cosine, sine)
+        force += part
+        slope += omega * quadrature
+        # The phasor of the force over i w - r2, once and twice.
+        once = quotient(part, -quadrature, -fast, omega)
+        twice = quotient(once[0], once[1], -fast, omega)
+        u += once[0]
+        v -= omega * once[1]
+        a -= omega * omega * once[0]
+        w += twice[0]
+        x -= omega * twice[1]
+        b -= omega * omega * twice[0]
+    u -= constant / fast
+    w += constant / fast**2
+    return (constant + force, slope), (u, v, a), (w, x, b)
+
+
+@kernel
 def response_to_late_phase(
     law: Law, region: int, j: int, s: float
 ) -> tuple[float, float, float, float]:
     """Return the responses to s cos(w_j s) and to s sin(w_j s), and their rates."""
     omega = law[FIRST_HARMONIC + j, OMEGA]
-    count, terms = steps_of(abs(s) * max(fastest_rate(law, region), omega))
+    count, terms = steps_of(series_phase(law, region, omega, s))
     h = s / count
+    if s >= time_to_fade(law, region):
+        return faded_response_to_late_phase(law, region, j, s, count, terms)
     if h == 0.0:
         return 0.0, 0.0, 0.0, 0.0
     drag = 2.0 * law[region, DAMPING] * h
@@ -252,6 +360,54 @@ def response_to_late_phase(
         v_re /= h
         v_im /= h
     return u_re, u_im, v_re, v_im
+
+
+@kernel
+def faded_response_to_late_phase(
+    law: Law, region: int, j: int, s: float, count: int, terms: int
+) -> tuple[float, float, float, float]:
+    """Return what `response_to_late_phase` does, after the fast decay.
+
+    With f = s exp(i w s) it is (u1 - u2) / (r1 - r2), where u' = r u + f: the slow part in
+    ``count`` steps, and the fast one f / (i w - r2) - exp(i w s) / (i w - r2)^2.
+    """
+    harmonic = FIRST_HARMONIC + j
+    omega = law[harmonic, OMEGA]
+    slow, fast = law[region, SLOW_ROOT], law[region, FAST_ROOT]
+    apart = 2.0 * law[region, RATE]
+    h = s / count
+    turn = slow * h
+    u_re = 0.0
+    u_im = 0.0
+    for i in range(count):
+        since = i * h
+        now = cos_sin(law[harmonic, TURNS], law[harmonic, TURNS_LOW], since, 0.0)
+        # Of h exp(i w s): the coefficients, and those before them for the factor s.
+        now_re = h * now[0]
+        now_im = h * now[1]
+        before_re = 0.0
+        before_im = 0.0
+        a = u_re
+        b = u_im
+        order = 1.0
+        for _ in range(terms):
+            a = (turn * a + since * now_re + h * before_re) / order
+            b = (turn * b + since * now_im + h * before_im) / order
+            u_re += a
+            u_im += b
+            before_re = now_re
+            before_im = now_im
+            share = omega * h / order
+            now_re, now_im = -share * now_im, share * now_re
+            order += 1.0
+    wave = cos_sin(law[harmonic, TURNS], law[harmonic, TURNS_LOW], s, 0.0)
+    once = quotient(wave[0], wave[1], -fast, omega)
+    twice = quotient(once[0], once[1], -fast, omega)
+    fast_re = s * once[0] - twice[0]
+    fast_im = s * once[1] - twice[1]
+    v_re = slow * u_re + s * wave[0] - (once[0] - omega * fast_im)
+    v_im = slow * u_im + s * wave[1] - (once[1] + omega * fast_re)
+    return (u_re - fast_re) / apart, (u_im - fast_im) / apart, v_re / apart, v_im / apart
 
 
 @formula
@@ -389,6 +545,11 @@ def respond(flight: Flight, s: float, change: Change, work: ColumnWorkspace) -> 
     shared[XV] = impulse
     shared[VX] = -law[region, STIFFNESS] * impulse
     shared[VV] = even - drag
+    if s >= time_to_fade(law, region):
+        # The slow part is left, set off by PULL (`sensitivity`).
+        shared[XX] = 0.0
+        shared[VX] = 0.0
+        shared[VV] = law[region, SLOW_ROOT] * impulse
     shared[IMPULSE] = impulse
     shared[RISE] = rise
     shared[OF_Y] = 0.0

@@ -21,6 +21,7 @@ from percuss.kernels.flight_columns import (
     is_plain,
     moved_constant_force,
     moved_drive,
+    series_phase,
 )
 from percuss.kernels.law_columns import (
     DAMPING,
@@ -239,7 +240,7 @@ def steps_of_columns(
 ) -> float:
     """Return how many steps the series of a segment's columns take, to all events and samples.
 
-    A motion whose fast part decays at once needs one for each few radians of that all the same.
+    While a fast part decays they are those of that.
     """
     law, events = record.law, record.events
     quickest = 0.0
@@ -280,7 +281,7 @@ def turned_in(
     flight = flight_after(record, row, work.phases, work.scratch)
     if is_plain(flight, s):
         return 0.0
-    return abs(s) * max(fastest_rate(record.law, flight.region), quickest)
+    return series_phase(record.law, flight.region, quickest, s)
 
 
 @kernel

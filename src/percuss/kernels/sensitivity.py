@@ -20,7 +20,7 @@ import math
 from typing import NamedTuple
 
 from percuss.arrays import Floats
-from percuss.kernels.arithmetic import logarithm
+from percuss.kernels.arithmetic import Pair, logarithm
 from percuss.kernels.compile import formula, kernel
 from percuss.kernels.contact import FORCE_ROUNDING
 from percuss.kernels.flight import Flight, constant_force, force_and_slopes, place, set_phases
@@ -45,10 +45,17 @@ from percuss.kernels.law_columns import (
     N_HARMONICS,
     NUMBER,
     OMEGA,
+    SLOW_ROOT,
     UPPER,
     UPPER_ENTRY,
     UPPER_RESTITUTION,
     Law,
+)
+from percuss.kernels.overdamped import (
+    FADED,
+    derivatives_by_parts,
+    is_known_by_parts,
+    time_to_fade,
 )
 from percuss.kernels.record import (
     BOUND,
@@ -79,8 +86,10 @@ from percuss.kernels.tangent import propagator
 
 # Columns of a row of `out`: the derivatives of the event's instant and of the velocities before and
 # after it; the place of the event; and at a fixed time the excess of x after it over that, and v.
-DT, DV_BEFORE, DV_AFTER, BASE, OFF, SPEED = range(6)
-SENSITIVITY_COLUMNS = 6
+# Of these two the last one is v less the fast root times the excess: it sets off the slow part of
+# an overdamped flight, and next to a strong dashpot it is what is left of both.
+DT, DV_BEFORE, DV_AFTER, BASE, OFF, SPEED, PULL = range(7)
+SENSITIVITY_COLUMNS = 7
 # Columns of `begin`: the derivatives of x, v and t of the start.
 BEGIN_X, BEGIN_V, BEGIN_T = range(3)
 
@@ -156,32 +165,61 @@ def carry(varied: VariedRecord, begin: Floats, work: ColumnWorkspace, out: Float
             fly(varied, flight, n - 1, s, work, out)
             for k in range(first, n_passed):
                 add_jump(varied, flight.region, n - 1, k, s, work)
+            rates = rates_before(record, n, flight, s, then, force)
             if kind == KNOT:
                 last = now.shape[0] - 1
                 jump = (now[last, 0] + now[last, 1] * s) - then[last, 0]
                 pass_knot(varied, n, jump, force, work, out)
             elif kind == CROSSING:
-                cross(varied, n, force, work, out)
+                cross(varied, n, force, rates, work, out)
             else:
-                strike(varied, n, force, work, out)
+                strike(varied, n, force, rates, work, out)
         flight = following
         now, then = then, now
 
 
 @kernel
 def start_row(flight: Flight, begin: Floats, out: Floats) -> None:
-    """Write the row of the START: the state at a fixed time, where it starts later by dt."""
+    """Write the row of the START."""
     law, region, (_, _, v, force), phases, _ = flight
-    acceleration = force + force_and_slopes(law, phases)[0] - 2.0 * law[region, DAMPING] * v
+    force += force_and_slopes(law, phases)[0]
     for p in range(begin.shape[0]):
         row = out[0, p]
-        late = begin[p, BEGIN_T]
-        row[DT] = late
+        row[DT] = begin[p, BEGIN_T]
         row[DV_BEFORE] = begin[p, BEGIN_V]
         row[DV_AFTER] = begin[p, BEGIN_V]
-        row[BASE] = begin[p, BEGIN_X] - v * late
-        row[OFF] = 0.0
-        row[SPEED] = begin[p, BEGIN_V] - acceleration * late
+        row[BASE] = begin[p, BEGIN_X]
+        set_off(row, law, region, v, force, 0.0)
+
+
+@kernel
+def rates_before(
+    record: MotionRecord, n: int, flight: Flight, s: float, arrival: Floats, force: float
+) -> Pair:
+    """Return the velocity and the acceleration with which a flight of a time s comes to an event.
+
+    ``arrival`` are the phases there and ``force`` the force without damping. After a fast decay
+    dashpot and force balance but for the inertia: there both come from the parts of the flight.
+    """
+    if is_known_by_parts(flight, s, FADED):
+        parts = Flight(flight.law, flight.region, flight.start, flight.phases, arrival)
+        rates = derivatives_by_parts(parts, s)
+        return rates[0], rates[1]
+    v = record.events[n, V_BEFORE]
+    return v, force - 2.0 * record.law[flight.region, DAMPING] * v
+
+
+@formula
+def set_off(row: Floats, law: Law, region: int, v: float, force: float, push: float) -> None:
+    """Write the column at a fixed time, of a flight that sets off with v later by the row's DT.
+
+    ``force`` is that without damping, ``push`` what is added to the velocity.
+    """
+    late = row[DT]
+    row[OFF] = -v * late
+    row[SPEED] = row[DV_AFTER] - (force - 2.0 * law[region, DAMPING] * v) * late + push
+    # The acceleration less the fast root times v: both roots add up to -2 a.
+    row[PULL] = row[DV_AFTER] - (force + law[region, SLOW_ROOT] * v) * late + push
 
 
 @formula
@@ -192,10 +230,11 @@ def fly(
     record, change = varied.record, varied.change
     law = record.law
     x = place_of_event(record, row)
+    faded = s >= time_to_fade(law, flight.region)
     respond(flight, s, change, work)
     for p in range(out.shape[1]):
         rows = change.rows[p]
-        begin = (out[row, p, OFF], out[row, p, SPEED])
+        begin = (out[row, p, OFF], out[row, p, PULL if faded else SPEED])
         force = moved_constant_force(law, rows, flight.region, x, out[row, p, BASE])
         off, speed = column_after(flight, rows, change.unit, begin, force, work)
         work.ends[p, 0] = off
@@ -216,16 +255,20 @@ def add_jump(
 
 
 @formula
-def strike(varied: VariedRecord, n: int, force: float, work: ColumnWorkspace, out: Floats) -> None:
-    """Write the row of an impact; ``force`` is that at the wall without damping."""
+def strike(
+    varied: VariedRecord, n: int, force: float, rates: Pair, work: ColumnWorkspace, out: Floats
+) -> None:
+    """Write the row of an impact; ``force`` is that at the wall without damping.
+
+    ``rates`` are velocity and acceleration before it.
+    """
     record, change = varied.record, varied.change
     law, events, marks = record.law, record.events, record.marks
     region = int(marks[n - 1, NEXT_REGION])
     bound = int(marks[n, BOUND])
-    before = events[n, V_BEFORE]
+    before, acceleration = rates
     after = events[n, V_AFTER]
     kept = kept_of_error(law, region, bound, abs(before))
-    drag = 2.0 * law[region, DAMPING]
     for p in range(out.shape[1]):
         rows = change.rows[p]
         row = out[n, p]
@@ -236,41 +279,36 @@ def strike(varied: VariedRecord, n: int, force: float, work: ColumnWorkspace, ou
             # A speed within its rounding: the square root of a distance.
             late = math.nan
         row[DT] = late
-        row[DV_BEFORE] = work.ends[p, 1] + (force - drag * before) * late
+        row[DV_BEFORE] = work.ends[p, 1] + acceleration * late
         change_of_r = moved_restitution(law, rows, region, bound, abs(before))
         row[DV_AFTER] = -kept * row[DV_BEFORE] - change_of_r * before
-        row[OFF] = -after * late
-        row[SPEED] = row[DV_AFTER] - (force - drag * after) * late
+        set_off(row, law, region, after, force, 0.0)
 
 
 @kernel
-def cross(varied: VariedRecord, n: int, force: float, work: ColumnWorkspace, out: Floats) -> None:
-    """Write the row of a crossing of the edge of a soft stop."""
+def cross(
+    varied: VariedRecord, n: int, force: float, rates: Pair, work: ColumnWorkspace, out: Floats
+) -> None:
+    """Write the row of a crossing of the edge of a soft stop; arguments as those of `strike`."""
     record, change = varied.record, varied.change
-    law, events, marks = record.law, record.events, record.marks
+    law, marks = record.law, record.marks
     before = int(marks[n - 1, NEXT_REGION])
     after = int(marks[n, NEXT_REGION])
     bound = int(marks[n, BOUND])
-    v = events[n, V_BEFORE]
+    v, acceleration = rates
     upwards = bound != int(law[before, NUMBER])
-    # Dashpots 2 a that begin at the edge, upwards.
-    jump = 2.0 * (law[after, DAMPING] - law[before, DAMPING])
-    if not upwards:
-        jump = -jump
     for p in range(out.shape[1]):
         rows = change.rows[p]
         row = out[n, p]
         moved = moved_place(rows, law, before, bound)
-        place_before = out[n - 1, p, BASE] + work.ends[p, 0]
         late = ((moved - out[n - 1, p, BASE]) - work.ends[p, 0]) / v
         row[DT] = late
-        row[DV_BEFORE] = work.ends[p, 1] + (force - 2.0 * law[before, DAMPING] * v) * late
+        row[DV_BEFORE] = work.ends[p, 1] + acceleration * late
         row[DV_AFTER] = row[DV_BEFORE]
         row[BASE] = moved
-        row[OFF] = -v * late
         # Stops that share an edge may move apart: each jumps at its own.
-        jumps = rows[before, UPPER_ENTRY if upwards else LOWER_ENTRY] - jump * place_before
-        row[SPEED] = work.ends[p, 1] + (jumps if upwards else -jumps)
+        jumps = rows[before, UPPER_ENTRY if upwards else LOWER_ENTRY]
+        set_off(row, law, after, v, force, jumps if upwards else -jumps)
 
 
 @kernel
@@ -293,6 +331,7 @@ def pass_knot(
         row[BASE] = out[n - 1, p, BASE] + work.ends[p, 0]
         row[OFF] = 0.0
         row[SPEED] = work.ends[p, 1] + jump * late
+        row[PULL] = row[SPEED]
         slowing = 2.0 * law[int(marks[n, NEXT_REGION]), DAMPING] * events[n, V_AFTER]
         row[DV_BEFORE] = work.ends[p, 1] + (force + jump - slowing) * late
         row[DV_AFTER] = row[SPEED] + (force - slowing) * late
@@ -330,6 +369,7 @@ def come_to_contact(varied: VariedRecord, n: int, phases: Floats, out: Floats) -
         row[BASE] = moved
         row[OFF] = 0.0
         row[SPEED] = 0.0
+        row[PULL] = 0.0
         if idle:
             t, t_low = events[n, EVENT_T], events[n, EVENT_T_LOW]
             push, rate = moved_drive(law, rows, change.unit, t, t_low, phases)
@@ -409,6 +449,7 @@ def release(varied: VariedRecord, n: int, slope: float, phases: Floats, out: Flo
         row[BASE] = moved
         row[OFF] = 0.0
         row[SPEED] = 0.0
+        row[PULL] = 0.0
 
 
 @kernel

@@ -387,7 +387,7 @@ def _fill_region(
         for i in edges:
             stop = osc.stops[i]
             assert isinstance(stop, SoftStop)
-            dashpot = 2.0 * as_float(stop.damping) * moved(i, "at")
+            dashpot = 2.0 * as_float(stop.damping) * (moved(i, "at") - row[place])
             row[entry] += dashpot if stop.side == "above" else -dashpot
         if wall is not None:
             row[restitution] = moved(wall, "restitution")

@@ -23,6 +23,7 @@ from percuss.kernels.flight import (
 )
 from percuss.kernels.flight_columns import (
     MOST_TERMS,
+    Change,
     moved_constant_force,
     moved_drive,
     response_to_motion,
@@ -37,7 +38,7 @@ from percuss.kernels.record import MotionRecord, place_of_event, time_since_even
 from percuss.kernels.restitution import kept_of_error, restitution_at
 from percuss.kernels.tangent import event_saltation, propagator
 from percuss.motion.moved_measures import MovedMeasure, MovedValue
-from percuss.motion.moved_motion import MovedImpacts
+from percuss.motion.moved_motion import MovedImpacts, workspace_of
 from percuss.motion.oscillator_measures import measure_and_derivative
 from percuss.motion.sensitivity import Sensitivity, sensitivity_of, slowing_of
 from percuss.motion.tables import Impacts
@@ -116,33 +117,20 @@ class OrbitSensitivity:
 
 
 def sensitivity_of_orbit(orbit: ClosedMotion, paths: Sequence[str]) -> OrbitSensitivity:
-    """Return the derivative of an orbit by parameters; see `PeriodicOrbit.sensitivity`.
-
-    With M the monodromy and c the column of a period from a fixed start, the column w of the
-    state at t0 obeys w = M w + c + z' dT.
-    """
+    """Return the derivative of an orbit by parameters; see `PeriodicOrbit.sensitivity`."""
     run = orbit.run
     still = sensitivity_of(run, paths, np.zeros((len(paths), 3)))
     if not still.differentiable:
         refuse_derivative(still.reason)
-    end = np.stack(still(run.t_end, limit="before"), axis=-1)
-    rate = _rate(orbit)
-    wall = np.zeros(len(still.paths))
-    if len(orbit.impacts):
-        last = still.columns[-1]
-        end = np.stack([last[:, engine.BASE] + last[:, engine.OFF], last[:, engine.SPEED]], axis=-1)
-        wall = last[:, engine.BASE]
-    matrix = np.eye(2) - orbit.monodromy
+    period = np.zeros(len(still.paths))
     if orbit.n_periods:
         slower = slowing_of(still)
         refuse_frequency_alone(slower, still.paths)
         period = orbit.period * slower
-        columns_of_start = _solved(orbit, matrix, end + period[:, np.newaxis] * rate)
+    if len(orbit.impacts):
+        begin, period = _moved_impact(orbit, still, period)
     else:
-        known = np.stack([matrix[:, 1], -rate], axis=-1)
-        moved_start = _solved(orbit, known, end - wall[:, np.newaxis] * matrix[:, 0])
-        columns_of_start, period = np.stack([wall, moved_start[:, 0]], axis=-1), moved_start[:, 1]
-    begin = _moved_start(orbit, columns_of_start, still.columns[-1], rate)
+        begin = _moved_state(orbit, still, period)
     motion = sensitivity_of(run, paths, begin)
     return OrbitSensitivity(
         paths=motion.paths,
@@ -156,20 +144,47 @@ def sensitivity_of_orbit(orbit: ClosedMotion, paths: Sequence[str]) -> OrbitSens
     )
 
 
-def _moved_start(orbit: ClosedMotion, moved: Floats, last: Floats, rate: Floats) -> Floats:
-    """Return the derivatives of (x, v, t) at the start, an impact if there is one, (n, 3).
+def _moved_impact(orbit: ClosedMotion, still: Sensitivity, period: Floats) -> tuple[Floats, Floats]:
+    """Return the derivatives of (x, v, t) at the impact at which an orbit starts, and the period's.
 
-    ``moved`` (n, 2) are those of the state at a fixed instant, ``last`` the columns of the impact
-    that ends the period.
+    By the map from it to itself a period later: with its derivative A by the instant and the
+    velocity, and c that by the parameters, (1 - A) (dt, dv) = c - (dT, 0). Free motion keeps its
+    instant, and dT is an unknown in place of dt.
     """
-    if not len(orbit.impacts):
-        return np.column_stack([moved, np.zeros(len(moved))])
-    wall, after = last[:, engine.BASE], last[:, engine.DV_AFTER]
-    if orbit.run.v0 == 0.0:
-        # After a plastic impact the velocity tells the instant, by the acceleration.
-        return np.column_stack([wall, after, (after - moved[:, 1]) / rate[1]])
-    late = (wall - moved[:, 0]) / orbit.run.v0
-    return np.column_stack([moved + late[:, np.newaxis] * rate, late])
+    run, paths = orbit.run, still.paths
+    wall = still.columns[-1][:, engine.BASE]
+    held = np.column_stack([wall, np.zeros((len(paths), 2))])
+    by_path = sensitivity_of(run, paths, held).columns[-1][:, [engine.DT, engine.DV_AFTER]]
+    matrix = np.eye(2) - _map_of_impact(still)
+    if orbit.n_periods:
+        late, faster = _solved(orbit, matrix, by_path - np.outer(period, [1.0, 0.0])).T
+        return np.column_stack([wall, faster, late]), period
+    matrix[:, 0] = 1.0, 0.0
+    period, faster = _solved(orbit, matrix, by_path).T
+    return np.column_stack([wall, faster, np.zeros(len(paths))]), period
+
+
+def _map_of_impact(still: Sensitivity) -> Floats:
+    """Return the derivative of the last impact's instant and velocity by those of the start."""
+    rows, unit = still.varied.change
+    unmoved = Change(np.zeros((2, *rows.shape[1:])), unit)
+    varied = still.varied._replace(change=unmoved, jumps=np.empty((0, 2)))
+    out = np.empty((len(still.columns), 2, engine.SENSITIVITY_COLUMNS))
+    engine.carry(varied, np.eye(3)[[engine.BEGIN_T, engine.BEGIN_V]], workspace_of(varied), out)
+    moved: Floats = out[-1][:, [engine.DT, engine.DV_AFTER]].T
+    return moved
+
+
+def _moved_state(orbit: ClosedMotion, still: Sensitivity, period: Floats) -> Floats:
+    """Return the derivatives of (x, v, t) at the start of an orbit without impacts.
+
+    With M the monodromy and c the column of a period from a fixed start, the column w of the
+    state at t0 obeys w = M w + c + z' dT.
+    """
+    end = np.stack(still(orbit.run.t_end, limit="before"), axis=-1)
+    right = end + period[:, np.newaxis] * _rate(orbit)
+    state = _solved(orbit, np.eye(2) - orbit.monodromy, right)
+    return np.column_stack([state, np.zeros(len(state))])
 
 
 def refuse_derivative(reason: str) -> NoReturn:
@@ -179,16 +194,16 @@ def refuse_derivative(reason: str) -> NoReturn:
 
 
 def _rate(orbit: ClosedMotion) -> Floats:
-    """Return the velocity and the acceleration at the orbit's start.
+    """Return the velocity and the acceleration at the end of a period without impacts.
 
-    Without impacts the period ends in a flight: where a forcing jumps there, before the jump.
+    Where a forcing jumps there, they are those before the jump.
     """
     law, (_, marks) = orbit.run.system.law, orbit.run.record
     region = int(marks[0, columns.NEXT_REGION])
     n = int(law[0, N_HARMONICS])
     phases = np.empty((n, 2))
     set_phases(law, orbit.run.t0, 0.0, phases)
-    if not len(orbit.impacts) and n > 0 and is_record(law, n - 1):
+    if n > 0 and is_record(law, n - 1):
         phases[-1] = record_before(law, orbit.run.t_end, -float(np.spacing(orbit.run.t_end)))
     force = constant_force(law, region, orbit.run.x0) + force_and_slopes(law, phases)[0]
     return np.array([orbit.run.v0, force - 2.0 * law[region, DAMPING] * orbit.run.v0])
