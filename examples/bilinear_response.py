@@ -84,7 +84,7 @@ def ellipses(path: Path) -> None:
     """Draw impact velocity against gap of (1, n) orbits for a rigid wall."""
     osc = pc.impact_oscillator(restitution=0.8, wall=0.0, side="above", damping=0.02)
     curves = [pc.velocity_gap_curve(osc, pc.cosine(2.8), n) for n in (1, 2, 3)]
-    figure = offscreen_figure(7.0, 4.2)
+    figure = offscreen_figure(8.2, 4.2)
     with style():
         ax = figure.add_subplot()
     plot_velocity_gap(curves, ax)

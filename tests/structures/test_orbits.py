@@ -593,3 +593,31 @@ def test_a_closed_family_of_three_periods_is_followed_once() -> None:
     assert branch.end_reason == "the branch closed"
     doublings = [p.value for p in branch.special_points if p.kind == "period_doubling"]
     assert sorted(doublings) == pytest.approx([54.05925, 54.96796, 56.35956, 57.78761], abs=1e-5)
+
+
+def test_the_end_of_a_doubled_branch_is_one_special_point() -> None:
+    """A branch point stood in the row before the doubling, 1e-12 from it: the doubling itself."""
+    stops: list[pc.Wall | pc.SoftStop] = [
+        pc.Wall(0.3604964468042833, "above", 0.8820828121902569, on=0),
+        pc.SoftStop(-0.4686453808455683, "below", 54.947017975263776, 0.40665947628200344, on=1),
+    ]
+    two = pc.Structure(
+        [[1.8082653714058134, 0], [0, 0.8641135814066214]],
+        [[2.702730521247475, -1.226138574454947], [-1.226138574454947, 2.908938815706251]],
+        [[0.21994439929536996, -0.10997219964768498], [-0.10997219964768498, 0.21994439929536996]],
+        stops,
+    )
+    omega = 0.7323213781582661
+    loads = pc.Loads({1: pc.cosine(omega, amplitude=1.199501739191368)})
+    over = {"loads.0.omega": (0.75 * omega, 1.3 * omega)}
+    for orbit in pc.find_orbits(two, loads, 4, 2, effort=0.3)[:3]:
+        base = pc.continue_orbit(orbit, over=over, max_points=600)
+        first = [p for p in base.special_points if abs(p.value - 0.870194149412) < 1e-9]
+        if first:
+            break
+    branch = pc.continue_orbit(pc.switch_branch(first[0]), over=over, max_points=600)
+
+    assert "two-fold cover" in branch.end_reason
+    assert [point.kind for point in branch.special_points] == [
+        "period_doubling", "grazing", "grazing", "period_doubling",
+    ]  # fmt: skip

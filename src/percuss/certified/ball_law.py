@@ -22,9 +22,9 @@ from percuss.certified.numbers import (
     exact_value,
     in_balls,
     is_exact,
+    largest_abs,
     ratio_of,
     time_ball,
-    upper,
 )
 from percuss.certified.pieces import BallRecord, Moment, Ramp
 from percuss.certified.system import BallSystem, Region, Tone
@@ -214,8 +214,10 @@ class BallLaw:
         self.mass = self._mass(path, value)
         self.tones = [self._tone(tone) for tone in system.tones]
         self.omegas = [omega for omega, _, _ in self.tones]
-        self.strength = [upper(constant_of(c)) + upper(constant_of(d)) for _, c, d in self.tones]
-        self.paces = [upper(constant_of(omega)) for omega in self.omegas]
+        self.strength = [
+            largest_abs(constant_of(c)) + largest_abs(constant_of(d)) for _, c, d in self.tones
+        ]
+        self.paces = [largest_abs(constant_of(omega)) for omega in self.omegas]
         self.places = [self.number(bound.path) for bound in system.bounds]
         self.record = self._record()
         self.regions = [self._region(region) for region in system.regions]
@@ -417,7 +419,7 @@ class BallLaw:
     def _region(self, region: Region) -> LinearRegion:
         stiffness, damping, constant = self._sums(region)
         regime, rate = self._regime(region, stiffness, damping)
-        pace = upper(constant_of(stiffness)) ** 0.5 * 1.000001
+        pace = largest_abs(constant_of(stiffness)) ** 0.5 * 1.000001
         growth = (pace * pace - float(constant_of(stiffness).lower())) / (2.0 * pace) * 1.0001
         # Negative damping makes the norm grow by exp(2 abs(a) s) at most.
         growth += max(0.0, -2.0 * float(constant_of(damping).lower())) * 1.0001
@@ -462,15 +464,15 @@ class BallLaw:
         self, gains: tuple[Gain, ...], constant: Number, stiffness: Number, damping: Number
     ) -> int:
         sizes = [1.0]
-        pace = upper(constant_of(stiffness))
+        pace = largest_abs(constant_of(stiffness))
         if self.system.record is not None and pace > TINY:
             # A ramp under a weak spring: parts of the size of its slope over stiffness squared.
-            drag = 2.0 * upper(constant_of(damping))
+            drag = 2.0 * largest_abs(constant_of(damping))
             scale = max([pace, self.system.record.rate**2, drag**2, *(w * w for w in self.paces)])
             sizes.append((scale / pace) * (scale / pace))
         for gain, omega, strength in zip(gains, self.paces, self.strength, strict=True):
             if gain is not None and strength > TINY:
-                size = upper(constant_of(gain[0])) + upper(constant_of(gain[1]))
+                size = largest_abs(constant_of(gain[0])) + largest_abs(constant_of(gain[1]))
                 sizes.append(size * (omega * omega + pace))
         fastest = max([pace, *(omega * omega for omega in self.paces)])
         if pace > TINY and not constant_of(constant).is_zero():

@@ -15,7 +15,7 @@ from percuss.certified.ball_law import BallLaw, coarse_bits, law_of
 from percuss.certified.event_location import interval_newton
 from percuss.certified.first_root import Bracket, Level
 from percuss.certified.flight import Push
-from percuss.certified.numbers import between, constant_of, precision, span, upper
+from percuss.certified.numbers import between, constant_of, largest_abs, precision, span
 from percuss.certified.pieces import Moment
 from percuss.certified.step import beyond, search_along
 from percuss.certified.system import BallSystem, Tone
@@ -295,7 +295,7 @@ def _release(
             return Released(None, for_ever=law.next_knot(hold.piece) is None)
         if _holds_for_ever(push, sign, law, hold):
             return Released(None, for_ever=True)
-        longest = upper(end - since) if end.is_finite() else math.inf
+        longest = largest_abs(end - since) if end.is_finite() else math.inf
         period = _period(system)
         started = hold.bound if hold.order else None
         width = 1.0 / max((wave.pace for wave in push.waves), default=1.0)
@@ -357,4 +357,4 @@ def _period(system: BallSystem) -> float:
     force = system.forcing
     if system.record is not None or force is None or not force.harmonics or force.frequency is None:
         return math.inf
-    return 1.000001 * upper(constant_of(law_of(system).period(1)))
+    return 1.000001 * largest_abs(constant_of(law_of(system).period(1)))

@@ -12,7 +12,7 @@ from flint import arb, arb_poly, ctx
 from percuss.certified.ball_arithmetic import Undecided
 from percuss.certified.first_root import Bracket, Level
 from percuss.certified.flight import EnclosedFlight
-from percuss.certified.numbers import constant_of, precision, span, upper
+from percuss.certified.numbers import constant_of, largest_abs, precision, span
 
 __all__ = ["Landing", "Roots", "fourth_around", "interval_newton", "is_narrow", "solve"]
 
@@ -144,7 +144,7 @@ def _both(
 
 def pace_of(flight: EnclosedFlight) -> float:
     """Return the rate of the fastest change of a flight."""
-    damping = upper(constant_of(flight.region.damping))
+    damping = largest_abs(constant_of(flight.region.damping))
     return max([flight.region.pace, damping, *(wave.pace for wave in flight.waves)])
 
 
@@ -212,7 +212,7 @@ def fourth_around(flight: EnclosedFlight, s: arb, trial: arb, size: float) -> fl
     Backwards a dashpot makes the norm of `EnclosedFlight.bound` grow, by exp(2 abs(a) h) at most.
     """
     h = 1.001 * float(trial)
-    backwards = math.exp(2.001 * upper(constant_of(flight.region.damping)) * h)
+    backwards = math.exp(2.001 * largest_abs(constant_of(flight.region.damping)) * h)
     return backwards * flight.bound(4, float(s), h, size)
 
 

@@ -9,7 +9,7 @@ from flint import arb, ctx
 
 from percuss.certified.ball_arithmetic import OpenGraze, Undecided
 from percuss.certified.flight import SmoothFunction
-from percuss.certified.numbers import Number, constant_of, upper
+from percuss.certified.numbers import Number, constant_of, largest_abs
 
 __all__ = ["BallStretch", "Bracket", "FloatStretch", "Level", "Search", "Touch"]
 
@@ -404,7 +404,7 @@ class Search:
 
 def _graze(level: Level, left: Time, h: float, taylor: list[Number], rest: float) -> Undecided:
     """Return the question whether a curve touches a level between left and left + h."""
-    sizes = [upper(constant_of(c)) for c in _about(level, taylor)]
+    sizes = [largest_abs(constant_of(c)) for c in _about(level, taylor)]
     near = 1.01 * (sum(size * h**k for k, size in enumerate(sizes)) + rest * h ** len(sizes))
     if not math.isfinite(near):
         reason = f"no event up to {float(left):.6g} later, where the motion is beyond all floats"

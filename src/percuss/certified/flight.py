@@ -14,7 +14,7 @@ from flint import arb
 
 from percuss.certified.ball_law import BallLaw, LinearRegion
 from percuss.certified.cloud import BallPair
-from percuss.certified.numbers import Number, constant_of, power, upper
+from percuss.certified.numbers import Number, constant_of, largest_abs, power
 from percuss.certified.pieces import Ramp
 
 __all__ = ["BallPropagator", "EnclosedFlight", "Push", "SmoothFunction", "Wave", "propagator"]
@@ -216,7 +216,7 @@ class EnclosedFlight:
 
     def _size(self, derivatives: list[Number], n: int) -> float:
         """Return the norm of the n-th derivative and the next."""
-        low, high = (upper(constant_of(derivatives[k])) for k in (n, n + 1))
+        low, high = (largest_abs(constant_of(derivatives[k])) for k in (n, n + 1))
         return math.hypot(self.region.pace * low, high)
 
     def bound(self, n: int, s: float, h: float, size: float) -> float:
@@ -284,10 +284,12 @@ class EnclosedFlight:
         if any(wave.secular for wave in self.waves):
             return None
         pace = self.region.pace
-        size = math.hypot(upper(constant_of(self.y0)), upper(constant_of(self.z0)) / pace * 1.00001)
+        size = math.hypot(
+            largest_abs(constant_of(self.y0)), largest_abs(constant_of(self.z0)) / pace * 1.00001
+        )
         size = 1.00001 * (size + sum(wave.size for wave in self.waves))
         middle = float(constant_of(self.origin))
-        size += 1e-9 * abs(middle) + upper(constant_of(self.origin).rad())
+        size += 1e-9 * abs(middle) + largest_abs(constant_of(self.origin).rad())
         return middle - size, middle + size
 
 
@@ -345,7 +347,7 @@ class Push:
 
 def _amplitude(p: Number, q: Number) -> float:
     """Return a float not below the amplitude of a wave."""
-    return SLACK * math.hypot(upper(constant_of(p)), upper(constant_of(q)))
+    return SLACK * math.hypot(largest_abs(constant_of(p)), largest_abs(constant_of(q)))
 
 
 def _polynomial(region: LinearRegion, constant: Number, ramp: Number | None) -> dict[int, Number]:

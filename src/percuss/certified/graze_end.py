@@ -20,7 +20,7 @@ from percuss.certified.ball_arithmetic import Undecided
 from percuss.certified.ball_law import BallLaw, law_of
 from percuss.certified.cloud import BallMatrix, Cloud, times
 from percuss.certified.fold import OrbitCurve, flight_from, slope_after, slope_of
-from percuss.certified.numbers import ball, between, constant_of, exact_value, upper
+from percuss.certified.numbers import ball, between, constant_of, exact_value, largest_abs
 from percuss.certified.pieces import Moment
 from percuss.certified.properties import meets_first
 from percuss.certified.shooting import Shooting, States, Vector, pairs
@@ -408,7 +408,7 @@ def _slow_flights_are_clear(
         return bool(left < 0) or _meets_nothing(system, after, left)
     if not _meets_nothing(system, into, duration.upper() - lift):
         return False
-    bracket, _, _ = bracket_within(system, after, 2.0 * upper(rest))
+    bracket, _, _ = bracket_within(system, after, 2.0 * largest_abs(rest))
     following = equations.next_event(number)
     return (
         bracket is not None
@@ -419,5 +419,5 @@ def _slow_flights_are_clear(
 
 def _meets_nothing(system: BallSystem, start: Departure, longest: arb) -> bool:
     """Return whether all flights of a departure are proven to meet no bound in a time."""
-    bracket, _, _ = bracket_within(system, start, upper(longest))
+    bracket, _, _ = bracket_within(system, start, largest_abs(longest))
     return bracket is None or bool(longest < bracket.low)

@@ -10,7 +10,7 @@ from percuss.certified.ball_arithmetic import Undecided
 from percuss.certified.ball_law import law_of
 from percuss.certified.cloud import BallPair
 from percuss.certified.contact import Hops
-from percuss.certified.numbers import constant_of, order_of, span, upper
+from percuss.certified.numbers import constant_of, largest_abs, order_of, span
 from percuss.certified.pieces import Moment
 from percuss.certified.step import Arrival, Departure
 from percuss.certified.system import BallSystem
@@ -115,7 +115,7 @@ def blur_at_knot(system: BallSystem, start: Departure, arrival: Arrival, knot: M
     assert after is not None
     steep = window * (before.upper_slope() + after.upper_slope())
     jump = (constant_of(after.force - before.force).abs_upper() + steep).abs_upper()
-    pace = max(max(r.pace, upper(constant_of(r.damping))) for r in law.regions)
+    pace = max(max(r.pace, largest_abs(constant_of(r.damping))) for r in law.regions)
     if not window * max(pace, 1e-300) < SHORT:
         reason = f"whether an event comes before or after {where} is open, by {float(window):.2g}"
         raise Undecided("precision", reason)

@@ -23,7 +23,7 @@ __all__ = [
     "exact_value",
     "in_balls",
     "is_exact",
-    "lower",
+    "largest_abs",
     "order_of",
     "power",
     "precision",
@@ -31,7 +31,6 @@ __all__ = [
     "rational",
     "span",
     "time_ball",
-    "upper",
 ]
 
 # A number, or, cast to this type, an arb_series of two terms: it holds a number and its
@@ -39,7 +38,7 @@ __all__ = [
 Number: TypeAlias = arb
 
 # More than the rounding of a conversion to a float.
-UP, DOWN = 1.0 + 2.0**-50, 1.0 - 2.0**-50
+UP = 1.0 + 2.0**-50
 TINY = 5e-324
 # Arb has one precision for the whole process, so that one thread at a time works with it.
 _LOCK = threading.RLock()
@@ -219,14 +218,9 @@ def _irrational_order(time: Phase, other: Phase) -> int:
     raise ParameterError("t", time, f"not told from {other} by {MOST_BITS} bits")
 
 
-def upper(value: arb) -> float:
+def largest_abs(value: arb) -> float:
     """Return a float that no magnitude in a ball exceeds."""
     return float(value.abs_upper()) * UP + TINY
-
-
-def lower(value: arb) -> float:
-    """Return a float >= 0 that every magnitude in a ball reaches."""
-    return max(0.0, float(value.abs_lower()) * DOWN - TINY)
 
 
 def power(base: float, n: int) -> float:

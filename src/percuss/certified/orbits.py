@@ -13,7 +13,7 @@ from percuss.certified.branch import system_at
 from percuss.certified.contact import Hold
 from percuss.certified.families import family_orbit
 from percuss.certified.march import Ending, MarchLimits, MarchRecord, march
-from percuss.certified.numbers import precision, upper
+from percuss.certified.numbers import largest_abs, precision
 from percuss.certified.orbit_result import CertifiedOrbit, orbit_of_proof, unproven
 from percuss.certified.properties import Monodromy, Proof, admissible_of, monodromy_of
 from percuss.certified.shooting import (
@@ -97,7 +97,7 @@ def _isolated(system: BallSystem, orbit: PeriodicOrbit) -> Proof:
     monodromy, before = monodromy_of(equations, states)
     admissible, reason = admissible_of(equations, states)
     # Bounds of the period and the greatest velocity.
-    scales = upper(equations.period), max(upper(v) for _, v in states)
+    scales = largest_abs(equations.period), max(largest_abs(v) for _, v in states)
     unique = 0.0
     for width in WIDTHS:
         sizes = [arb(width * scale) for _ in states for scale in scales]

@@ -12,7 +12,7 @@ from flint import acb, arb
 from percuss.certified.ball_arithmetic import Undecided
 from percuss.certified.ball_law import law_of
 from percuss.certified.cloud import BallMatrix
-from percuss.certified.numbers import precision, span, upper
+from percuss.certified.numbers import largest_abs, precision, span
 from percuss.certified.shooting import OrbitEvent, Shooting, States, derivative_over
 from percuss.certified.step import (
     Departure,
@@ -139,7 +139,7 @@ def is_clear(system: BallSystem, start: Departure, end: arb) -> bool:
         If the balls leave it open.
     """
     duration = end - began(start, whole=True)
-    longest = upper(duration)
+    longest = largest_abs(duration)
     bracket, _, coarse = beyond(partial(bracket_within, system, start), longest, knot=True)
     if bracket is None:
         return True

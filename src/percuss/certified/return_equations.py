@@ -12,7 +12,7 @@ from percuss.certified.ball_arithmetic import Undecided
 from percuss.certified.ball_law import law_of
 from percuss.certified.cloud import BallMatrix, BallPair, Cloud, applied, times
 from percuss.certified.covering import MOST_EVENTS, ImpactSurface
-from percuss.certified.numbers import between, upper
+from percuss.certified.numbers import between, largest_abs
 from percuss.certified.set_flight import SlowEvents, next_passage, possible_events, search_set
 from percuss.certified.shooting import OrbitEvent
 from percuss.certified.step import Departure, flight_of, moved_by
@@ -296,4 +296,4 @@ class ReturnEquations:
         """Return the time up to which the next event is looked for, and which are slow."""
         began = start.cloud.box()[0]
         slow = SlowEvents(SHORTEST * float(began.rad()), self.slowest, GLANCING * self.slowest)
-        return upper(end - began), slow
+        return largest_abs(end - began), slow

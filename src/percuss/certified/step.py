@@ -14,7 +14,7 @@ from percuss.certified.cloud import BallMatrix, BallPair, Cloud, applied
 from percuss.certified.event_location import solve
 from percuss.certified.first_root import Bracket, Level, Search
 from percuss.certified.flight import EnclosedFlight, SmoothFunction, propagator
-from percuss.certified.numbers import precision, upper
+from percuss.certified.numbers import largest_abs, precision
 from percuss.certified.pieces import Moment
 from percuss.certified.system import BallSystem
 
@@ -186,24 +186,24 @@ def first_arrival(
     if knot:
         return beyond(
             lambda later: _first_arrival(system, start, later, width),
-            upper(end - began(start, whole=True)),
+            largest_abs(end - began(start, whole=True)),
             knot=True,
         )
-    longest = upper(end - began(start, whole=True)) if end.is_finite() else float("inf")
+    longest = largest_abs(end - began(start, whole=True)) if end.is_finite() else float("inf")
     return _first_arrival(system, start, longest, width)
 
 
 def _first_arrival(
-    system: BallSystem, start: Departure, end: float, width: float
+    system: BallSystem, start: Departure, longest: float, width: float
 ) -> Arrival | None:
     bits = ctx.prec
     coarse = coarse_bits(system)
     try:
-        return _arrival(system, start, end, width, coarse)
+        return _arrival(system, start, longest, width, coarse)
     except Undecided as open_question:
         if coarse == bits or open_question.kind not in ("graze", "precision"):
             raise
-    return _arrival(system, start, end, width, bits)
+    return _arrival(system, start, longest, width, bits)
 
 
 def _arrival(

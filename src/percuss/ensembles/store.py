@@ -82,13 +82,13 @@ REASON_BYTES = 1 << 18
 
 def write_chunk(file: Path, values: NDArray[np.generic]) -> None:
     """Write the numbers of a chunk, the little end first, and their checksum (CRC-32C)."""
-    # An import that only stores should wait for.
+    # Imported here: only stores need it.
     from google_crc32c import value as checksum
 
     content = values.astype(values.dtype.newbyteorder("<"), copy=False).tobytes()
     left = memoryview(content + checksum(content).to_bytes(CHECKSUM, "little"))
     file.parent.mkdir(parents=True, exist_ok=True)
-    # Without a file object: Ctrl-C can come between its making and its first line.
+    # With a file object Ctrl-C could come after it is opened and before its `with` block.
     flags = os.O_WRONLY | os.O_CREAT | os.O_TRUNC | getattr(os, "O_BINARY", 0)
     descriptor = os.open(file, flags, 0o666)
     try:
@@ -228,7 +228,10 @@ def _array_for(path: Path, column: Column, size: int) -> NDArray[np.generic]:
 
 
 def reasons_as_bytes(reasons: dict[int, str]) -> NDArray[np.uint8]:
-    """Return reasons as JSON, each text once, cut where there is no room."""
+    """Return reasons as JSON, each text once with the numbers of its points.
+
+    Texts are cut where there is no room; the numbers of a whole chunk fit (`sweep.LARGEST_OF_ALL`).
+    """
     by_text: dict[str, list[int]] = {}
     for i, text in sorted(reasons.items()):
         by_text.setdefault(text, []).append(i)

@@ -31,7 +31,7 @@ __all__ = ["Windows", "best_start", "extremes_of", "lay_out", "windows_of"]
 # samples.
 WINDOW_PHASE = 0.8
 FEWEST, MOST = 5, 60
-# That of a motion without any such rate.
+# Samples of a window where nothing makes the motion turn.
 FREE = 16
 # A window that misses its samples by more than this, as a mean square, has an impact in it.
 WORST = 2.5

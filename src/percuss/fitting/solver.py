@@ -123,10 +123,10 @@ class FitProblem:
 
         Forces of stops are known in contacts only, and keep their weight.
         """
-        return ROBUST if self.is_kinematic and weight < TAUT else self.loss
+        return ROBUST if self.starts_robust and weight < TAUT else self.loss
 
     @cached_property
-    def is_kinematic(self) -> bool:
+    def starts_robust(self) -> bool:
         """Whether something else than forces was measured, and no loss was asked for."""
         measured = [layout.record.samples.kinds < OF_STOP for layout in self.layouts]
         return self.loss.name == "linear" and any(bool(some.any()) for some in measured)
@@ -283,13 +283,16 @@ class FitDescent:
     point
         The best point.
     triangle
-        (n, n_parameters + 1) array: the equations of the parameters after the nodes are eliminated.
+        (n, n_parameters + 1) array: the equations of the parameters after the nodes are eliminated,
+        as many as there are parameters, numbers of a state and priors.
     n_runs
         How often all segments were followed.
     is_settled
         Whether the last steps were far below the standard errors.
     reason
         Why it ended otherwise.
+    weight
+        Of the links between segments, in the last steps.
     """
 
     point: FitPoint

@@ -39,7 +39,7 @@ from percuss.numerics import matmul, solve_linear
 
 __all__ = ["StructureSystem", "is_before_walls", "within_walls"]
 
-# Of all sets of acting stops that a structure has met [bytes].
+# Most memory for all sets of acting stops that a structure has met [bytes].
 MOST_BYTES = 1_000_000_000
 # By how much a state may be behind a wall that it touches, as a part of its size.
 TOUCHING = 1e-9

@@ -106,7 +106,7 @@ def outcome_of(orbit: AnyOrbit | None, d: AnySensitivity, name: str) -> tuple[fl
 
 
 def _of_place(name: str, structure: Structure) -> tuple[str, On | None]:
-    """Return the measure of an outcome, and the coordinate or the point whose it is."""
+    """Return the measure of an outcome, and the coordinate or the point that it is of."""
     for measure in get_args(MovedMeasure):
         if name.startswith(f"{measure}_"):
             point = name.removeprefix(f"{measure}_")

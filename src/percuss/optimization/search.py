@@ -108,7 +108,8 @@ class Wanted:
         rows = self.kept(trial)
         if not isinstance(self.goal, str):
             value, slope = trial.outcome(self.outcome)
-            rows.append(Kept(self.outcome, -abs(value - self.goal) / _scale(self.goal), slope))
+            off, scale = value - self.goal, _scale(self.goal)
+            rows.append(Kept(self.outcome, -abs(off) / scale, -np.sign(off) / scale * slope))
         worst = min(rows, key=lambda row: row.value, default=None)
         return worst if worst is not None and worst.value < -MET else None
 
@@ -352,9 +353,10 @@ class _Path:
         return end if is_as_good else self.best
 
     def _is_optimum(self, trial: Trial) -> bool:
-        """Return whether all is kept to, and ends of ranges, limits and the attractor hold the slope.
+        """Return whether a motion keeps all limits and meets the condition of Karush, Kuhn and Tucker.
 
-        That is the condition of Karush, Kuhn and Tucker: the slope is a sum of normals inwards.
+        The slope is a sum of the normals, inwards, of the ends of ranges, the limits and the ends of
+        the attractor at which the motion is.
         """
         from scipy.optimize import nnls
 
@@ -402,12 +404,12 @@ class _Path:
         return float(np.abs(place - self.search.place(trial.values)).max())
 
     def _next_beyond(self, trial: Trial) -> Floats | None:
-        """Return the next place on the attractor of which there is no motion, None if none is known."""
+        """Return the nearest known place without a motion of this attractor, None if there is none."""
         places = [np.frombuffer(key) for key, known in self.known.items() if known is None]
         return min(places, key=lambda place: self._distance(trial, place), default=None)
 
     def _beyond(self, trial: Trial) -> Floats | None:
-        """Return such a place if it bounds a motion."""
+        """Return that place if it is so near that it bounds the motion, else None."""
         beyond = self._next_beyond(trial)
         is_near = beyond is not None and self._distance(trial, beyond) < AT_BOUND
         return beyond if is_near else None

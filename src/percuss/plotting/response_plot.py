@@ -275,7 +275,11 @@ def _explain(ax: Axes, response: Response, *, formal: bool) -> None:
             handles.append(Line2D([], [], label=kind.replace("_", " "), **_mark_of(kind)))
     if any(attractor.branch is None for attractor in response.attractors):
         handles.append(Line2D([], [], label="other attractors", **OTHER))
-    # The families fill the plane: beside it the legend hides none of them.
+    _legend_beside(ax, handles)
+
+
+def _legend_beside(ax: Axes, handles: list[Line2D]) -> None:
+    """Draw the legend beside the axes: the families fill the plane, and it hides none of them."""
     ax.legend(
         handles=handles,
         loc="upper left",
@@ -321,7 +325,7 @@ def plot_velocity_gap(
     for curve in several:
         check_kind("curves", curve, VelocityGap)
     units = units_of(units)
-    with picture(ax, labels=(xlabel, ylabel)) as ax:
+    with picture(ax, WIDE_FIGURE, labels=(xlabel, ylabel)) as ax:
         for curve in several:
             _draw_gap(ax, curve)
         ax.axvline(0.0, color=BLACK, linewidth=0.5, zorder=0.5)
@@ -365,7 +369,7 @@ def _explain_gap(ax: Axes) -> None:
     handles = [Line2D([], [], color=BLACK, label=text, **look) for text, look in looks]
     for kind, text in (("fold", "fold"), ("grazing", "impact without velocity")):
         handles.append(Line2D([], [], label=text, **_mark_of(kind)))
-    ax.legend(handles=handles, loc="best", fontsize=8.5, labelspacing=0.3)
+    _legend_beside(ax, handles)
 
 
 def place_labels(ax: Axes, labels: list[Label], curves: list[Floats]) -> None:

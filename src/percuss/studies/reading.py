@@ -43,7 +43,12 @@ from percuss.studies.tables import (
     unknown_value,
     values_of,
 )
-from percuss.studies.toml_lines import is_no_toml, key_lines, no_toml, read_document
+from percuss.studies.toml_lines import (
+    fault_of_other_format,
+    is_other_format,
+    key_lines,
+    read_document,
+)
 from percuss.wording import closest
 
 _RESULTS = (".nc", ".csv", ".png", ".svg")
@@ -138,8 +143,8 @@ def parse_study(
     study:6: run.t_end = "-1": not after t0 = 0.0
     """
     document, lines, syntax = read_document(text, name)
-    if is_no_toml(lines, syntax):
-        raise StudyError([no_toml(name, syntax[0])])
+    if is_other_format(lines, syntax):
+        raise StudyError([fault_of_other_format(name, syntax[0])])
     if document is None:
         raise StudyError(syntax)
     faults = StudyFaults(name, key_lines("\n".join(lines)), list(syntax))

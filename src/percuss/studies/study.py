@@ -467,8 +467,6 @@ def kind_names() -> list[str]:
 
 
 def kind_named(name: str) -> type[Question]:
-    """Return the questions of a kind by its name."""
-    # "basin_map" is BasinMap of the module basin_map.
-    of_class = name.title().replace("_", "")
-    kind: type[Question] = getattr(import_module(f"percuss.studies.kinds.{name}"), of_class)
+    """Return the questions of a kind by its name, that of its module and its class."""
+    kind: type[Question] = getattr(import_module(f"percuss.studies.kinds.{name}"), name.title())
     return kind

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 from percuss.studies.tables import Path, StudyFault, shown
 
-__all__ = ["is_no_toml", "key_lines", "no_toml", "read_document"]
+__all__ = ["fault_of_other_format", "is_other_format", "key_lines", "read_document"]
 
 _MOST_SYNTAX_FAULTS = 20
 # A file with so many lines that are not TOML, and no more that are, is of another kind.
@@ -22,7 +22,7 @@ _UNQUOTED = re.compile(
 _PLACE = re.compile(r"\s*\(at (?:line (?P<line>\d+), column \d+|end of document)\)$")
 
 
-def is_no_toml(lines: list[str], faults: list[StudyFault]) -> bool:
+def is_other_format(lines: list[str], faults: list[StudyFault]) -> bool:
     """Return whether too many lines are not TOML: it is another kind of file."""
     if len(faults) < _OF_ANOTHER_KIND:
         return False
@@ -34,7 +34,7 @@ def is_no_toml(lines: list[str], faults: list[StudyFault]) -> bool:
     return len(faults) >= right
 
 
-def no_toml(name: str, first: StudyFault) -> StudyFault:
+def fault_of_other_format(name: str, first: StudyFault) -> StudyFault:
     """Return the fault of a file that is of another kind, from that of its first line."""
     reason = f'not a TOML file: {first.reason}; "percuss new" writes a study to begin with'
     return StudyFault(name, first.line, "", reason)

@@ -201,7 +201,7 @@ def _first_families(
 
 
 def _contains(branch: Branch, orbit: PeriodicOrbit, value: float) -> bool:
-    """Return whether an orbit is one of a branch, judged by its counts and amplitude."""
+    """Return whether an orbit is one of a branch, judged by its counts and, with impacts, amplitude."""
     offset = branch.values - value
     wanted = extremes_of(orbit).amplitude
     for k in np.flatnonzero(offset[:-1] * offset[1:] <= 0.0).tolist():
@@ -305,7 +305,7 @@ def _design(request: PageRequest, running: RunningRequest) -> Iterator[bytes]:
 
 
 def _sweep(request: PageRequest, running: RunningRequest) -> Iterator[bytes]:  # noqa: ARG001
-    """Say that a chart of two parameters is none that the kernels in the page compute."""
+    """Refuse a chart of two parameters: the kernels in the page compute it, not the server."""
     yield from ()
     check_size(request)
     study_of_view(request)

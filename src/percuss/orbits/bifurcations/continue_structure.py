@@ -109,6 +109,9 @@ class _BranchDetector:
                     rows.append(origin)
                     end = end if equations.is_symmetric(here.orbit) else origin
                     continue
+                if zero is not None and end is not None and _is_one_and_the_same(equations, zero):
+                    # The end itself, where the multiplier is 1 to rounding.
+                    continue
                 is_astray = zero is None or norm(zero.ends[1] - zero.ends[0]) > APART
                 if is_astray:
                     continue
@@ -233,9 +236,14 @@ def _origin_at(
     if _turns(here, new) == equations.is_symmetric(here.orbit):
         # No family starts; or symmetric orbits fold.
         return None
-    if float(np.abs(equations.halves(zero.orbit)).max()) > ONE_AND_THE_SAME:
+    if not _is_one_and_the_same(equations, zero):
         return None
     return _origin_near(here, new, zero.part)
+
+
+def _is_one_and_the_same(equations: StructureEquations, zero: Zero) -> bool:
+    """Return whether an orbit of a family is the simpler one from which that originates."""
+    return float(np.abs(equations.halves(zero.orbit)).max()) <= ONE_AND_THE_SAME
 
 
 def _turns(here: Point[StructureEquations], new: Point[StructureEquations]) -> bool:

@@ -94,8 +94,8 @@ class SpecialPoint:
     interval
         Values of the parameter between which it lies; at a fold both lie on one side of it.
     status
-        "located" if the interval is below 1e-10 of the value, or of 1 for smaller ones, and what
-        condition goes through zero; otherwise "bracketed".
+        "located" if the interval is at most 1e-10 of the value, 1e-10 for values below 1, and the
+        test function goes through zero there without a jump; otherwise "bracketed".
     orbit
         The orbit there.
     row

@@ -86,9 +86,9 @@ class StructureSpecialPoint:
         "fold" (two orbits meet and end), "period_doubling" (a multiplier of -1), "torus" (a complex
         pair of multipliers leaves the unit circle: Neimark-Sacker), "symmetry_breaking" (a
         multiplier of 1 of an orbit that repeats itself mirrored after half its period: two that
-        mirror each other start), "branch_point" (a multiplier of 1 otherwise), "grazing" (a stop is touched: there is one contact more or less),
-        "border_collision" (an impact meets a jump of the loads: multipliers jump, and the branch
-        may turn, a nonsmooth fold).
+        mirror each other start), "branch_point" (a multiplier of 1 otherwise), "grazing" (a stop is
+        touched: there is one contact more or less), "border_collision" (an impact meets a jump of
+        the loads: multipliers jump, and the branch may turn, a nonsmooth fold).
     path, value
         The parameter and its value there.
     status
