@@ -87,7 +87,17 @@ def test_attractors_are_the_same_in_every_unit_of_time(unit: float) -> None:
 
 @pytest.mark.parametrize(("value", "sign"), [(0.2, 1), (0.09, 0), (-0.2, -1), (math.nan, 0)])
 def test_an_exponent_has_a_sign_beyond_its_error(value: float, sign: int) -> None:
-    assert sign_of_exponent(value, 0.02, 1e4) == sign
+    assert sign_of_exponent(value, 0.02, 1000, 6.0) == sign
+
+
+@pytest.mark.parametrize("unit", [1e-6, 1.0, 1e6])
+def test_the_sign_of_an_exponent_is_the_same_in_every_unit_of_time(unit: float) -> None:
+    """Neighbours that part by a power of the time; in other units they seemed to do more."""
+    n, period = 1000, 2.0 * math.pi * unit
+    seeming = 2.0 * math.log(n) / (n * period)
+
+    assert sign_of_exponent(0.99 * seeming, 0.0, n, period) == 0
+    assert sign_of_exponent(1.01 * seeming, 0.0, n, period) == 1
 
 
 def test_weakly_damped_motions_on_all_sides_of_an_orbit_go_to_it(

@@ -74,10 +74,10 @@ CLOSE = 1e-9
 
 @kernel
 def weight(column: int, n_columns: int, period: float) -> float:
-    """Return what makes a length of a number of a strobe, displacements before velocities.
+    """Return the factor that makes a column of a strobe a length, displacements before velocities.
 
-    A velocity counts as what it moves in a radian of the forcing: in every unit of time the same
-    strobes are the same.
+    1 for displacements, period / (2 pi) for velocities: what they move in a radian of the forcing.
+    In every unit of time the same strobes are the same.
     """
     return 1.0 if 2 * column < n_columns else period / (2.0 * math.pi)
 
@@ -317,7 +317,7 @@ def orbit_exponents(points: Floats, step: float, n_periods: float, out: Floats) 
 
 @kernel
 def orbit_rates(points: Floats) -> tuple[float, float]:
-    """Return the logarithms of the sizes of both multipliers, from three periods' points.
+    """Return the logarithms of the sizes of both multipliers, from the points at three strobes.
 
     The vectors u, M u and M^2 u of the monodromy matrix M give its trace: M^2 - tr M + det = 0.
     """
@@ -343,7 +343,8 @@ def orbit_rates(points: Floats) -> tuple[float, float]:
 def steps_to_go(log_multiplier: float, n_periods: float) -> float:
     """Return the remaining way to an orbit as a multiple of the last step.
 
-    The approach is geometric: steps of m, m^2, ... times the last one follow, 1 / (1 - m) in all.
+    The approach is geometric: steps of m, m^2, ... times the last one follow, less than
+    1 / (1 - m) in all.
     Where |m| is 1 the distance falls as one over the number of periods, and the remaining way is
     the last step times that number.
     """
@@ -352,14 +353,17 @@ def steps_to_go(log_multiplier: float, n_periods: float) -> float:
 
 
 # So many standard errors are no chance for the exponent of one motion; and neighbours that separate
-# by a power of the time, t^2 at most, seem to have the exponent 2 ln T / T after a time T.
+# by a power of the time, t^2 at most, seem to have the exponent 2 ln(n) / n in n periods.
 DISTINCT, POWER = 5.0, 2.0
 
 
 @kernel
-def sign_of_exponent(value: float, error: float, duration: float) -> int:
-    """Return 1 where neighbours part, -1 where they meet, 0 where neither is sure."""
-    growth = POWER * logarithm(duration) / duration if duration > 1.0 else 0.0
+def sign_of_exponent(value: float, error: float, n_periods: float, period: float) -> int:
+    """Return 1 where neighbours part, -1 where they meet, 0 where neither is sure.
+
+    An exponent and its error [1/time], over so many forcing periods [time].
+    """
+    growth = POWER * logarithm(n_periods) / (n_periods * period) if n_periods > 1.0 else 0.0
     least = max(DISTINCT * error, growth)
     if value > least:
         return 1

@@ -134,8 +134,7 @@ def exponent_of(study: Study, run: Trajectory) -> dict[str, object] | None:
     except PercussError:
         return None
     value, error = float(result.exponents[0]), float(result.errors[0])
-    duration = PERIODS * force.period
-    sign = sign_of_exponent(value, error, duration)
+    sign = sign_of_exponent(value, error, PERIODS, force.period)
     return {
         "value": value if math.isfinite(value) else None,
         "error": error,

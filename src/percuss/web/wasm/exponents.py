@@ -50,7 +50,7 @@ def largest_exponent(space: Space, start: Floats, out: Floats) -> bool:
     out[OUT_ERROR] = hypotenuse(space.exponents[ERROR], drift)
     if math.isfinite(space.points[BLOCKS, FIRST]):
         of_orbit(space, until, period, out)
-    out[OUT_SIGN] = sign_of_exponent(out[OUT_VALUE], out[OUT_ERROR], PERIODS * period)
+    out[OUT_SIGN] = sign_of_exponent(out[OUT_VALUE], out[OUT_ERROR], PERIODS, period)
     return True
 
 
