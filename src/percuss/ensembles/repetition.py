@@ -20,11 +20,11 @@ from percuss.model.system import law, region_rows
 
 __all__ = [
     "counting_period",
+    "counting_period_of",
     "counting_periods",
     "impact_periods",
     "is_free",
     "period_of",
-    "period_of_motion",
     "repeat_times",
 ]
 
@@ -75,7 +75,7 @@ def counting_period(system: StructureSystem) -> float:
     return float(2.0 * math.pi / np.sqrt(least if np.isfinite(least) else 1.0))
 
 
-def period_of_motion(osc: Oscillator | Structure, force: Any) -> float:
+def counting_period_of(osc: Oscillator | Structure, force: Any) -> float:
     """Return the time in which a motion is counted [time]."""
     if isinstance(osc, Structure):
         return counting_period(StructureSystem.of(osc, force))

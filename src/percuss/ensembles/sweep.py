@@ -26,7 +26,7 @@ from percuss.ensembles.fingerprint import fingerprint
 from percuss.ensembles.grid import Axis, Grid, make_grid, whole
 from percuss.ensembles.job import Block, Column, Dimension, too_large
 from percuss.ensembles.measures import MEASURES, STROBOSCOPIC, Window, measure_group
-from percuss.ensembles.repetition import is_free, period_of_motion
+from percuss.ensembles.repetition import counting_period_of, is_free
 from percuss.ensembles.run_job import execution_of, run_job
 from percuss.ensembles.threads import check_wanted
 from percuss.errors import ParameterError
@@ -503,7 +503,7 @@ class Called(OverGrid):
         if self.window.between is not None:
             return self.measure(simulate(osc, force, *begin, t_end=self.window.between[1]))
         check_counted(force, self.grid.period_path)
-        length = (self.window.transient + self.window.periods) * period_of_motion(osc, force)
+        length = (self.window.transient + self.window.periods) * counting_period_of(osc, force)
         t_end = float(start.t0) + length
         return self.measure(simulate(osc, force, *begin, t_end=t_end))
 

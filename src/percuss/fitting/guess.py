@@ -86,11 +86,8 @@ class Windows:
 
     def taken(self, rows: Flags) -> Windows:
         """Return some of them."""
-        arrays = (
-            self.begin, self.t, self.first_states, self.states, self.misfits, self.errors,
-        )  # fmt: skip
-        begin, t, first_states, states, misfits, errors = (array[rows] for array in arrays)
-        return Windows(begin, t, first_states, states, misfits, errors, self.cycle, self.start)
+        of_each = ("begin", "t", "first_states", "states", "misfits", "errors")
+        return dataclasses.replace(self, **{name: getattr(self, name)[rows] for name in of_each})
 
 
 def windows_of(osc: Oscillator, record: MeasuredRecord, values: Mapping[str, float]) -> Windows:

@@ -217,7 +217,34 @@ def special_points_between(
         if zero is not None:
             zeros.append(("fold", zero))
     zeros = [(name, _at_origin(a, name, zero, turns=turns)) for name, zero in zeros]
-    yield from _merged((a, b), sorted(zeros, key=lambda named: named[1].part), turns=turns)
+    zeros.sort(key=lambda named: named[1].part)
+    yield from _merged((a, b), list(_own_zeros(a.problem, zeros, turns=turns)), turns=turns)
+
+
+def _own_zeros(
+    family: BranchEquations, zeros: list[tuple[str, Zero]], *, turns: bool
+) -> Iterator[tuple[str, Zero]]:
+    """Yield the zeros that are points of their own kind, up to the graze of a soft stop.
+
+    There the branch ends. Some conditions vanish with those of other kinds.
+    """
+    grazes = any(name.startswith("velocity") for name, _ in zeros)
+    leaves = any(family.enters_soft_stop(name) for name, _ in zeros)
+    # The clearance of a formal orbit vanishes with the velocity of the impact next to it; and at
+    # the graze of a soft stop the branch turns, as velocities of either sign are one motion.
+    hidden = {"clearance", "multiplier 1", "fold", "multiplier -1"} if leaves else {"clearance"}
+    for name, zero in zeros:
+        if name in hidden and grazes and _is_slow(family, zero.orbit):
+            continue
+        is_fold = turns and name == "multiplier 1"
+        if name in EDGES and not is_fold and not _has_multiplier(zero, EDGES[name]):
+            continue
+        if name == "torus" and not (zero.orbit.multipliers.imag != 0.0).any():
+            # A neutral saddle: the product of two real multipliers is 1.
+            continue
+        yield name, zero
+        if family.enters_soft_stop(name):
+            return
 
 
 def _merged(
@@ -229,21 +256,8 @@ def _merged(
     """Return zeros as special points, those of one kind at one place as one."""
     a, b = ends
     family = a.problem
-    grazes = any(name.startswith("velocity") for name, _ in zeros)
-    leaves = any(family.enters_soft_stop(name) for name, _ in zeros)
-    # The clearance of a formal orbit vanishes with the velocity of the impact next to it; and at
-    # the graze of a soft stop the branch turns, as velocities of either sign are one motion.
-    hidden = {"clearance", "multiplier 1", "fold", "multiplier -1"} if leaves else {"clearance"}
     last: tuple[SpecialPoint, Point[BranchEquations]] | None = None
     for name, zero in zeros:
-        if name in hidden and grazes and _is_slow(family, zero.orbit):
-            continue
-        is_fold = turns and name == "multiplier 1"
-        if name in EDGES and not is_fold and not _has_multiplier(zero, EDGES[name]):
-            continue
-        if name == "torus" and not (zero.orbit.multipliers.imag != 0.0).any():
-            # A neutral saddle: the product of two real multipliers is 1.
-            continue
         kind, detail = _meaning(a, name, zero.orbit, turns=turns)
         if last is not None and last[0].kind == kind and _is_at(zero, last[1]):
             last = dataclasses.replace(last[0], detail=_joined(last[0].detail, detail)), last[1]
@@ -256,8 +270,6 @@ def _merged(
         chord = (1.0 - zero.part) * a.tangent + zero.part * b.tangent
         chord = chord * np.append(family.scale, family.high - family.low)
         last = dataclasses.replace(_special(family, kind, detail, zero), tangent=chord), point
-        if family.enters_soft_stop(name):
-            break
     if last is not None:
         yield last
 
