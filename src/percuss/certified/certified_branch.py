@@ -174,7 +174,7 @@ class CertifiedBranch:
                 boxes += [
                     tube.box()
                     for end in ends if end is not None
-                    for tube in end.tubes if tube.parameters[0] <= at <= tube.parameters[1]
+                    for tube in end.tubes if tube.may_have(at)
                 ]  # fmt: skip
                 for box in boxes:
                     if box is not None:

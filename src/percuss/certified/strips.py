@@ -8,7 +8,7 @@ strip lies in the next one, the curve goes on in it.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -121,6 +121,11 @@ class Tube:
     def end(self, value: Fraction) -> Vector:
         """Return a box that holds the orbit at one value of the coordinate."""
         return _around(self.along, ball(value), self.middle, self.tangent, self.sizes)
+
+    def may_have(self, parameter: Fraction) -> bool:
+        """Return whether an orbit at a value of the parameter may be one of its own."""
+        low, high = self.parameters
+        return low <= parameter <= high
 
     def has_only(self, box: Vector) -> bool:
         """Return whether a solution in a box is one of the tube's own: it lies where no other is."""
@@ -463,18 +468,20 @@ class StripWalk:
 
     def box_at(self, tube: Tube, parameter: Fraction) -> Vector | None:
         """Return a box with the orbits of a tube at a value of the parameter, None if it has none."""
+        if not tube.may_have(parameter):
+            return None
         if tube.is_along_parameter:
-            return tube.end(parameter) if tube.low <= parameter <= tube.high else None
-        parts = [tube] if _may_have(tube, parameter) else []
+            return tube.end(parameter)
+        parts = [tube]
         with suppress(Undecided):
             for _ in range(MOST_HALVINGS):
                 halves = [half for part in parts for half in self.halves(part)]
-                nearer = [half for half in halves if _may_have(half, parameter)]
+                nearer = [half for half in halves if half.may_have(parameter)]
                 if len(nearer) > MOST_PARTS:
                     break
                 parts = nearer
         boxes = [part.box() for part in parts]
-        return [_union(entries) for entries in zip(*boxes, strict=True)] if boxes else None
+        return [reduce(arb.union, balls) for balls in zip(*boxes, strict=True)] if boxes else None
 
     def width_to_length(self, tube: Tube) -> float:
         """Return the width of a tube over its length, both in instants and velocities."""
@@ -610,17 +617,6 @@ class StripWalk:
             stability, keeps_areas = monodromy.stability, monodromy.conservative
         admissible = admissible_of(equations, states)[0]
         return Strip(tube, end, trace, determinant, stability, admissible, half, keeps_areas)
-
-
-def _may_have(tube: Tube, parameter: Fraction) -> bool:
-    """Return whether a tube may have an orbit at a value of the parameter."""
-    low, high = tube.parameters
-    return low <= parameter <= high
-
-
-def _union(balls: Iterable[arb]) -> arb:
-    """Return a ball that holds all of some."""
-    return reduce(arb.union, balls)
 
 
 def _mid(box: Vector) -> Vector:

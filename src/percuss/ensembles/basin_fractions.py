@@ -156,8 +156,7 @@ def basin_fractions(
         force = loads_of(osc, force)
     elif on is not None:
         raise ParameterError("on", on, "given for an oscillator, which has one displacement")
-    path = "loads.period" if isinstance(osc, Structure) else "forcing.period"
-    require_period(force, "basins need a periodic forcing", path=path)
+    require_period(force, "basins need a periodic forcing")
     periods, n_starts = whole("periods", periods, STAGE), whole("n_starts", n_starts, 1)
     seed, escape = whole("seed", seed, 0), real("escape", escape)
     x0_range, v0_range, t0 = start_ranges(start, x0, v0, t0)

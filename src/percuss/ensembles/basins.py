@@ -172,8 +172,7 @@ def basins(
     execution = execution_of(store, engine, n_workers, progress, part)
     if isinstance(osc, Structure):
         force = loads_of(osc, force)
-    path = "loads.period" if isinstance(osc, Structure) else "forcing.period"
-    require_period(force, "basins need a periodic forcing", path=path)
+    require_period(force, "basins need a periodic forcing")
     periods = whole("periods", periods, STAGE)
     escape = real("escape", escape)
     if not escape > 0.0:

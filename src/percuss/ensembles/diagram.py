@@ -310,8 +310,7 @@ def _check(grids: list[Grid], section: PoincareSection, follow: Sequence[str], p
     if problem is not None:
         raise ParameterError("points", points, f"{points:,} at each of {problem}")
     grid = grids[0]
-    instead = "ask sweep for a measure between="
-    check_counted(grid.force, grid.period_path, instead=instead)
+    check_counted(grid.force, instead="ask sweep for a measure between=")
     if isinstance(grid.osc, Structure) and section.kind != "impacts" and not grid.on:
         # The sentence that says of what the displacement may be.
         grid.osc.direction(None)

@@ -162,11 +162,6 @@ class Grid:
         return np.array(self.on or (0.0,) * n)
 
     @property
-    def period_path(self) -> str:
-        """The path of the period, for messages."""
-        return f"{self.owners[1]}.period"
-
-    @property
     def shape(self) -> tuple[int, ...]:
         """Number of values along each axis."""
         return tuple(len(axis.given) for axis in self.axes)

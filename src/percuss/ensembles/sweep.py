@@ -214,13 +214,11 @@ def sweep(
     return dataset_of(work.dimensions, work.columns, answer, about)
 
 
-def check_counted(
-    force: Forcing | Loads | None, path: str = "forcing.period", *, instead: str = "between="
-) -> None:
+def check_counted(force: Forcing | Loads | None, *, instead: str = "between=") -> None:
     """Raise a `ParameterError` if a forcing has no period in which time could be counted."""
     if force is not None and not is_free(force):
         why = "time is counted in forcing periods, and this forcing has none"
-        require_period(force, why, path=path, instead=instead)
+        require_period(force, why, instead=instead)
 
 
 def span_of(between: object, t0: float, names: Sequence[str] = ()) -> tuple[float, float]:
@@ -316,7 +314,7 @@ def _work(
     if isinstance(grid.osc, Structure):
         check_structure(names, grid)
     if window.between is None:
-        check_counted(grid.force, grid.period_path)
+        check_counted(grid.force)
     needs_period = any(MEASURES[name].needs_strobes for name in names)
     if needs_period and is_free(grid.force) and section.kind == "stroboscopic":
         raise ParameterError("section", section.given, NO_STROBES)
@@ -502,7 +500,7 @@ class Called(OverGrid):
         begin: tuple[Any, ...] = (start.x0, start.v0, start.t0)
         if self.window.between is not None:
             return self.measure(simulate(osc, force, *begin, t_end=self.window.between[1]))
-        check_counted(force, self.grid.period_path)
+        check_counted(force)
         length = (self.window.transient + self.window.periods) * counting_period_of(osc, force)
         t_end = float(start.t0) + length
         return self.measure(simulate(osc, force, *begin, t_end=t_end))

@@ -18,9 +18,7 @@ MOST_TURNS = 100
 MOST_DENOMINATOR = 10**6
 
 
-def require_period(
-    force: Forcing | Loads | None, why: str, *, path: str = "forcing.period", instead: str = ""
-) -> float:
+def require_period(force: Forcing | Loads | None, why: str, *, instead: str = "") -> float:
     """Return the period of a force, or raise a `ParameterError` where it has none.
 
     Parameters
@@ -29,8 +27,6 @@ def require_period(
         A forcing, the loads of a structure, or None for free motion.
     why
         Why one is needed, as a sentence.
-    path
-        What the period is called; that of loads is always ``loads.period``.
     instead
         What can be given in place of a period.
 
@@ -58,7 +54,7 @@ def require_period(
     period = None if force is None else force.period
     if period is not None:
         return period
-    parts, kind = "harmonics", "Forcing"
+    path, parts, kind = "forcing.period", "harmonics", "Forcing"
     if isinstance(force, Loads):
         path, parts, kind = "loads.period", "loads", "Loads"
     found = None if force is None else period_in_common(force)

@@ -258,7 +258,7 @@ def _trial(values: Mapping[str, float], orbit: AnyOrbit, *, goes_on: bool = True
 
 
 def _with_events_of(near: PeriodicOrbit, system: System) -> PeriodicOrbit | None:
-    """Return the orbit with the events of another, which need not be admissible; None if none is found."""
+    """Return the orbit with the events of another, admissible or not; None if none is found."""
     if near.n_impacts == 0:
         region = int(near.record[1][0, columns.NEXT_REGION])
         try:

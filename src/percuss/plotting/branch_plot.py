@@ -74,7 +74,7 @@ MARKERS = {
     "border_collision": "h",
 }
 # How special points are marked.
-MARK: dict[str, Any] = {"color": BLACK, "linestyle": "none", "markersize": 4.5, "zorder": 3.0}
+POINT_LOOK: dict[str, Any] = {"color": BLACK, "linestyle": "none", "markersize": 4.5, "zorder": 3.0}
 
 CURVE_LOOKS: dict[str, dict[str, Any]] = {
     "fold": {"color": BLUE, "label": "fold"},
@@ -385,7 +385,7 @@ def _mark(ax: Axes, branches: list[AnyBranch], columns: list[Floats]) -> None:
             y = float(values[point.row])
             if np.isfinite(y):
                 name = label_once(ax, _name_of(point.kind))
-                ax.plot([point.value], [y], MARKERS[point.kind], label=name, **MARK)
+                ax.plot([point.value], [y], MARKERS[point.kind], label=name, **POINT_LOOK)
 
 
 def _name_point(

@@ -66,7 +66,7 @@ NEAR = 0.35
 
 
 def starts_of(system: System, n_batches: int = 0) -> int:
-    """Return the number of starts that `guesses` follows at most, or `batches` in so many batches."""
+    """Return the number of starts that `guesses`, or so many of `batches`, follow at most."""
     short = FREE_STARTS if system.period is None else n_batches * BATCH or STARTS
     return len(system.oscillator.stops) * (short + LONG)
 
