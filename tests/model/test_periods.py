@@ -54,7 +54,10 @@ def test_where_a_period_is_needed_the_one_in_common_is_named() -> None:
         pc.find_orbit(osc, two)
     with pytest.raises(pc.ParameterError, match=f"{common}, or between="):
         pc.sweep("peak_displacement", osc, two, over={"forcing.constant": [0.0]})
-    with pytest.raises(pc.ParameterError, match=r'give "2\*pi", which its loads have in common'):
+    sentence = (
+        r'needs loads of one period; give "2\*pi", which its loads have in common, as period= of'
+    )
+    with pytest.raises(pc.ParameterError, match=sentence):
         pc.find_orbit(chain, loads)
     with pytest.raises(pc.ParameterError, match="give period= of Forcing where it has one"):
         pc.stroboscopic_map(osc, pc.cosine(1) + pc.cosine("1.41421"))

@@ -444,7 +444,7 @@ def test_a_run_of_a_structure_from_a_start_that_is_free() -> None:
         ("max_displacement", {}, "max_displacement_1, max_displacement_tip"),
         ("grazing_margin", {}, "none of the outcomes of an orbit of this structure"),
         ("period", {"on": "run", "t_end": 3}, "none of the outcomes of a run of this structure"),
-        ("multiplier", {"force": None}, "no common period"),
+        ("multiplier", {"force": None}, "a periodic orbit needs loads of one period"),
         ("multiplier", {"on": "motion"}, 'neither "orbit" nor "run"'),
     ],
 )

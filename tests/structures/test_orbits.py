@@ -469,7 +469,11 @@ def test_a_motion_that_sticks_has_a_multiplier_zero() -> None:
 @pytest.mark.parametrize(
     ("loads", "keywords", "message"),
     [
-        (pc.Loads({0: pc.cosine(1), 1: pc.cosine(2**0.5)}), {}, "the loads have no common period"),
+        (
+            pc.Loads({0: pc.cosine(1), 1: pc.cosine(2**0.5)}),
+            {},
+            "a periodic orbit needs loads of one period",
+        ),
         (nlvib_loads("1"), {"guess": 3.0}, "not a state"),
         (nlvib_loads("1"), {"guess": ([0.0], [0.0])}, "1 number for 2 coordinates"),
         (nlvib_loads("1"), {"n_periods": 0}, "at least 1"),

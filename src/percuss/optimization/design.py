@@ -261,7 +261,7 @@ def _on_orbit(model: Oscillator | Structure, force: Forcing | Loads | None, on: 
         assert isinstance(force, Loads)
         if isinstance(on, PeriodicOrbit):
             raise ParameterError("on", on, "an orbit of an oscillator, not of this structure")
-        require_period(force, "the loads have no common period")
+        require_period(force, "a periodic orbit needs loads of one period")
         return OnStructureOrbit(model, force, on if isinstance(on, StructureOrbit) else None)
     if isinstance(on, StructureOrbit):
         raise ParameterError("on", on, "an orbit of a structure, not of this oscillator")

@@ -127,7 +127,7 @@ def map_between(
 
 def period_of(system: StructureSystem) -> float:
     """Return the period of the loads, or raise a `ParameterError` where they have none."""
-    return require_period(system.loads, "the loads have no common period")
+    return require_period(system.loads, "a periodic orbit needs loads of one period")
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
