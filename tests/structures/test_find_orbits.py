@@ -128,7 +128,7 @@ def test_what_cannot_be_searched_for_is_told() -> None:
         pc.find_orbits(NLVIB, given, effort=0.01)
     with pytest.raises(pc.ParameterError, match="max_periods = 0: "):
         pc.find_orbits(NLVIB, given, max_periods=0)
-    with pytest.raises(pc.ParameterError, match=r"loads.period = None: the loads have no common"):
+    with pytest.raises(pc.ParameterError, match="a periodic orbit needs loads of one period"):
         pc.find_orbits(NLVIB, {0: pc.cosine(1), 1: pc.cosine("1.3")})
 
 
