@@ -5,6 +5,7 @@ Needs python-flint, the extra ``percuss[certified]``.
 
 from __future__ import annotations
 
+from percuss import lazy
 from percuss.errors import MissingExtraError
 
 try:
@@ -56,3 +57,5 @@ __all__ = [
     "prove_chaos",
     "repeats_after",
 ]
+
+__dir__ = lazy.public_names(__name__)

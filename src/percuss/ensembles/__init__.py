@@ -1,5 +1,6 @@
 """Many motions: measures over grids, diagrams, basins, exponents."""
 
+from percuss import lazy
 from percuss.ensembles.array_parts import merge_parts
 from percuss.ensembles.basin_fractions import basin_fractions
 from percuss.ensembles.basins import basins
@@ -19,3 +20,5 @@ __all__ = [
     "status_of_store",
     "sweep",
 ]
+
+__dir__ = lazy.public_names(__name__)

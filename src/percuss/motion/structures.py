@@ -557,7 +557,7 @@ def _impacts(system: StructureSystem, run: StructureRun) -> StructureImpacts:
     )  # fmt: skip
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
 class StructureImpacts(Impacts):
     """The impacts on walls of a structure, in order; those of one instant one after another.
 
