@@ -245,7 +245,7 @@ def test_a_prompt_completes_public_names_alone(name: str) -> None:
     names = dir(package)
     modules = {each for each in names if isinstance(getattr(package, each), ModuleType)}
 
-    assert {"annotations", "find_spec", "lazy"}.isdisjoint(names)
+    assert {"annotations", "find_spec", "public_names"}.isdisjoint(names)
     assert not any(each.startswith("_") for each in names if each != "__version__")
     assert not modules or package is percuss
 

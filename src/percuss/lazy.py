@@ -44,7 +44,11 @@ def public_names(package: str) -> Callable[[], list[str]]:
     def names() -> list[str]:
         members = vars(sys.modules[package])
         hidden = (ModuleType, type(annotations))
-        shown = [name for name, value in members.items() if not isinstance(value, hidden)]
-        return sorted(n for n in members.get("__all__", shown) if not n.startswith("_"))
+        shown = [
+            name
+            for name, value in members.items()
+            if not (isinstance(value, hidden) or name.startswith("_") or value is public_names)
+        ]
+        return sorted(members.get("__all__", shown))
 
     return names

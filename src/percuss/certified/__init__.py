@@ -5,8 +5,8 @@ Needs python-flint, the extra ``percuss[certified]``.
 
 from __future__ import annotations
 
-from percuss import lazy
 from percuss.errors import MissingExtraError
+from percuss.lazy import public_names
 
 try:
     import flint as _flint  # noqa: F401
@@ -58,4 +58,4 @@ __all__ = [
     "repeats_after",
 ]
 
-__dir__ = lazy.public_names(__name__)
+__dir__ = public_names(__name__)

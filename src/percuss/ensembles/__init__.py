@@ -1,6 +1,5 @@
 """Many motions: measures over grids, diagrams, basins, exponents."""
 
-from percuss import lazy
 from percuss.ensembles.array_parts import merge_parts
 from percuss.ensembles.basin_fractions import basin_fractions
 from percuss.ensembles.basins import basins
@@ -8,6 +7,7 @@ from percuss.ensembles.diagram import bifurcation_diagram
 from percuss.ensembles.lyapunov import LyapunovExponents, lyapunov_exponents
 from percuss.ensembles.stored import load_store, status_of_store
 from percuss.ensembles.sweep import sweep
+from percuss.lazy import public_names
 
 __all__ = [
     "LyapunovExponents",
@@ -21,4 +21,4 @@ __all__ = [
     "sweep",
 ]
 
-__dir__ = lazy.public_names(__name__)
+__dir__ = public_names(__name__)

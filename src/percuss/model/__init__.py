@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from percuss import lazy
+from percuss.lazy import public_names
 from percuss.model.bouncing_ball import ball_on_table as ball_on_table
 from percuss.model.exact import Exact as Exact
 from percuss.model.exact import Phase as Phase
@@ -63,4 +63,4 @@ from percuss.model.waves import record as record
 from percuss.model.waves import square_wave as square_wave
 from percuss.model.waves import triangle_wave as triangle_wave
 
-__dir__ = lazy.public_names(__name__)
+__dir__ = public_names(__name__)

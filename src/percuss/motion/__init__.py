@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from percuss import lazy
+from percuss.lazy import public_names
 from percuss.motion.eigenset import eigenset as eigenset
 from percuss.motion.eigenset import resonant_frequency as resonant_frequency
 from percuss.motion.eigenset_forms import HarmonicMotion as HarmonicMotion
@@ -33,4 +33,4 @@ from percuss.motion.tables import Impacts as Impacts
 from percuss.motion.trajectory import Outcome as Outcome
 from percuss.motion.trajectory import Trajectory as Trajectory
 
-__dir__ = lazy.public_names(__name__)
+__dir__ = public_names(__name__)

@@ -283,7 +283,7 @@ class StructureTrajectory(HasPicture):
         return np.asarray(energy.reshape(x.shape[:-1]))
 
     def sample(self, n: int) -> Dataset:
-        """Return x and v at n equidistant times, both ends included.
+        """Return x and v at n equidistant times, both ends included; at times of your own: `run(t)`.
 
         Parameters
         ----------

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from percuss import lazy
+from percuss.lazy import public_names
 from percuss.orbits.bifurcations.branch import Branch as Branch
 from percuss.orbits.bifurcations.cascade import Cascade as Cascade
 from percuss.orbits.bifurcations.cascade import follow_cascade as follow_cascade
@@ -56,4 +56,4 @@ from percuss.orbits.surface.singularity_set import SingularitySet as Singularity
 from percuss.orbits.surface.singularity_set import singularity_set as singularity_set
 from percuss.orbits.surface.structure_manifolds import StructureManifolds as StructureManifolds
 
-__dir__ = lazy.public_names(__name__)
+__dir__ = public_names(__name__)
