@@ -612,7 +612,7 @@ def _contacts(system: StructureSystem, run: StructureRun) -> Contacts:
         if free.any():
             release[k] = run.events[row + int(np.argmax(free)), columns.EVENT_T]
     listed = np.cumsum(run.marks[:, columns.KIND] == columns.IMPACT)[rows]
-    errors = run.events[rows, columns.V_BEFORE].copy()
+    errors = run.events[rows, columns.CONTACT_ERROR].copy()
     # No lambda, which is not pickled.
     bounds = functools.partial(np.asarray, errors)
     return Contacts(start, release, stops, listed, bounds, system.structure.units)
