@@ -79,25 +79,25 @@ def test_touch_of_a_shallow_minimum_is_decided_rightly_or_called_a_graze(
         clearance = float(lowest - distance)
     assume(distance < 0.0)
 
-    verdict, s, _, error, _ = first_root(
+    root = first_root(
         Flight(law, FIRST_HARMONIC, (0.0, 0.0, v, force), NO_PHASES, NO_PHASES),
         (1.0, distance),
         (0.0, 6.0),
     )
 
-    if verdict == GRAZE:
-        assert abs(clearance) <= 2.0 * error <= 1e-13 * (abs(v) + force)
+    if root.verdict == GRAZE:
+        assert abs(clearance) <= 2.0 * root.rest <= 1e-13 * (abs(v) + force)
     else:
-        assert verdict == (HIT if clearance < 0.0 else NONE)
-    if verdict == HIT:
+        assert root.verdict == (HIT if clearance < 0.0 else NONE)
+    if root.verdict == HIT:
         with mpmath.workdps(40):
             # (v, force) turned: the clearance is hypot(v, force) [1 - cos(s - bottom)] + lowest.
             bottom = mpmath.atan2(-v, force)
             off = mpmath.acos(1 + (lowest - distance) / mpmath.hypot(v, force))
             exact = bottom - off
         # A rounding of the displacement by its slope.
-        slope = max(abs(v * math.cos(s) + force * math.sin(s)), 1e-16)
-        assert abs(s - float(exact)) <= 1e-14 * (1.0 + 1.0 / slope)
+        slope = max(abs(v * math.cos(root.s) + force * math.sin(root.s)), 1e-16)
+        assert abs(root.s - float(exact)) <= 1e-14 * (1.0 + 1.0 / slope)
 
 
 @given(v=st.floats(1e-300, 10.0), force=st.floats(-10.0, 10.0), longest=st.floats(1e-6, 3.0))

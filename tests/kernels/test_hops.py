@@ -42,17 +42,17 @@ def test_hops_land_where_the_search_by_pieces_finds_them(oscillator: str) -> Non
         flight = Flight(law, region, (t, 0.0, v, force), phases, arrival)
         reach = (0.0, 0.1)
 
-        verdict, s, side, speed, s_low, _ = event_of_hop(flight, reach, (0.0, 0.0), second, third)
+        hop = event_of_hop(flight, reach, (0.0, 0.0), second, third)
 
         expected = first_event(flight, reach, (0.0, 0.0), step)
-        if verdict == NONE:
+        if hop.verdict == NONE:
             continue
         found += 1
-        assert (verdict, side) == (HIT, -1.0) == (expected[0], expected[2])
-        assert s + s_low == pytest.approx(expected[1] + expected[4], rel=1e-12)
-        assert speed == pytest.approx(expected[3], rel=1e-12)
+        assert (hop.verdict, hop.side) == (HIT, -1.0) == (expected.verdict, expected.side)
+        assert hop.s + hop.rest == pytest.approx(expected.s + expected.rest, rel=1e-12)
+        assert hop.value == pytest.approx(expected.value, rel=1e-12)
         # Nothing is passed before it.
-        assert min(move(flight, s * part)[0] for part in np.linspace(0.01, 0.99, 50)) > 0.0
+        assert min(move(flight, hop.s * part)[0] for part in np.linspace(0.01, 0.99, 50)) > 0.0
     assert found > 150
 
 
@@ -68,8 +68,8 @@ def test_the_same_from_a_wall_above() -> None:
     one = event_of_hop(up, (0.0, np.inf), (0.0, 0.0), -1.0, 0.0)
     other = event_of_hop(down, (-np.inf, 0.0), (0.0, 0.0), 1.0, 0.0)
 
-    assert one[0] == other[0] == HIT
-    assert (one[1], one[2], one[3]) == (other[1], -other[2], -other[3])
+    assert one.verdict == other.verdict == HIT
+    assert (one.s, one.side, one.value) == (other.s, -other.side, -other.value)
 
 
 def test_what_is_in_doubt_is_left_open() -> None:
@@ -84,8 +84,8 @@ def test_what_is_in_doubt_is_left_open() -> None:
     near = v * v / -second
     no, yes = (0.0, 0.0), (0.0, np.inf)
 
-    def verdict(reach: tuple[float, float], free: tuple[float, float], pull: float) -> int:
-        return event_of_hop(flight, reach, free, pull, third)[0]
+    def verdict(reach: tuple[float, float], free: tuple[float, float], pull: float) -> np.int64:
+        return event_of_hop(flight, reach, free, pull, third).verdict
 
     assert verdict(yes, no, second) == HIT
     # A bound so near that the hop might meet it; not from this bound; taken up after a graze; a
@@ -94,4 +94,4 @@ def test_what_is_in_doubt_is_left_open() -> None:
     assert verdict((-1.0, np.inf), no, second) == NONE
     assert verdict(yes, (1e-3, 1e-3), second) == NONE
     assert verdict(yes, no, -1e-9) == NONE
-    assert event_of_hop(flight, yes, no, second, second * second / v)[0] == NONE
+    assert event_of_hop(flight, yes, no, second, second * second / v).verdict == NONE

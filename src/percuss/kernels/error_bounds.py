@@ -50,11 +50,13 @@ from percuss.kernels.pieces import time_to_knot
 from percuss.kernels.record import (
     BOUND,
     CONTACT,
+    CONTACT_ERROR,
     EVENT_T,
     EVENT_T_LOW,
     IMPACT,
     KIND,
     KNOT,
+    KNOT_X,
     NEXT_REGION,
     RELEASE,
     SLOW_LANDING,
@@ -408,7 +410,7 @@ def stop_at_knot(
         rows[0, i] = moved[0, i]
     # The instant of the knot, the time up to it, and the place are rounded.
     late = KNOT_ROUNDING * abs(events[row, EVENT_T]) + 2.0 * ULP * s
-    reached = events[row, V_BEFORE]
+    reached = events[row, KNOT_X]
     off = ULP * (abs(x) + abs(reached))
     if reached == law[region, LOWER] or reached == law[region, UPPER]:
         # Moved to the bound, by no more than the motion may be off.
@@ -625,9 +627,9 @@ def error_of_contact(
     if marks[row - 1, KIND] == START:
         return start_error + low
     if marks[row - 1, KIND] == SLOW_LANDING:
-        if not is_between_knots(record, row, events[row, V_BEFORE]):
+        if not is_between_knots(record, row, events[row, CONTACT_ERROR]):
             return math.inf
-        return events[row, V_BEFORE] + low
+        return events[row, CONTACT_ERROR] + low
     before = row - 1
     if marks[before, KIND] == KNOT:
         return math.inf
@@ -667,4 +669,4 @@ def error_of_contact(
     if table_of(law, region, int(marks[before, BOUND])) > 0:
         # The time left is in proportion to the speed but for the change of the restitution.
         size += 2.0 * CHATTER_LIMIT * whole * off
-    return size + events[row, V_BEFORE] + low
+    return size + events[row, CONTACT_ERROR] + low

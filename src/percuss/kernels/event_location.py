@@ -12,6 +12,9 @@ takes its instant from the derivatives of the flight (docs/theory/first-event.md
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
+
+import numpy as np
 
 from percuss.kernels.arithmetic import ULP, Pair
 from percuss.kernels.compile import formula, kernel
@@ -42,8 +45,8 @@ from percuss.kernels.law_columns import (
 # The last correction is made with the series alone when it is this small a phase.
 SMALL_PHASE = 3e-4
 MAX_ITERATIONS = 80
-# Verdicts.
-NONE, HIT, GRAZE = 0, 1, 2
+# Verdicts; int64, so that a `Root` has one type.
+NONE, HIT, GRAZE = (np.int64(verdict) for verdict in range(3))
 # Shapes of the clearance on a piece.
 UNKNOWN, CLEAR, ONE_ZERO, ONE_MINIMUM, FLAT = 0, 1, 2, 3, 4
 # Pieces of one stretch.
@@ -57,6 +60,21 @@ MOST_OF_TERMS = 1024.0
 NEWTON_STEPS = 8
 DOUBLINGS = 200
 HALVINGS = 40
+
+
+class Root(NamedTuple):
+    """What a search for the first root of a clearance has found, up to the time s.
+
+    ``value`` is the velocity of a HIT, or the clearance of a GRAZE, and ``rest`` what is to be
+    added to the s of a HIT unrounded, or the rounding bound of that clearance. ``free`` is the time
+    up to which there is no further root.
+    """
+
+    verdict: np.int64
+    s: float
+    value: float
+    rest: float
+    free: float
 
 
 @kernel
@@ -202,18 +220,16 @@ def lowest(
 
 
 @kernel
-def first_root(flight: Flight, bound: Pair, span: Pair) -> tuple[int, float, float, float, float]:
-    """Return (verdict, s, v or clearance, rounding bound, free up to) of the first root.
+def first_root(flight: Flight, bound: Pair, span: Pair) -> Root:
+    """Return the first root of the clearance sign * (y - distance), which begins positive.
 
-    ``bound`` is (sign, distance) and ``span`` (left, right): the clearance sign * (y - distance)
-    is positive at the left. For a HIT the third entry is the velocity and the fourth what is to
-    be added to s, for a GRAZE the third is the clearance. ``flight.arrival`` is scratch.
+    ``bound`` is (sign, distance) and ``span`` (left, right). ``flight.arrival`` is scratch.
     """
     law, region, start, _, arrival = flight
     sign, distance = bound
     left, right = span
     if not left < right:
-        return NONE, right, 0.0, 0.0, right
+        return Root(NONE, right, 0.0, 0.0, right)
     y, v = move(flight, left)
     second, third = acceleration_and_jerk(law, region, start[3], arrival, y, v)
     doubt = uncertainty(flight, left)
@@ -226,7 +242,7 @@ def first_root(flight: Flight, bound: Pair, span: Pair) -> tuple[int, float, flo
         fourth = derivative_bound(law, region, law[0, FORCE_BOUND + 2], second, third, width)
         if not fourth < math.inf:
             # Outside the range of floats; the velocity NaN says so.
-            return HIT, left, math.nan, 0.0, left
+            return Root(HIT, left, math.nan, 0.0, left)
         gap = sign * (y - distance)
         speed = sign * v
         shape = shape_of(gap, speed, sign * second, sign * third, fourth, width, doubt)
@@ -239,23 +255,23 @@ def first_root(flight: Flight, bound: Pair, span: Pair) -> tuple[int, float, flo
         foot, y, v = foot_of(flight, bound, piece, dips, doubt)
         end, clearance, error = foot
         if end < after and abs(clearance) <= error:
-            return GRAZE, end, clearance, error, after
+            return Root(GRAZE, end, clearance, error, after)
         if clearance < -error:
             bracket = (sure, end, 0.5 * (sure + end))
             s, v, s_low = locate_root(flight, bound, bracket)
-            return HIT, s, v, s_low, s
+            return Root(HIT, s, v, s_low, s)
         clearance = sign * (y - distance)
         if shape == CLEAR or clearance > doubt:
             if sure < left and gap <= 0.0:
-                return GRAZE, left, gap, doubt, after
+                return Root(GRAZE, left, gap, doubt, after)
             sure = after
         if after >= right:
-            return NONE, right, 0.0, 0.0, right
+            return Root(NONE, right, 0.0, 0.0, right)
         second, third = acceleration_and_jerk(law, region, start[3], arrival, y, v)
         left = after
         width *= 2.0
     # This has never happened; the answer is that nothing is known from here on.
-    return GRAZE, left, sign * (y - distance), math.inf, right
+    return Root(GRAZE, left, sign * (y - distance), math.inf, right)
 
 
 @kernel

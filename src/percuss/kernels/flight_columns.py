@@ -88,8 +88,8 @@ class Change(NamedTuple):
     stiffness, damping, bounds, restitutions, forces at the bounds, harmonics and tables; in the
     column ORIGIN_FORCE stands the derivative of the constant force at 0, and in LOWER_ENTRY and
     UPPER_ENTRY those of the edges there, less that of the bound itself, times their dashpots 2 a
-    upwards. The row of a record has the derivative of its scale in COSINE and that of the logarithm of its pace in
-    OMEGA; ``unit`` is a law with the same record at scale 1.
+    upwards. The row of a record has the derivative of its scale in COSINE and that of the logarithm
+    of its pace in OMEGA; ``unit`` is a law with the same record at scale 1.
     """
 
     rows: Floats

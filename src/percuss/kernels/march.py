@@ -197,7 +197,7 @@ def fly(run: Run, t_end: float) -> int:
     to_knot = time_to_knot(run.law, state[T], state[T_LOW])
     until = min(longest, to_knot)
     event = next_event(flight_of(run, run.phases), state[X], run.walker, free, until)
-    if to_knot < longest and (event[0] == NONE or event[1] >= to_knot):
+    if to_knot < longest and (event.verdict == NONE or event.s >= to_knot):
         return pass_knot(run, to_knot)
     return arrive(run, event, longest)
 
@@ -228,7 +228,7 @@ def arrive(run: Run, event: NextEvent, longest: float) -> int:
     law, state, phases = run.law, run.state, run.phases
     flight = flight_of(run, phases)
     region = flight.region
-    verdict, s, side, value, error, free = event
+    verdict, s, side, value, rest, free = event
     if verdict == NONE or s > longest:
         return REACHED_END if longest < math.inf else NO_MORE
     state[FREE_BELOW], state[FREE_ABOVE] = free
@@ -237,7 +237,7 @@ def arrive(run: Run, event: NextEvent, longest: float) -> int:
     t, t_low = later(state[T], state[T_LOW], s)
     if verdict == GRAZE:
         bound = law[region, NUMBER] + (1.0 if side > 0.0 else 0.0)
-        note_graze(run, (t, t_low), bound, value, error)
+        note_graze(run, (t, t_low), bound, value, rest)
         return MOVING
     if not abs(value) < HUGE:
         return OVERFLOW
@@ -247,7 +247,7 @@ def arrive(run: Run, event: NextEvent, longest: float) -> int:
     distance = law[region, LOWER if side < 0.0 else UPPER] - state[X]
     if is_wall and not is_fast(law, region, flight.start, distance, s, value):
         at_rest, s, errors = rest_at_landing(flight, (-side, distance), (s, value), longest)
-    t, t_low = later(t, t_low, error)
+    t, t_low = later(t, t_low, rest)
     if at_rest:
         t, t_low = later(state[T], state[T_LOW], s)
     state[T] = t
@@ -404,13 +404,13 @@ def stay_past_knot(run: Run) -> None:
 
 
 @kernel
-def note(run: Run, kind: np.int64, bound: int, v_before: float, v_after: float) -> None:
-    """Write the event at the state's instant into the record."""
+def note(run: Run, kind: np.int64, bound: int, before: float, v_after: float) -> None:
+    """Write the event at the state's instant into the record; ``before`` is its V_BEFORE."""
     state, counters, events, marks = run.state, run.counters, run.events, run.marks
     i = counters[N_EVENTS]
     events[i, EVENT_T] = state[T]
     events[i, EVENT_T_LOW] = state[T_LOW]
-    events[i, V_BEFORE] = v_before
+    events[i, V_BEFORE] = before
     events[i, V_AFTER] = v_after
     marks[i, KIND] = kind
     marks[i, BOUND] = bound

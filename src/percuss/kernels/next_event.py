@@ -15,7 +15,9 @@ the amplitudes of the parts prove longer stretches free of events (`event_free_u
 from __future__ import annotations
 
 import math
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
 
 from percuss.arrays import Floats
 from percuss.kernels.arithmetic import (
@@ -27,7 +29,7 @@ from percuss.kernels.arithmetic import (
     quintic_root,
 )
 from percuss.kernels.compile import formula, kernel
-from percuss.kernels.event_location import HIT, NONE, departure, first_root, locate_root
+from percuss.kernels.event_location import HIT, NONE, Root, departure, first_root, locate_root
 from percuss.kernels.flight import (
     Flight,
     derivative_bound,
@@ -111,9 +113,21 @@ HOP = 0.8
 LEAST_FALL = 1e-6
 BEYOND = 1.25
 HOP_DEPTH = 0.05
-PAUSE = 3  # the fourth verdict: no event up to the place reached
-# What `next_event` returns.
-NextEvent: TypeAlias = tuple[int, float, float, float, float, Pair]
+PAUSE = np.int64(3)  # the fourth verdict: no event up to the place reached
+
+
+class NextEvent(NamedTuple):
+    """The next event of a flight: as `Root`, at the lower (side -1) or the upper (+1) bound.
+
+    ``free`` are the times up to which the lower and the upper bound are known to be clear.
+    """
+
+    verdict: np.int64
+    s: float
+    side: float
+    value: float
+    rest: float
+    free: Pair
 
 
 @kernel
@@ -290,14 +304,17 @@ def is_clear(
 
 
 @formula
-def next_event(flight: Flight, x: float, walker: Floats, free: Pair, longest: float) -> NextEvent:
-    """Return (verdict, s, side, v or clearance, rounding bound, free) of the next event.
+def no_event(s: float, free: Pair) -> NextEvent:
+    """Return that there is none up to s."""
+    return NextEvent(NONE, s, 0.0, 0.0, 0.0, free)
 
-    ``free`` are the times up to which the lower and the upper bound are known to be clear, (0, 0)
-    at the start; those returned are to be passed in again after a GRAZE or a PAUSE. ``side`` is
-    -1 for the lower bound and +1 for the upper; a HIT comes with its velocity and, in place of
-    the bound, what is to be added to s unrounded, a GRAZE with its clearance. No event before
-    ``longest`` is NONE.
+
+@formula
+def next_event(flight: Flight, x: float, walker: Floats, free: Pair, longest: float) -> NextEvent:
+    """Return the next event of a flight, NONE if there is none before ``longest``.
+
+    ``free`` is (0, 0) at the start; what comes back is to be passed in again after a GRAZE or a
+    PAUSE.
     """
     law, region = flight.law, flight.region
     reach = (law[region, LOWER] - x, law[region, UPPER] - x)
@@ -313,28 +330,28 @@ def first_passage(
     step = law[region, STEP]
     s = min(free[0], free[1])
     if s >= longest:
-        return NONE, longest, 0.0, 0.0, 0.0, free
+        return no_event(longest, free)
     if step == 0.0:
         end = s + fall_time(start[2], start[3], reach, longest)
         if end > s:
             event = first_event(flight, reach, free, end)
-            if event[0] != NONE:
+            if event.verdict != NONE:
                 return event
-        return NONE, longest, 0.0, 0.0, 0.0, free
+        return no_event(longest, free)
     walks = int(s / (step * STEPS_A_WALK))
     if walks % WALKS_TO_A_COAST == 1 and is_spread(law, region, phases.shape[0]):
         # On a long flight only the slow parts may count.
         s = event_free_until(flight, s, reach, longest)
         free = (max(free[0], s), max(free[1], s))
         if s >= longest:
-            return NONE, longest, 0.0, 0.0, 0.0, free
+            return no_event(longest, free)
     y, v, load = set_out(flight, walker, s)
     if s > 0.0 and stays_clear(law, region, start[3], walker, y, v, reach):
-        return NONE, longest, 0.0, 0.0, 0.0, free
+        return no_event(longest, free)
     second, third = derivatives_ahead(law, region, start[3], walker, 0, y, v)
     if s == 0.0 and v * second < 0.0 and 2.0 * abs(v) < HOP * step * abs(second):
         event = event_of_hop(flight, reach, free, second, third)
-        if event[0] != NONE:
+        if event.verdict != NONE:
             return event
     # An error grows where the motion can: there each step begins from the closed form.
     count = 1 if law[region, GROWTH] > 0.0 else STEPS_AHEAD
@@ -350,20 +367,20 @@ def first_passage(
                 break
             known = (max(free[0], begin), max(free[1], begin))
             event = event_of_step(flight, walker, reach, known, (begin, load), ahead, k)
-            if event[0] != NONE:
+            if event.verdict != NONE:
                 return event
             k = first_not_positive(margin, k + 1)
         s += step * count
         free = (max(free[0], s), max(free[1], s))
         if s >= longest:
-            return NONE, longest, 0.0, 0.0, 0.0, free
+            return no_event(longest, free)
         if count < STEPS_AHEAD:
             break
         turn_parts(law, region, walker)
         y = entry_of(ahead.y1, STEPS_AHEAD - 1)
         v = entry_of(ahead.v1, STEPS_AHEAD - 1)
         second, third = derivatives_ahead(law, region, start[3], walker, 0, y, v)
-    return PAUSE, s, 0.0, 0.0, 0.0, free
+    return NextEvent(PAUSE, s, 0.0, 0.0, 0.0, free)
 
 
 @kernel
@@ -374,32 +391,31 @@ def event_of_hop(flight: Flight, reach: Pair, free: Pair, second: float, third: 
     that of `event_of_step`.
     """
     law, region, v = flight.law, flight.region, flight.start[2]
-    nothing = (NONE, 0.0, 0.0, 0.0, 0.0, free)
     sign = 1.0 if v > 0.0 else -1.0
     far = reach[1] if v > 0.0 else -reach[0]
     least_fall = LEAST_FALL * (abs(flight.start[3]) + law[0, FORCE_BOUND])
     leaves = (reach[0] if v > 0.0 else reach[1]) == 0.0 and max(free[0], free[1]) == 0.0
     if not (leaves and abs(second) > least_fall):
-        return nothing
+        return no_event(0.0, free)
     step = law[region, STEP]
     fourth = derivative_bound(law, region, law[0, FORCE_BOUND + 2], second, third, step)
     rise, fall, turn = abs(v), -sign * second, sign * third
     # Where the cubic of its start comes back, and a place where the hop is beyond the bound.
     inside = 0.25 * fall * fall - 2.0 * THIRD * rise * turn
     if not inside > 0.0:
-        return nothing
+        return no_event(0.0, free)
     guess = 2.0 * rise / (0.5 * fall + math.sqrt(inside))
     right = BEYOND * guess
     rest = right * right * fourth * (1.0 / 24.0)
     beyond = rise + right * (0.5 * THIRD * right * turn - 0.5 * fall + rest)
     highest = right * (rise + right * (0.5 * fall + 0.5 * THIRD * right * abs(turn) + rest))
     if not (right <= step and beyond < -HOP_DEPTH * rise and 2.0 * highest < far):
-        return nothing
+        return no_event(0.0, free)
     end, speed, s_low = locate_root(flight, (sign, 0.0), (0.0, right, guess))
     least = fourth * end**4 * (1.0 / 287.0)
     if THIRD * end * rise > least and -THIRD * end * sign * speed > least:
-        return HIT, end, -sign, speed, s_low, free
-    return nothing
+        return NextEvent(HIT, end, -sign, speed, s_low, free)
+    return no_event(0.0, free)
 
 
 @formula
@@ -586,7 +602,7 @@ def event_of_step(
     fourth = derivative_bound(law, region, law[0, FORCE_BOUND + 2], second, third, step)
     margins = clearances(reach, s, step, load, (y, v), (y1, v1), fourth)
     if margins[0] > 0.0 and margins[1] > 0.0:
-        return NONE, s + step, 0.0, 0.0, 0.0, free
+        return no_event(s + step, free)
     if (margins[0] > 0.0) != (margins[1] > 0.0) and max(free[0], free[1]) <= s:
         sign = 1.0 if margins[1] > 0.0 else -1.0
         distance = reach[0] if margins[1] > 0.0 else reach[1]
@@ -603,13 +619,13 @@ def event_of_step(
             width = end - s
             least = fourth * width**4 * (1.0 / 287.0) + (0.0 if from_bound else slack)
             if begins + THIRD * width * sign * v > least and -THIRD * width * sign * speed > least:
-                return HIT, end, -sign, speed, s_low, free
+                return NextEvent(HIT, end, -sign, speed, s_low, free)
         elif begins > slack and sign * (y1 - distance) > slack:
             lowest = cubic_minimum(
                 begins, step * sign * v, sign * (y1 - distance), step * sign * v1
             )
             if lowest > fourth * step**4 * (1.0 / 384.0) + slack:
-                return NONE, s + step, 0.0, 0.0, 0.0, free
+                return no_event(s + step, free)
     return first_event(flight, reach, free, s + step)
 
 
@@ -626,20 +642,20 @@ def first_event(
     if from_lower == 0.0 and reach[0] == 0.0:
         from_lower = departure(flight, 1.0, end)
         if from_lower == 0.0:
-            return HIT, 0.0, -1.0, start[2], 0.0, free
+            return NextEvent(HIT, 0.0, -1.0, start[2], 0.0, free)
     if from_upper == 0.0 and reach[1] == 0.0:
         from_upper = departure(flight, -1.0, end)
         if from_upper == 0.0:
-            return HIT, 0.0, 1.0, start[2], 0.0, free
-    below = (NONE, end, 0.0, 0.0, end)
+            return NextEvent(HIT, 0.0, 1.0, start[2], 0.0, free)
+    below = Root(NONE, end, 0.0, 0.0, end)
     if reach[0] > -math.inf:
         below = first_root(flight, (1.0, reach[0]), (from_lower, end))
     if reach[1] < math.inf:
-        verdict, s, value, error, clear = first_root(
-            flight, (-1.0, reach[1]), (from_upper, below[1])
-        )
-        if verdict != NONE:
-            return verdict, s, 1.0, value, error, (from_lower, clear)
-    if below[0] != NONE:
-        return below[0], below[1], -1.0, below[2], below[3], (below[4], below[1])
-    return NONE, end, 0.0, 0.0, 0.0, (end, end)
+        above = first_root(flight, (-1.0, reach[1]), (from_upper, below.s))
+        if above.verdict != NONE:
+            free = (from_lower, above.free)
+            return NextEvent(above.verdict, above.s, 1.0, above.value, above.rest, free)
+    if below.verdict != NONE:
+        free = (below.free, below.s)
+        return NextEvent(below.verdict, below.s, -1.0, below.value, below.rest, free)
+    return no_event(end, (end, end))

@@ -39,9 +39,10 @@ STATE_ENTRIES = 14
 REGION, TOUCHED, N_EVENTS, N_IMPACTS, N_GRAZES = range(5)
 COUNTERS = 5
 
-# Columns of `events`. For a CONTACT, V_BEFORE holds the error bound of its instant, for a KNOT the
-# position.
+# Columns of `events`. In place of a velocity before it a CONTACT has the error bound of its
+# instant, and a KNOT the position.
 EVENT_T, EVENT_T_LOW, V_BEFORE, V_AFTER = range(4)
+CONTACT_ERROR = KNOT_X = V_BEFORE
 EVENT_COLUMNS = 4
 # Columns of `marks`: kind of the event, number of the bound, row of the region that follows.
 KIND, BOUND, NEXT_REGION = range(3)
@@ -89,7 +90,7 @@ def place_of_event(record: MotionRecord, row: int) -> float:
     if marks[row, KIND] == START:
         return record.x0
     if marks[row, KIND] == KNOT:
-        return record.events[row, V_BEFORE]
+        return record.events[row, KNOT_X]
     return place(record.law, int(marks[row, NEXT_REGION]), int(marks[row, BOUND]))
 
 

@@ -283,7 +283,7 @@ class StructureTrajectory(HasPicture):
         return np.asarray(energy.reshape(x.shape[:-1]))
 
     def sample(self, n: int) -> Dataset:
-        """Return x and v at n equidistant times, both ends included.
+        """Return x and v at n equidistant times, both ends included; at times of your own: `run(t)`.
 
         Parameters
         ----------
@@ -557,7 +557,7 @@ def _impacts(system: StructureSystem, run: StructureRun) -> StructureImpacts:
     )  # fmt: skip
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
 class StructureImpacts(Impacts):
     """The impacts on walls of a structure, in order; those of one instant one after another.
 
@@ -612,7 +612,7 @@ def _contacts(system: StructureSystem, run: StructureRun) -> Contacts:
         if free.any():
             release[k] = run.events[row + int(np.argmax(free)), columns.EVENT_T]
     listed = np.cumsum(run.marks[:, columns.KIND] == columns.IMPACT)[rows]
-    errors = run.events[rows, columns.V_BEFORE].copy()
+    errors = run.events[rows, columns.CONTACT_ERROR].copy()
     # No lambda, which is not pickled.
     bounds = functools.partial(np.asarray, errors)
     return Contacts(start, release, stops, listed, bounds, system.structure.units)

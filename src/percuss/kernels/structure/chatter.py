@@ -38,16 +38,13 @@ HOPS = 1e-3
 
 
 @kernel
-def keep_near_walls(
-    run: StructureRun, flight: ModalFlight, event: tuple[int, float, int, float, float]
-) -> None:
-    """Keep how near the structure is to the other walls of a chatter, at the impact on one of them.
+def keep_near_walls(run: StructureRun, flight: ModalFlight, i: int, s: float) -> None:
+    """Keep how near the structure is to the other walls of a chatter, at the impact on wall i.
 
     The value that the modes give is known to the rounding of the whole displacement. Where hops at
     two walls shrink at once that is soon all there is; but since a wall was struck its clearance is
     a sum of changes, and these have digits of their own. ``scratch[5]`` takes value and doubt.
     """
-    _, s, i, _, _ = event
     near = run.scratch[5]
     for k in range(run.order.shape[0]):
         near[k, 1] = 0.0

@@ -70,7 +70,7 @@ from percuss.kernels.structure.flight import (
     move,
     uncertainty,
 )
-from percuss.kernels.structure.next_event import next_event
+from percuss.kernels.structure.next_event import GuardEvent, next_event
 from percuss.kernels.structure.run import (
     FASTEST,
     NEW_SET,
@@ -125,17 +125,17 @@ def march(run: StructureRun, t_end: float, max_impacts: int, patience: int) -> i
         for i in range(run.free.shape[0]):
             run.scratch[7, i, SEARCHED] = run.free[i]
         event = next_event(flight, run.scratch, run.rows, run.free, min(longest, to_knot))
-        if event[0] == PAUSE:
+        if event.verdict == PAUSE:
             return SPENT
-        if event[0] == NONE or event[1] > longest:
+        if event.verdict == NONE or event.s > longest:
             if not to_knot < longest:
                 return REACHED_END
             pass_knot(run, to_knot, knot[0], knot[1])
-        elif event[0] == GRAZE:
-            t, t_low = later(state[T], state[T_LOW], event[1])
-            note_graze(run, (t, t_low), event[2], event[3], event[4])
+        elif event.verdict == GRAZE:
+            t, t_low = later(state[T], state[T_LOW], event.s)
+            note_graze(run, (t, t_low), event.guard, event.value, event.rest)
             continue
-        elif not abs(event[3]) < HUGE:
+        elif not abs(event.value) < HUGE:
             return OVERFLOW
         else:
             status = carry_out(run, flight, event)
@@ -187,9 +187,7 @@ def pass_knot(run: StructureRun, s: float, t: float, t_low: float) -> None:
 
 
 @formula
-def carry_out(
-    run: StructureRun, flight: ModalFlight, event: tuple[int, float, int, float, float]
-) -> int:
+def carry_out(run: StructureRun, flight: ModalFlight, event: GuardEvent) -> int:
     """Carry out a HIT: MOVING; or NEW_SET or FULL, where nothing has changed.
 
     NEW_SET: a set is needed that is not known yet; FULL: the record has no room for all events of
@@ -224,7 +222,7 @@ def carry_out(
             kept[k, 2] = run.order[k]
             kept[k, 3] = run.values[k]
         if -speed <= HOPS * state[FASTEST]:
-            keep_near_walls(run, flight, event)
+            keep_near_walls(run, flight, i, s)
         if not speed * speed > run.at[1]:
             slow = rounding_speed(run, i, s)
     step_to(run, flight, s, s_low)

@@ -10,7 +10,9 @@ does for one mass (docs/theory/structures.md).
 from __future__ import annotations
 
 import math
-from typing import TypeAlias
+from typing import NamedTuple
+
+import numpy as np
 
 from percuss.arrays import Floats
 from percuss.kernels.arithmetic import ULP, Pair, cubic_minimum, quintic_root
@@ -24,6 +26,7 @@ from percuss.kernels.event_location import (
     NONE,
     ONE_MINIMUM,
     UNKNOWN,
+    Root,
     has_small_terms,
     series_root,
     shape_of,
@@ -81,12 +84,26 @@ from percuss.kernels.structure.flight import (
     uncertainty,
 )
 
-# (verdict, s, guard, velocity or clearance, what is to be added to s or rounding bound).
-Event: TypeAlias = tuple[int, float, int, float, float]
 # Rounding of one step, as a part of that of a walk.
 OF_ONE_STEP = 0.01
 # Walks between two checks for Ctrl-C.
 WALKS_AT_ONCE = 4096
+
+
+class GuardEvent(NamedTuple):
+    """The next event of a flight: as `Root`, with the number of the guard that falls to zero."""
+
+    verdict: np.int64
+    s: float
+    guard: int
+    value: float
+    rest: float
+
+
+@formula
+def no_event(s: float) -> GuardEvent:
+    """Return that there is none up to s."""
+    return GuardEvent(NONE, s, -1, 0.0, 0.0)
 
 
 @formula
@@ -251,7 +268,7 @@ def copy_phases(source: Floats, target: Floats) -> None:
 @formula
 def next_event(
     flight: ModalFlight, scratch: Floats, rows: Floats, free: Floats, longest: float
-) -> Event:
+) -> GuardEvent:
     """Return the first passage of a guard through zero before ``longest``.
 
     ``free`` (stops,) are the times up to which each guard is known to be positive, and come back
@@ -274,7 +291,7 @@ def next_event(
         if basis.levels[i, IS_ON] == 1.0:
             s = min(s, free[i])
     if s >= longest:
-        return NONE, longest, -1, 0.0, 0.0
+        return no_event(longest)
     top = int(basis.of_set[N_LEVELS]) - 1
     level = top
     # Errors grow with the motion where it grows: begin each step from the closed form.
@@ -292,7 +309,7 @@ def next_event(
         steps = 0
         while steps < steps_a_walk:
             if s >= longest:
-                return NONE, longest, -1, 0.0, 0.0
+                return no_event(longest)
             level = level_of(flight, s, level, seen, free)
             width = basis.of_set[STEP_LENGTH] * (1 << level)
             step_on(flight, level, s, modes, phases, after, turned)
@@ -305,19 +322,19 @@ def next_event(
                     count += 1
                     unclear = i
             if count > 0:
-                event = (NONE, s, -1, 0.0, 0.0)
+                event = no_event(s)
                 if count == 1 and free[unclear] <= s:
                     event = crossing(flight, unclear, s, width, seen, seen1)
-                if event[0] == NONE and level > 0:
+                if event.verdict == NONE and level > 0:
                     level -= 1
                     continue
-                if event[0] == NONE:
+                if event.verdict == NONE:
                     event = first_of_all(
                         flight, free, s, min(s + width, longest), seen, seen1, width
                     )
-                if event[0] != NONE:
-                    if event[1] > longest:
-                        return NONE, longest, -1, 0.0, 0.0
+                if event.verdict != NONE:
+                    if event.s > longest:
+                        return no_event(longest)
                     return event
             elif level < top:
                 level += 1
@@ -333,7 +350,7 @@ def next_event(
             for i in range(n_guards):
                 for k in range(SEEN_COLUMNS):
                     seen[i, k] = seen1[i, k]
-    return PAUSE, s, -1, 0.0, 0.0
+    return GuardEvent(PAUSE, s, -1, 0.0, 0.0)
 
 
 @formula
@@ -402,7 +419,7 @@ def is_clear(
 @formula
 def crossing(
     flight: ModalFlight, i: int, s: float, width: float, seen: Floats, seen1: Floats
-) -> Event:
+) -> GuardEvent:
     """Return the HIT of the one guard of a step that is not clear, if it simply falls through zero.
 
     A root is the first one if the cubic through the beginning and the root has Bernstein
@@ -412,11 +429,11 @@ def crossing(
     begins = seen[i, VALUE]
     from_bound = s == 0.0 and flight.order[i] == 1.0
     if not ((begins > slack or from_bound) and seen1[i, VALUE] < -slack):
-        return NONE, s, -1, 0.0, 0.0
+        return no_event(s)
     fourth = fourth_bound(flight.basis, i, seen[i, BEND], width)
     if fourth * width * width * width * width > 8.0 * (begins - seen1[i, VALUE]):
         # The cubic says little yet.
-        return NONE, s, -1, 0.0, 0.0
+        return no_event(s)
     begins = 0.0 if from_bound else begins
     square = width * width
     ends = (begins, width * seen[i, SPEED], square * seen[i, SECOND])
@@ -431,8 +448,8 @@ def crossing(
         # which over the step changes by no more than its fourth derivative allows.
         curve = abs(seen[i, SECOND]) + abs(seen1[i, SECOND]) + fourth * width * width
         flight.at[1] = 4.0 * slack * curve
-        return HIT, end, i, speed, s_low
-    return NONE, s, -1, 0.0, 0.0
+        return GuardEvent(HIT, end, i, speed, s_low)
+    return no_event(s)
 
 
 @formula
@@ -528,9 +545,9 @@ def first_of_all(
     seen: Floats,
     seen1: Floats,
     width: float,
-) -> Event:
+) -> GuardEvent:
     """Return the first event of a step, each guard searched from where it is known free."""
-    best = (NONE, end, -1, 0.0, 0.0)
+    best = no_event(end)
     flight.at[1] = math.inf
     for i in range(free.shape[0]):
         if flight.basis.levels[i, IS_ON] == 0.0 or free[i] >= end:
@@ -542,38 +559,35 @@ def first_of_all(
             left = departure(flight, i, end)
             if left == 0.0:
                 _, first, _, _, _, _ = derivatives(flight, i, 0.0, True)
-                return HIT, 0.0, i, first, 0.0
+                return GuardEvent(HIT, 0.0, i, first, 0.0)
             free[i] = left
-        if left >= best[1]:
+        if left >= best.s:
             continue
-        verdict, at, value, error, clear = first_root(flight, i, (left, best[1]))
-        free[i] = clear
-        if verdict != NONE:
-            best = (verdict, at, i, value, error)
+        root = first_root(flight, i, (left, best.s))
+        free[i] = root.free
+        if root.verdict != NONE:
+            best = GuardEvent(root.verdict, root.s, i, root.value, root.rest)
     return best
 
 
 @kernel
-def first_root(flight: ModalFlight, i: int, span: Pair) -> tuple[int, float, float, float, float]:
-    """Return (verdict, s, slope or value, s_low or rounding bound, free up to) of the first root.
-
-    As `percuss.kernels.event_location.first_root`, for a guard of a structure.
-    """
+def first_root(flight: ModalFlight, i: int, span: Pair) -> Root:
+    """Return the first root of a guard, as `percuss.kernels.event_location.first_root`."""
     left, right = span
     if not left < right:
-        return NONE, right, 0.0, 0.0, right
+        return Root(NONE, right, 0.0, 0.0, right)
     move(flight, left)
     doubt = 2.0 * max(uncertainty(flight, i, left), uncertainty(flight, i, right))
     y, first, second, third, _, bend = derivatives(flight, i, left, False)
     width = right - left
     sure = left
     if left == 0.0 and flight.order[i] == 0.0 and y < -doubt:
-        return HIT, 0.0, first, 0.0, 0.0
+        return Root(HIT, 0.0, first, 0.0, 0.0)
     for _ in range(MOST_PIECES):
         width = min(width, right - left)
         fourth = fourth_bound(flight.basis, i, bend, width)
         if not fourth < math.inf:
-            return HIT, left, math.nan, 0.0, left
+            return Root(HIT, left, math.nan, 0.0, left)
         shape = shape_of(y, first, second, third, fourth, width, doubt)
         if shape == UNKNOWN and width > 8.0 * ULP * (left + width):
             width *= 0.5
@@ -593,19 +607,19 @@ def first_root(flight: ModalFlight, i: int, span: Pair) -> tuple[int, float, flo
             foot, clearance, error = lowest(flight, i, left, after)
             move(flight, after)
             if abs(clearance) <= error:
-                return GRAZE, foot, clearance, error, after
+                return Root(GRAZE, foot, clearance, error, after)
         if clearance < -error:
             s, speed, s_low = locate_root(flight, i, (sure, foot, 0.5 * (sure + foot)))
-            return HIT, s, speed, s_low, s
+            return Root(HIT, s, speed, s_low, s)
         if shape == CLEAR or y > doubt:
             if sure < left and gap <= 0.0:
-                return GRAZE, left, gap, doubt, after
+                return Root(GRAZE, left, gap, doubt, after)
             sure = after
         if after >= right:
-            return NONE, right, 0.0, 0.0, right
+            return Root(NONE, right, 0.0, 0.0, right)
         left = after
         width *= 2.0
-    return GRAZE, left, y, math.inf, right
+    return Root(GRAZE, left, y, math.inf, right)
 
 
 @kernel

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from percuss.arrays import Floats, Integers
 from percuss.kernels.law_columns import Law
-from percuss.orbits.orbit.knots import place_of_row
+from percuss.kernels.record import MotionRecord, place_of_event
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.turning_points import flight_turns, flights_of
 
@@ -97,10 +97,9 @@ def extremes_of_record(
         End of the motion if there is one row only [time].
     """
     is_alone = len(events) == 1
-    rows = (
-        zip(events, marks, strict=True) if is_alone else zip(events[:-1], marks[:-1], strict=True)
-    )
-    displacements = [place_of_row(law, event, mark, x0) for event, mark in rows]
+    record = MotionRecord(law, x0, events, marks)
+    rows = range(1 if is_alone else len(events) - 1)
+    displacements = [place_of_event(record, row) for row in rows]
     # No flight follows the last of several rows.
     for _, region, x, start, duration in flights_of(
         law, events, marks, x0, t_end if is_alone else -math.inf

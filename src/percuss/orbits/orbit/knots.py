@@ -9,11 +9,11 @@ import numpy as np
 
 from percuss.arrays import Floats, Integers
 from percuss.kernels import record as columns
-from percuss.kernels.flight import Flight, constant_force, move, place, set_phases
+from percuss.kernels.flight import Flight, constant_force, move, set_phases
 from percuss.kernels.law_columns import N_HARMONICS, N_KNOTS, STIFFNESS, Law
 from percuss.kernels.pieces import next_knot, time_to_knot
 
-__all__ = ["pieces_of_flight", "place_of_row", "with_knots", "without_knots"]
+__all__ = ["pieces_of_flight", "with_knots", "without_knots"]
 
 # Instant, displacement and velocity at the start of a piece, and its duration.
 FlightPiece = tuple[tuple[float, float], float, float, float]
@@ -57,16 +57,6 @@ def pieces_of_flight(
     return [*pieces, (instant, y, v, left)]
 
 
-def place_of_row(law: Law, event: Floats, mark: Integers, x0: float) -> float:
-    """Return where the mass is at an event, or a knot, of a record that starts at x0."""
-    kind = mark[columns.KIND]
-    if kind == columns.START:
-        return x0
-    if kind == columns.KNOT:
-        return float(event[columns.V_BEFORE])
-    return float(place(law, int(mark[columns.NEXT_REGION]), int(mark[columns.BOUND])))
-
-
 def with_knots(
     law: Law, events: Floats, marks: Integers, x0: float, t_end: float
 ) -> tuple[Floats, Integers]:
@@ -86,13 +76,14 @@ def with_knots(
     rows: list[Floats] = []
     kinds: list[Integers] = []
     ends = [*events[1:, :2], np.array([t_end, 0.0])]
-    for event, mark, end in zip(events, marks, ends, strict=True):
+    record = columns.MotionRecord(law, x0, events, marks)
+    for i, (event, mark, end) in enumerate(zip(events, marks, ends, strict=True)):
         rows.append(event)
         kinds.append(mark)
         if mark[columns.KIND] == columns.CONTACT:
             continue
         t, t_low, _, v = (float(value) for value in event)
-        region, x = int(mark[columns.NEXT_REGION]), place_of_row(law, event, mark, x0)
+        region, x = int(mark[columns.NEXT_REGION]), columns.place_of_event(record, i)
         duration = float((end[0] - t) + (end[1] - t_low))
         for instant, y, speed, _ in pieces_of_flight(law, region, x, (t, t_low, v), duration)[1:]:
             rows.append(np.array([*instant, x + y, speed]))

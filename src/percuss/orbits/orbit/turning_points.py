@@ -16,7 +16,7 @@ from percuss.kernels.law_columns import N_HARMONICS, Law
 from percuss.kernels.shooting import turning_points
 from percuss.model.oscillator import Oscillator
 from percuss.model.system import lines
-from percuss.orbits.orbit.knots import pieces_of_flight, place_of_row
+from percuss.orbits.orbit.knots import pieces_of_flight
 
 __all__ = [
     "Passages",
@@ -34,7 +34,7 @@ FIRST_CAPACITY = 64
 ULP = 2.220446049250313e-16
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
 class Passages:
     """Where a formal orbit penetrates stops: its turning points beyond them.
 
@@ -108,13 +108,14 @@ def flights_of(
     law: Law, events: Floats, marks: Integers, x0: float, t_end: float
 ) -> Iterator[tuple[int, int, float, tuple[float, float, float], float]]:
     """Yield row, region, displacement, start (t, t_low, v) and duration of each flight."""
+    record = columns.MotionRecord(law, x0, events, marks)
     ends = [*events[1:], np.array([t_end, 0.0, 0.0, 0.0])]
     for i, (event, mark, end) in enumerate(zip(events, marks, ends, strict=True)):
         t, t_low = float(event[columns.EVENT_T]), float(event[columns.EVENT_T_LOW])
         duration = float((end[columns.EVENT_T] - t) + (end[columns.EVENT_T_LOW] - t_low))
         if mark[columns.KIND] == columns.CONTACT or duration <= 0.0:
             continue
-        region, x = int(mark[columns.NEXT_REGION]), place_of_row(law, event, mark, x0)
+        region, x = int(mark[columns.NEXT_REGION]), columns.place_of_event(record, i)
         yield i, region, x, (t, t_low, float(event[columns.V_AFTER])), duration
 
 
