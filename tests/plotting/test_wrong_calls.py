@@ -9,11 +9,10 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray as xr
+from tests.plotting.axes import new_axes
 
 import percuss as pc
 from percuss import plotting
-
-from .axes import new_axes
 
 OSC, FORCE = pc.impact_oscillator("0.8", wall="0.2", side="above", damping="0.05"), pc.cosine("2.8")
 PLOTS = [getattr(plotting, name) for name in plotting.__all__ if name.startswith("plot_")]
