@@ -273,6 +273,12 @@ def picture(
             draw_legend(axes.figure, axes.figure.axes)
 
 
+def refuse_axes(name: str, value: object) -> None:
+    """Raise a ParameterError where axes stand in the place of an argument before them."""
+    if isinstance(value, Axes):
+        raise ParameterError(name, value, f"axes in the place of the {name}; give them as ax=")
+
+
 def _given_axes(ax: object) -> Axes:
     if not isinstance(ax, Axes):
         raise ParameterError("ax", ax, "not axes of matplotlib; other arguments are given by name")
