@@ -41,7 +41,7 @@ from percuss.orbits.bifurcations.structure_curve import StructureCurve, continue
 from percuss.orbits.continuation.follow import StepLimits, follow_both_ways, special_points_of
 from percuss.orbits.orbit.itinerary import entries_of
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
-from percuss.orbits.orbit.symmetry import is_symmetric_system
+from percuss.orbits.orbit.symmetry import SYMMETRY_LOST, is_symmetric_system, keep_symmetry
 from percuss.progress import Progress, Report
 
 __all__ = ["KINDS", "continue_curve", "equations_of"]
@@ -219,8 +219,7 @@ def equations_of(point: SpecialPoint, ranges: Ranges) -> tuple[CurveEquations, F
         raise ParameterError("point", point, "the motion is free; curves need a forcing")
     if point.kind == "symmetry_breaking":
         if not _keep_symmetry(orbit, ranges):
-            reason = "the symmetry is lost when they vary, and there is no curve on which it breaks"
-            raise ParameterError("over", tuple(ranges), reason)
+            raise ParameterError("over", tuple(ranges), SYMMETRY_LOST)
         equations: OrbitEquations = HalfEquations(orbit, ranges)
     else:
         equations = OrbitEquations(orbit, ranges)
@@ -271,15 +270,8 @@ def _keep_symmetry(orbit: PeriodicOrbit, ranges: Ranges) -> bool:
     if not orbit.symmetric:
         return False
     equations = OrbitEquations(orbit, ranges)
-    for k in range(len(equations.paths)):
-        for part in (0.25, 0.75):
-            values = list(equations.own_values)
-            values[k] = equations.value_at(k, part)
-            try:
-                system = equations.system_at(tuple(values))
-            except ParameterError:
-                # The parameter cannot have this value without the other one.
-                continue
-            if not is_symmetric_system(*system):
-                return False
-    return True
+
+    def is_symmetric(values: tuple[float, ...]) -> bool:
+        return is_symmetric_system(*equations.system_at(values))
+
+    return keep_symmetry(is_symmetric, equations.own_values, ranges.values())
