@@ -6,20 +6,24 @@ Lower a number here when you lower its count; where nothing is left, delete the 
 from __future__ import annotations
 
 import ast
+import importlib
 import re
 import sys
 from collections import Counter
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
-from types import FrameType
+from types import FrameType, ModuleType
 
 import grimp
 import pytest
 
 import percuss
+import percuss as pc
+from percuss.certified import tables
 from percuss.cli import app
 from percuss.kernels import march
+from percuss.motion.structures import StructureImpacts
 from percuss.studies import running
 
 ROOT = Path(percuss.__file__).parent
@@ -214,3 +218,47 @@ def test_a_type_is_found_wherever_it_stands() -> None:
     text = "Floats: TypeAlias = int\n_Real = float\nMOST = 1\nfew = 2\nclass A:\n    class B(C): pass\n    D = 3\n"
 
     assert list(type_names(text)) == ["Floats", "_Real", "A", "B"]
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "",
+        *(
+            [
+                "certified",
+                "ensembles",
+                "errors",
+                "io",
+                "model",
+                "motion",
+                "optimization",
+                "orbits",
+                "plotting",
+                "studies",
+            ]
+        ),
+    ],
+)
+def test_a_prompt_completes_public_names_alone(name: str) -> None:
+    package = importlib.import_module(f"percuss.{name}".rstrip("."))
+    names = dir(package)
+    modules = {each for each in names if isinstance(getattr(package, each), ModuleType)}
+
+    assert {"annotations", "find_spec", "public_names"}.isdisjoint(names)
+    assert not any(each.startswith("_") for each in names if each != "__version__")
+    assert not modules or package is percuss
+
+
+@pytest.mark.parametrize(
+    "kind",
+    [
+        pc.Contacts, pc.Crossings, pc.Grazes, pc.Impacts, pc.LyapunovExponents, pc.orbits.Passages,
+        pc.orbits.SingleImpact, StructureImpacts, tables.CertifiedContacts,
+        tables.CertifiedCrossings, tables.CertifiedGrazes, tables.CertifiedImpacts,
+    ],
+)  # fmt: skip
+def test_a_result_of_arrays_is_equal_to_itself_alone(kind: type) -> None:
+    """As `Trajectory`: the fields compared, ``==`` would end in "the truth value ... is ambiguous"."""
+    assert "__eq__" not in vars(kind)
+    assert "__hash__" not in vars(kind)

@@ -23,6 +23,10 @@ __all__ = [
 ]
 
 
+def __dir__() -> list[str]:
+    return __all__
+
+
 class PercussError(Exception):
     """Base of everything percuss raises on purpose."""
 

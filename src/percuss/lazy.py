@@ -1,12 +1,14 @@
-"""Names of a package whose modules load when they are first used."""
+"""The names of a package: those that load when they are first used, and those that are shown."""
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Mapping
 from importlib import import_module
+from types import ModuleType
 from typing import Any, TypeAlias
 
-__all__ = ["lazy_names"]
+__all__ = ["lazy_names", "public_names"]
 
 Loaders: TypeAlias = tuple[Callable[[str], Any], Callable[[], list[str]]]
 
@@ -27,3 +29,26 @@ def lazy_names(package: str, modules: Mapping[str, str]) -> Loaders:
         return getattr(import_module(f"{package}.{modules[name]}"), name)
 
     return load, lambda: list(modules)
+
+
+def public_names(package: str) -> Callable[[], list[str]]:
+    """Return ``__dir__`` of a package or module: what a prompt completes, without its modules.
+
+    Examples
+    --------
+    >>> import percuss.ensembles
+    >>> public_names("percuss.ensembles")()[:3]
+    ['LyapunovExponents', 'basin_fractions', 'basins']
+    """
+
+    def names() -> list[str]:
+        members = vars(sys.modules[package])
+        hidden = (ModuleType, type(annotations))
+        shown = [
+            name
+            for name, value in members.items()
+            if not (isinstance(value, hidden) or name.startswith("_") or value is public_names)
+        ]
+        return sorted(members.get("__all__", shown))
+
+    return names

@@ -153,3 +153,79 @@ def test_without_noise_the_parameters_are_exact() -> None:
     data["displacement"] = pc.simulate(rig(), pc.cosine(2), v0=0.5, periods=10)(data["t"])[0]
     fit = fitted(data, 2.0, (0.3, 0.7, 0.08))
     assert list(fit.values.values()) == pytest.approx(TRUTH, rel=1e-9)
+
+
+def soft_rig(at: float, stiffness: float, stop_damping: float, damping: float) -> pc.Oscillator:
+    stop = pc.SoftStop(at=at, stiffness=stiffness, damping=stop_damping, side="above")
+    return pc.Oscillator(damping=damping, stops=(stop,))
+
+
+SOFT = (GAP, "oscillator.stops.0.stiffness", "oscillator.stops.0.damping", DAMPING)
+
+
+def soft_record(truth: tuple[float, ...], omega: float, n: int, noise: float, seed: int) -> Any:
+    """Return samples of the velocity over 40 periods, ``n`` in each, and their noise."""
+    t = np.arange(40 * n) * 2.0 * math.pi / omega / n
+    run = pc.simulate(soft_rig(*truth), pc.cosine(omega), v0=0.5, t_end=float(t[-1]))
+    v = run(t)[1]
+    size = noise * float(np.std(v))
+    return {
+        "t": t,
+        "velocity": v + size * np.random.default_rng(seed).standard_normal(len(t)),
+    }, size
+
+
+def test_residuals_of_velocities_at_a_soft_stop_are_those_of_the_motion() -> None:
+    """Samples near a contact were on the side that suits them better, which hides misfits."""
+    truth = (0.2, 100.0, 0.8, 0.05)
+    guess = (0.23, 80.0, 0.6, 0.06)
+    distances = []
+    for seed in range(8):
+        data, noise = soft_record(truth, 2.0, 16, 0.05, seed)
+        free = dict(zip(SOFT, guess, strict=True))
+        fit = pc.fit(data, soft_rig(*guess), pc.cosine(2.0), free=free, noise=noise)
+        table = fit.residuals
+        own = fit.of("velocity", table.t.values)
+        np.testing.assert_allclose(table.fitted.values, own, rtol=0, atol=1e-9)
+        errors = zip(fit.values.values(), truth, fit.errors.values(), strict=True)
+        distances += [(value - true) / error for value, true, error in errors]
+    # Of 32 distances with a normal law the root of the mean square is 1 +- 0.13.
+    assert math.sqrt(np.mean(np.square(distances))) < 1.4
+
+
+def two_springs(first: float, second: float, damping: float) -> pc.Oscillator:
+    """Return a mass with play between two soft stops."""
+    stops = (
+        pc.SoftStop(at=0.15, side="above", stiffness=first, damping=0.3),
+        pc.SoftStop(at=-0.15, side="below", stiffness=second, damping=0.3),
+    )
+    return pc.Oscillator(stiffness=0, damping=damping, stops=stops)
+
+
+@pytest.mark.parametrize(("seed", "level"), [(4, 0.1), (5, 0.1), (6, 0.1), (9, 0.1), (2, 0.05)])
+def test_ends_that_stand_out_though_no_noise_was_given_are_mended(seed: int, level: float) -> None:
+    """A sum of squares above that of the truth is no least one."""
+    truth, guess, omega = (42.0, 33.0, 0.0275), (49.0, 43.0, 0.0258), 0.5856
+    t = np.arange(480) * 2.0 * math.pi / omega / 60
+    x = pc.simulate(two_springs(*truth), pc.cosine(omega), v0=0.5, t_end=float(t[-1]))(t)[0]
+    errors = level * float(np.std(x)) * np.random.default_rng(seed).standard_normal(len(t))
+    paths = ("oscillator.stops.0.stiffness", "oscillator.stops.1.stiffness", DAMPING)
+    fit = pc.fit(
+        {"t": t, "displacement": x + errors}, two_springs(*guess), pc.cosine(omega),
+        free=dict(zip(paths, guess, strict=True)),
+    )  # fmt: skip
+    assert fit.converged
+    assert np.square(fit.residuals.residual.values).sum() < np.square(errors).sum()
+
+
+def test_a_stretch_that_stands_out_is_named_though_no_noise_was_given() -> None:
+    """Such a fit was said to explain the data, for the noise was that of all residuals."""
+    data, noise = measured("displacement", 2.0, 12)
+    data["displacement"][200:220] += 10.0 * noise
+    fit = fitted(data, 2.0, (0.22, 0.75, 0.06))
+    assert not fit.converged
+    begin, end = (float(fit.residuals.t.values[i]) for i in (200, 219))
+    words = fit.reason.split()
+    assert float(words[5]) < end
+    assert float(words[7]) > begin
+    assert "missed by more than the noise of the others" in fit.reason

@@ -14,6 +14,7 @@ import pytest
 import percuss as pc
 from percuss.errors import OutputError
 from percuss.io import OutputFiles, check_output, save_csv, save_netcdf
+from percuss.io.table import check_suffix
 
 
 def everything_in(folder: Path) -> list[str]:
@@ -201,3 +202,19 @@ def test_the_announced_size_is_that_of_the_file(
 
     for name, part in (("a.csv", ".a.cs"), ("b.nc", ".b.nc")):
         assert sizes[part] == pytest.approx((tmp_path / name).stat().st_size, rel=0.2)
+
+
+@pytest.mark.parametrize(
+    ("given", "right"),
+    [
+        ("r", "r.csv"),
+        ("r.", "r.csv"),
+        ("r.mat", "r.csv"),
+        ("run.2.txt", "run.2.csv"),
+        ("", "result.csv"),
+    ],
+)
+def test_the_name_that_a_file_should_have_is_told(given: str, right: str) -> None:
+    with pytest.raises(OutputError) as caught:
+        check_suffix(given, ".csv")
+    assert str(caught.value).endswith(f"call it {right}")

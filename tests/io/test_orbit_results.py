@@ -205,6 +205,8 @@ def test_nothing_is_overwritten_without_force(orbit: PeriodicOrbit, tmp_path: Pa
 def test_what_is_no_result_is_refused_in_one_sentence(tmp_path: Path) -> None:
     with pytest.raises(ParameterError, match="not a run, an orbit, a list of them"):
         save_netcdf({"x": 1}, tmp_path / "x.nc")
+    with pytest.raises(ParameterError, match=r"or a dataset; its table is in to_pandas\(\)"):
+        save_csv(pc.simulate(pc.impact_oscillator(), v0=1, t_end=5).impacts, tmp_path / "x.csv")
     with pytest.raises(ParameterError, match="not a list of one of"):
         save_netcdf([1, 2], tmp_path / "x.nc")
     assert list(tmp_path.iterdir()) == []

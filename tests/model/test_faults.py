@@ -162,11 +162,15 @@ def test_a_draft_needs_the_fields_of_its_kind() -> None:
     [
         (
             {"x0": -0.1, "v0": 1.0, "t_end": 1.0},
-            ["x0 = -0.1: below the wall at x = 0.0; use a SoftStop for a compliant one"],
+            [
+                "x0 = -0.1: below the wall at x = 0.0; start on its other side, or use a SoftStop, which can be entered"
+            ],
         ),
         (
             {"x0": 1.5, "v0": 1.0, "t_end": 1.0},
-            ["x0 = 1.5: above the wall at x = 1.0; use a SoftStop for a compliant one"],
+            [
+                "x0 = 1.5: above the wall at x = 1.0; start on its other side, or use a SoftStop, which can be entered"
+            ],
         ),
         ({"x0": 0.5, "v0": 1.0, "t0": 10.0, "t_end": 0.0}, ["t_end = 0.0: not after t0 = 10.0"]),
         ({"x0": 0.5, "v0": 1.0, "t_end": 0}, ["t_end = 0: not after t0 = 0.0"]),

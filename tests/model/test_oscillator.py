@@ -21,6 +21,11 @@ from percuss.model import (
 )
 
 
+def test_a_restitution_that_is_a_function_is_told_of_the_table() -> None:
+    with pytest.raises(ParameterError, match=r"a function; a .* is a restitution_table\("):
+        impact_oscillator(lambda v: 0.8 - 0.1 * v)  # type: ignore[arg-type]
+
+
 def test_an_oscillator_in_engineers_units_has_the_coefficients_of_unit_mass() -> None:
     """m = 2, k = 50, c = 0.5: k/m = 25 and a = c/(2 m) = 1/8; a stop's the same way."""
     osc = Oscillator.from_mass(

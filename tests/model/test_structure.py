@@ -387,7 +387,7 @@ BAD: list[tuple[Callable[[], object], str]] = [
     (lambda: check_start(TWO, v0=1), "v0 = 1: not 2 numbers, one for each coordinate"),
     (lambda: check_start(TWO, v0=[0, math.nan]), "v0.1 = nan: not finite"),
     (lambda: check_start(on_two(Wall(1, "above", on=(1, -1))), x0=[2, "0.5"]),
-     "x0 = (2, '0.5'): y = 1.5 is above the wall stops.0 at y = 1; use a SoftStop for a compliant"),
+     "x0 = (2, '0.5'): y = 1.5 is above the wall stops.0 at y = 1; start on its"),
     (lambda: StructureStart((0, 0), (1,)),
      "v0 = (1,): 1 velocities for 2 coordinates; give one for each"),
 ]  # fmt: skip

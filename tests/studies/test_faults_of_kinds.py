@@ -184,7 +184,7 @@ def text_of(kind: str, own: str, model: str = MODEL) -> str:
             '[diagram]\nstarts = [[0, 0],\n [2, 0]]\n[over]\n"forcing.omega" = [1, 2]',
             (
                 "s.toml:14: diagram.starts.1.0 = 2: above the wall at x = 1; "
-                "use a SoftStop for a compliant one"
+                "start on its other side, or use a SoftStop, which can be entered"
             ),
         ),
         (

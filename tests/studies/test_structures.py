@@ -215,8 +215,8 @@ FAULTS = [
         {"x0 = [0, 0]": "x0 = [2, 0]"},
         (
             (
-                "s.toml:27: start.x0 = [2, 0]: y = 2 is above the wall stops.0 at y = 0.3; use a "
-                "SoftStop for a compliant one"
+                "s.toml:27: start.x0 = [2, 0]: y = 2 is above the wall stops.0 at y = 0.3; "
+                "start on its other side, or use a SoftStop, which can be entered"
             ),
         ),
     ),

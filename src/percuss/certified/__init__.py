@@ -6,6 +6,7 @@ Needs python-flint, the extra ``percuss[certified]``.
 from __future__ import annotations
 
 from percuss.errors import MissingExtraError
+from percuss.lazy import public_names
 
 try:
     import flint as _flint  # noqa: F401
@@ -56,3 +57,5 @@ __all__ = [
     "prove_chaos",
     "repeats_after",
 ]
+
+__dir__ = public_names(__name__)

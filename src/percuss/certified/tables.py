@@ -71,7 +71,7 @@ class BallTable(EventTable):
         return f"<{type(self).__name__}: {len(self)}{digits}>"
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
 class CertifiedImpacts(BallTable):
     """The impacts on walls, in order: each proven to be there, and to be the next.
 
@@ -105,7 +105,7 @@ class CertifiedImpacts(BallTable):
     units: Units | None = None
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
 class CertifiedCrossings(BallTable):
     """The crossings of the edges of soft stops, in order.
 
@@ -127,7 +127,7 @@ class CertifiedCrossings(BallTable):
     units: Units | None = None
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
 class CertifiedContacts(BallTable):
     """The times of contact: the mass is held at a wall.
 
@@ -151,7 +151,7 @@ class CertifiedContacts(BallTable):
     units: Units | None = None
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
 class CertifiedGrazes(BallTable):
     """The touch at which a proof ended, or no row.
 

@@ -7,6 +7,7 @@ from percuss.ensembles.diagram import bifurcation_diagram
 from percuss.ensembles.lyapunov import LyapunovExponents, lyapunov_exponents
 from percuss.ensembles.stored import load_store, status_of_store
 from percuss.ensembles.sweep import sweep
+from percuss.lazy import public_names
 
 __all__ = [
     "LyapunovExponents",
@@ -19,3 +20,5 @@ __all__ = [
     "status_of_store",
     "sweep",
 ]
+
+__dir__ = public_names(__name__)

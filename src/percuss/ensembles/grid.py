@@ -23,7 +23,7 @@ from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads, loads_of
 from percuss.model.oscillator import On, Oscillator, Wall
 from percuss.model.paths import long_form, moved_fields, replace_parameters
-from percuss.model.start import Start, start_of
+from percuss.model.start import BEHIND_A_WALL, Start, start_of
 from percuss.model.structure import Structure
 from percuss.model.structure_start import StructureStart, check_start, structure_start
 from percuss.model.system import law, stop_rows
@@ -331,10 +331,8 @@ def _between(
     x0 = starts[rows, 0]
     for outside, side, wall in ((x0 < low, "below", low), (x0 > high, "above", high)):
         for i in np.flatnonzero(outside):
-            faults[int(rows[i])] = (
-                f"x0 = {x0[i]}: {side} the wall at x = {wall[i]}; "
-                "use a SoftStop for a compliant one"
-            )
+            reason = f"{side} the wall at x = {wall[i]}; {BEHIND_A_WALL}"
+            faults[int(rows[i])] = f"x0 = {x0[i]}: {reason}"
     return np.asarray(~((x0 < low) | (x0 > high)))
 
 

@@ -53,7 +53,7 @@ LONGEST = 16
 IMPACTS_OF_A_PERIOD = 100
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class LyapunovExponents:
     """The exponents of a motion.
 

@@ -139,8 +139,8 @@ def windows_of(osc: Oscillator, record: MeasuredRecord, values: Mapping[str, flo
     at_first, covariance, misfits = _least_squares(j, r)
     to_end = shots.end_rows
     states = shots.ends + (to_end * at_first[:, None, :]).sum(axis=2)
-    moved = (to_end[:, :, :, None] * covariance[:, None, :, :]).sum(axis=2)
     with np.errstate(invalid="ignore"):
+        moved = (to_end[:, :, :, None] * covariance[:, None, :, :]).sum(axis=2)
         errors = np.sqrt((moved * to_end).sum(axis=2))
     start = _first_state(j[:1], r[:1])
     return Windows(t[:, 0], middle, at_first, states, misfits, errors, cycle, start)

@@ -24,7 +24,13 @@ from percuss.model.oscillator import Oscillator
 from percuss.model.structure import Structure
 from percuss.numerics.linear import leverages, matmul
 
-__all__ = ["check_noise", "groups_of", "leverages_of", "with_noise_of_residuals"]
+__all__ = [
+    "check_noise",
+    "groups_of",
+    "leverages_of",
+    "whiteness_of",
+    "with_noise_of_residuals",
+]
 
 # The noise of a quantity is estimated beside other data from so many values at least.
 FEWEST = 5
@@ -144,3 +150,40 @@ def with_noise_of_residuals(problem: FitProblem, point: FitPoint) -> tuple[list[
         record = replace(layout.record, samples=tables[0], impacts=tables[1])
         layouts.append(replace(layout, record=record))
     return layouts, most
+
+
+def whiteness_of(layouts: Sequence[Layout], residuals: Floats) -> float:
+    """Return by how many standard deviations their runs of one sign are more than those of noise.
+
+    Parameters
+    ----------
+    layouts
+        The records.
+    residuals
+        (n_values,) array, of the samples of each record, then of its impacts.
+    """
+    runs = mean = variance = 0.0
+    row = 0
+    for layout in layouts:
+        for samples in (layout.record.samples, layout.record.impacts):
+            own = residuals[row : row + len(samples)]
+            row += len(samples)
+            for quantity in groups_of(samples):
+                some = _runs_score(own[samples.quantities == quantity])
+                runs, mean, variance = runs + some[0], mean + some[1], variance + some[2]
+    return (runs - mean) / math.sqrt(variance) if variance > 0.0 else 0.0
+
+
+def _runs_score(residuals: Floats) -> tuple[float, float, float]:
+    """Return the number of runs of one sign, and its mean and variance in a random sequence.
+
+    (Wald and Wolfowitz 1940, Ann. Math. Statist. 11, 147.)
+    """
+    signs = residuals > 0.0
+    n, above = len(signs), int(signs.sum())
+    below = n - above
+    if above == 0 or below == 0:
+        return 1.0, 1.0 + 0.5 * n, 0.25 * max(n - 1, 1)
+    mean = 1.0 + 2.0 * above * below / n
+    variance = (mean - 1.0) * (mean - 2.0) / max(n - 1, 1)
+    return float(1 + np.count_nonzero(signs[1:] != signs[:-1])), mean, variance

@@ -14,6 +14,7 @@ from percuss.arrays import Flags, Floats
 from percuss.errors import ParameterError
 from percuss.fitting.effort import go_on
 from percuss.fitting.measured import MeasuredSamples, quantity_name, quantity_number
+from percuss.fitting.noise import whiteness_of
 from percuss.fitting.search import FitCandidate, FitSearch
 from percuss.fitting.shooting import Layout, motion_between, run_from, start_at
 from percuss.fitting.solver import FIRM, TAUT, FitPoint, FitProblem, descend, point_at
@@ -347,21 +348,6 @@ def with_error(value: float, error: float) -> str:
     return f"{value:.{digits}f} ± {error:.{digits}f}"
 
 
-def runs_score(residuals: Floats) -> tuple[float, float, float]:
-    """Return the number of runs of one sign, and its mean and variance in a random sequence.
-
-    (Wald and Wolfowitz 1940, Ann. Math. Statist. 11, 147.)
-    """
-    signs = residuals > 0.0
-    n, above = len(signs), int(signs.sum())
-    below = n - above
-    if above == 0 or below == 0:
-        return 1.0, 1.0 + 0.5 * n, 0.25 * max(n - 1, 1)
-    mean = 1.0 + 2.0 * above * below / n
-    variance = (mean - 1.0) * (mean - 2.0) / max(n - 1, 1)
-    return float(1 + np.count_nonzero(signs[1:] != signs[:-1])), mean, variance
-
-
 def group_noise(samples: MeasuredSamples) -> float:
     """Return the root of the mean square of the noise of samples."""
     return math.sqrt(float(np.mean(np.square(samples.noise)))) if len(samples) else math.nan
@@ -387,7 +373,6 @@ def result_of(search: FitSearch, best: FitCandidate) -> Fit:
     if start is None:
         start = start_at(osc, nodes[0])
     residuals, hits = point.equations.residuals, point.shots.hits
-    table, score = _table(osc, layouts, residuals)
     noise = {}
     for samples in (first.samples, first.impacts):
         for quantity in np.unique(samples.quantities).tolist():
@@ -399,7 +384,7 @@ def result_of(search: FitSearch, best: FitCandidate) -> Fit:
         covariance=covariance,
         chi2=float(np.mean(residuals * residuals)),
         noise=noise,
-        whiteness=score,
+        whiteness=whiteness_of(layouts, residuals),
         unidentifiable=unknown,
         converged=not best.reason,
         reason=best.reason,
@@ -410,7 +395,7 @@ def result_of(search: FitSearch, best: FitCandidate) -> Fit:
         start=start,
         nodes=nodes,
         impacts=np.sort(hits[hits[:, 0] < len(layouts[0]), 1]),
-        residuals=table,
+        residuals=_table(osc, layouts, residuals),
         problem=replace(problem, ask=go_on, keep=None, effort=None),
     )
 
@@ -447,24 +432,15 @@ def _uncertainty(
     return covariance, errors, tuple(unknown)
 
 
-def _table(
-    osc: Oscillator | Structure, layouts: tuple[Layout, ...], residuals: Floats
-) -> tuple[Dataset, float]:
-    """Return the residuals as a table, and the score of their runs of one sign."""
+def _table(osc: Oscillator | Structure, layouts: tuple[Layout, ...], residuals: Floats) -> Dataset:
+    """Return the residuals as a table."""
     import xarray as xr
 
     columns: dict[str, list[Any]] = {
         name: [] for name in ("t", "value", "noise", "quantity", "record")
     }
-    runs = mean = variance = 0.0
-    row = 0
     for number, layout in enumerate(layouts):
         for samples in (layout.record.samples, layout.record.impacts):
-            own = residuals[row : row + len(samples)]
-            row += len(samples)
-            for quantity in np.unique(samples.quantities).tolist():
-                some = runs_score(own[samples.quantities == quantity])
-                runs, mean, variance = runs + some[0], mean + some[1], variance + some[2]
             names = [quantity_name(quantity, osc) for quantity in samples.quantities.tolist()]
             columns["t"].append(samples.t)
             columns["value"].append(samples.values)
@@ -474,5 +450,4 @@ def _table(
     joined = {name: np.concatenate(parts) for name, parts in columns.items()}
     joined["residual"] = residuals * joined["noise"]
     joined["fitted"] = joined["value"] - joined["residual"]
-    score = (runs - mean) / math.sqrt(variance) if variance > 0.0 else 0.0
-    return xr.Dataset({name: ("sample", joined[name]) for name in joined}), score
+    return xr.Dataset({name: ("sample", joined[name]) for name in joined})

@@ -14,11 +14,12 @@ from percuss.fitting.effort import Effort
 from percuss.fitting.guess import Windows, best_start, extremes_of, lay_out, windows_of
 from percuss.fitting.losses import Loss
 from percuss.fitting.measured import MeasuredRecord
-from percuss.fitting.noise import groups_of, with_noise_of_residuals
+from percuss.fitting.noise import groups_of, whiteness_of, with_noise_of_residuals
 from percuss.fitting.shooting import Layout
 from percuss.fitting.solver import (
     FIRM,
     LOOSE,
+    STRAINED,
     FitDescent,
     FitPoint,
     FitProblem,
@@ -41,6 +42,8 @@ CYCLES = (1.0, 0.5, 0.33, 2.0)
 MOST_WRONG = 0.5
 # How often torn stretches are begun anew with the same nodes.
 MENDINGS = 3
+# Stretches that are missed by so many standard errors are begun anew, too: it may be noise.
+DOUBTFUL = 3.0
 # Shifts of a node's state that are tried, in its standard errors.
 _SIZES = (0.0, 0.3, -0.3, 1.0, -1.0, 3.0, -3.0, 9.0, -9.0, 25.0, -25.0)
 SHIFTS = np.array([(x, v) for x in _SIZES[:9] for v in _SIZES])
@@ -54,6 +57,9 @@ GUESSES, MOST_GUESSES = 8, 64
 TURN, N_PHASES, TOLD = 1.1 * math.pi, 25, 0.8
 # A mean square of the residuals above this many of its standard errors is not explained.
 UNLIKELY = 6.0
+# One above so many, or runs of one sign so many standard deviations fewer than of noise, make
+# descents from other nodes worth while.
+SUSPECT = 3.0
 # Where the noise was estimated: residuals this many times as large as neighbours differ.
 MUCH_LARGER = 3.0
 # How often data are weighed anew by the noise of their residuals, and the change of it that is
@@ -149,7 +155,8 @@ class FitSearch:
             again = best is not None and _is_same(candidate, best)
             if best is None or _is_better(candidate, best):
                 best = candidate
-            if not candidate.reason or again or self._is_over:
+            is_fine = not candidate.reason and not self._is_doubtful(candidate)
+            if is_fine or again or self._is_over:
                 break
             values = best.descent.point.values
         if best is None:
@@ -348,11 +355,8 @@ class FitSearch:
         """Return the candidate after torn stretches were followed anew from their own samples."""
         for _ in range(MENDINGS):
             torn = candidate.descent.torn(candidate.problem)
-            wrong = np.union1d(torn, self._strained(candidate.descent))
-            # A noise that was estimated from the residuals contains the misfit: no segment stands
-            # out.
-            is_fine = not candidate.reason and not self._is_noise_known
-            if is_fine or not len(wrong) or self._is_over:
+            wrong = np.union1d(torn, self._strained(candidate.descent, DOUBTFUL))
+            if not len(wrong) or self._is_over:
                 break
             # Small misfits of most segments are not caused by single impacts.
             is_whole = candidate.descent.is_settled and not len(torn)
@@ -367,12 +371,13 @@ class FitSearch:
             candidate = other
         return candidate
 
-    def _strained(self, descent: FitDescent) -> Integers:
+    def _strained(self, descent: FitDescent, errors: float = STRAINED) -> Integers:
         """Return the segments that noise does not explain, of the size that it was given or has."""
         if self._is_noise_known:
-            return descent.strained()
+            return descent.strained(errors)
         right = descent.point.equations.right
-        return descent.strained(math.sqrt(float(np.median(right * right)) / MEDIAN_SQUARE) or 1.0)
+        size = math.sqrt(float(np.median(right * right)) / MEDIAN_SQUARE) or 1.0
+        return descent.strained(errors, size)
 
     @property
     def _is_noise_known(self) -> bool:
@@ -380,6 +385,18 @@ class FitSearch:
             some.is_estimated.any()
             for record in self.records
             for some in (record.samples, record.impacts)
+        )
+
+    def _is_doubtful(self, candidate: FitCandidate) -> bool:
+        """Return whether residuals that may be noise are rather large, or hang together.
+
+        Other nodes may then lead to a better end.
+        """
+        residuals = candidate.descent.point.equations.residuals
+        limit = 1.0 + SUSPECT * math.sqrt(2.0 / len(residuals))
+        is_large = self._is_noise_known and self.loss.name == "linear"
+        return (is_large and candidate.misfit > limit) or (
+            whiteness_of(candidate.problem.layouts, residuals) < -SUSPECT
         )
 
     def _begun_anew(self, candidate: FitCandidate, wrong: Integers) -> FitPoint | None:
@@ -430,20 +447,22 @@ class FitSearch:
             begin, end = spans[torn[0]].tolist()
             return (
                 f"no admissible motion explains the samples between t = {begin:.6g} and {end:.6g}"
-                + (f", and {len(torn) - 1} other stretches" if len(torn) > 1 else "")
+                + _others(len(torn) - 1)
                 + "; check the units, the frequency of the force, and give what is uncertain as ranges"
             )
         if misfit := self._misfit(problem, descent, is_weighed=False):
             return misfit
         known = self._is_noise_known
         strained = self._strained(descent)
-        if known and self.loss.name == "linear" and len(strained):
+        # Where most are, residuals have long tails everywhere.
+        is_told = known or len(strained) <= MOST_WRONG * len(problem.linked)
+        if is_told and self.loss.name == "linear" and len(strained):
             spans = np.concatenate([layout.spans for layout in problem.layouts])
             begin, end = spans[strained[0]].tolist()
-            more = f", and {len(strained) - 1} other stretches" if len(strained) > 1 else ""
+            noise = "their noise" if known else "the noise of the others"
             return (
-                f"the samples between t = {begin:.6g} and {end:.6g} are missed by more than their "
-                f"noise{more}"
+                f"the samples between t = {begin:.6g} and {end:.6g} are missed by more than {noise}"
+                + _others(len(strained) - 1)
             )
         return "" if descent.is_settled else descent.reason
 
@@ -517,6 +536,11 @@ class FitSearch:
             for samples in (record.samples, record.impacts)
         ]
         return sum(map(len, groups)) > 1 or len(self.priors) > 0
+
+
+def _others(n: int) -> str:
+    """Return how many stretches there are beside the one that is named."""
+    return f", and {n} other stretch{'es' if n > 1 else ''}" if n else ""
 
 
 def _at_point(problem: FitProblem, descent: FitDescent, point: FitPoint) -> FitDescent:

@@ -21,8 +21,8 @@ from percuss.fitting.losses import Loss
 from percuss.fitting.measured import MeasuredSamples
 from percuss.fitting.shooting import Layout, Shots, shoot
 from percuss.kernels.condense import Chain, condense, expand
-from percuss.kernels.segments import DISPLACEMENT, OF_STOP
-from percuss.model.oscillator import Oscillator
+from percuss.kernels.segments import DISPLACEMENT, OF_STOP, VELOCITY
+from percuss.model.oscillator import Oscillator, Wall
 from percuss.model.structure import Structure
 from percuss.numerics import log
 from percuss.numerics.linear import least_squares, matmul, norm
@@ -37,9 +37,10 @@ TAUT = 1e3
 TORN = 10.0
 # A link is torn for good if it misses by more than this part of the nodes' standard errors.
 HELD = 0.1
-# A segment's sum of squares this many of its standard errors above what is to be expected is not
-# noise; squares count up to that of so many standard deviations, for one outlier is no stretch.
-STRAINED, OUTLYING = 6.0, 5.0
+# A segment's sum of squares so large that of noise one in three hundred thousand is, as a normal
+# variable beyond so many standard deviations, is not noise; squares count up to that of so many
+# standard deviations, for one outlier is no stretch.
+STRAINED, OUTLYING = 4.5, 5.0
 # Weight by which a node's state keeps its value where no sample determines it.
 ANCHOR = 1e-6
 # Damping: at first, and its factors after failure and success.
@@ -131,6 +132,12 @@ class FitProblem:
         measured = [layout.record.samples.kinds < OF_STOP for layout in self.layouts]
         return self.loss.name == "linear" and any(bool(some.any()) for some in measured)
 
+    def is_continuous(self, samples: MeasuredSamples) -> Flags:
+        """Return which samples are of a quantity that does not jump at events."""
+        has_walls = any(isinstance(stop, Wall) for stop in self.osc.stops)
+        smooth = samples.kinds == DISPLACEMENT
+        return np.asarray(smooth if has_walls else smooth | (samples.kinds == VELOCITY))
+
     @property
     def linked(self) -> Flags:
         """Whether another segment of the same record follows each."""
@@ -163,18 +170,29 @@ class FitEquations:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FitPoint:
-    """Values of the parameters with the runs from all nodes."""
+    """Values of the parameters with the runs from all nodes.
+
+    In ``loose`` equations a sample within an interval of an event is on the side that suits it
+    better, for the instant of the event may be off by as much; in the others so only where jumps
+    at walls tell the side.
+    """
 
     values: Floats
     shots: Shots
     equations: FitEquations
+    loose: FitEquations
+
+    def equations_at(self, weight: float) -> FitEquations:
+        """Return the equations while links have a weight."""
+        return self.equations if weight >= TAUT else self.loose
 
     def cost(self, problem: FitProblem, weight: float) -> float:
         """Return the sum of the losses, with links of a weight."""
-        links = weight * weight * squares_of_defects(problem, self.equations.defects)
+        equations = self.equations_at(weight)
+        links = weight * weight * squares_of_defects(problem, equations.defects)
         if problem.tear < math.inf:
             links = problem.tear**2 * log(1.0 + links / problem.tear**2)
-        whole = problem.loss_at(weight).sum(self.equations.right) + float(links.sum())
+        whole = problem.loss_at(weight).sum(equations.right) + float(links.sum())
         for row, mean, sigma in problem.priors.tolist():
             whole += ((self.values[int(row)] - mean) / sigma) ** 2
         return whole
@@ -191,11 +209,17 @@ def point_at(problem: FitProblem, values: Floats, nodes: Floats) -> FitPoint | N
     shots = problem.shoot(values, nodes)
     if shots is None:
         return None
-    return FitPoint(values, shots, equations_of(problem, shots))
+    loose = equations_of(problem, shots, 1.0)
+    has_walls_alone = all(isinstance(stop, Wall) for stop in problem.osc.stops)
+    equations = loose if has_walls_alone else equations_of(problem, shots, KINK)
+    return FitPoint(values, shots, equations, loose)
 
 
-def equations_of(problem: FitProblem, shots: Shots) -> FitEquations:
-    """Return the residuals of all samples and impacts."""
+def equations_of(problem: FitProblem, shots: Shots, near: float) -> FitEquations:
+    """Return the residuals of all samples and impacts.
+
+    Samples ``near`` an event, in intervals between samples, are on the side that suits them better.
+    """
     defects = np.zeros_like(shots.ends)
     linked = np.flatnonzero(problem.linked)
     defects[linked] = shots.ends[linked] - shots.nodes[linked + 1]
@@ -208,7 +232,7 @@ def equations_of(problem: FitProblem, shots: Shots) -> FitEquations:
         own = slice(sample, sample + len(some))
         counts = np.diff(layout.first)
         segments.append(np.repeat(np.arange(node, node + len(layout)), counts))
-        parts = _sided(some, shots, own)
+        parts = _sided(some, shots, own, near, problem.is_continuous(some))
         rights.append(parts[0])
         rows.append(parts[1])
         impacts = layout.record.impacts
@@ -226,22 +250,25 @@ def equations_of(problem: FitProblem, shots: Shots) -> FitEquations:
     )
 
 
-def _sided(some: MeasuredSamples, shots: Shots, own: slice) -> tuple[Floats, Floats]:
-    """Return residuals and rows of samples, those beside events on the side that fits better.
+def _sided(
+    some: MeasuredSamples, shots: Shots, own: slice, near: float, is_continuous: Flags
+) -> tuple[Floats, Floats]:
+    """Return residuals and rows of samples, those near events on the side that fits better.
 
-    A displacement is the same on both sides, but its derivatives are not: next to the event they
-    pass from one to the other, or a search would oscillate across the kink.
+    What is continuous is the same on both sides, but its derivatives are not: next to the event
+    they pass from one to the other, or a search would oscillate across the kink.
     """
     both = (some.values[:, None] - shots.values[own]) / some.noise[:, None]
     rows = shots.rows[own] / some.noise[:, None, None]
     right, row = both[:, 0].copy(), rows[:, 0].copy()
     near_event = np.flatnonzero(np.isfinite(shots.away[own]))
-    jumps = some.kinds[near_event] != DISPLACEMENT
+    jumps = ~is_continuous[near_event]
+    away = shots.away[own][near_event] / some.reach
     better = np.abs(both[near_event, 1]) < np.abs(both[near_event, 0])
-    other = near_event[jumps & better]
+    other = near_event[jumps & better & (away <= near)]
     right[other], row[other] = both[other, 1], rows[other, 1]
-    near = shots.away[own][near_event] / (KINK * some.reach)
-    kink, share = near_event[~jumps & (near < 1.0)], (0.5 - 0.5 * near)[~jumps & (near < 1.0)]
+    bent = ~jumps & (away < KINK)
+    kink, share = near_event[bent], 0.5 - 0.5 * away[bent] / KINK
     row[kink] += share[:, None] * (rows[kink, 1] - rows[kink, 0])
     return right, row
 
@@ -302,17 +329,20 @@ class FitDescent:
     reason: str = ""
     weight: float = field(default=LOOSE)
 
-    def strained(self, size: float = 1.0) -> Integers:
-        """Return the segments whose samples are missed by far more than by noise.
+    def strained(self, errors: float = STRAINED, size: float = 1.0) -> Integers:
+        """Return the segments whose samples are missed by more than by noise.
 
-        ``size`` is that of the noise, in units of the assumed one.
+        The cube root of their sum of squares, which is nearly normal (Wilson and Hilferty 1931,
+        Proc. Natl. Acad. Sci. 17, 684), is so many standard ``errors`` too large; ``size`` is that
+        of the noise, in units of the assumed one.
         """
         right, segment = self.point.equations.right, self.point.equations.segment
         n = len(self.point.equations.defects)
         counts = np.bincount(segment, minlength=n)
         squares = np.minimum(np.square(right / size), OUTLYING * OUTLYING)
         sums = np.bincount(segment, weights=squares, minlength=n)
-        return np.flatnonzero(sums > counts + STRAINED * np.sqrt(2.0 * counts + 1.0))
+        spread = 2.0 / (9.0 * np.maximum(counts, 1))
+        return np.flatnonzero(sums > counts * (1.0 - spread + errors * np.sqrt(spread)) ** 3)
 
     def torn(self, problem: FitProblem) -> Integers:
         """Return the segments that do not end at the next node."""
@@ -416,7 +446,7 @@ class FitStep:
     @classmethod
     def of(cls, problem: FitProblem, point: FitPoint, weight: float) -> FitStep:
         """Return the equations at a point, with links of a weight."""
-        equations, n_p = point.equations, len(problem.paths)
+        equations, n_p = point.equations_at(weight), len(problem.paths)
         square = weight * weight * squares_of_defects(problem, equations.defects)
         links = weight / np.sqrt(1.0 + square / problem.tear**2)
         kept = problem.loss_at(weight).weights(equations.right)

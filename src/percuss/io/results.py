@@ -22,6 +22,7 @@ from percuss.io.fit_tables import (
 from percuss.io.study_text import branch_text, motion_text, orbit_text, response_text
 from percuss.model.dimensions import dimensions_of
 from percuss.model.units import Units, in_units, is_unit
+from percuss.motion.tables import HasTable
 from percuss.orbits.bifurcations.structure_branch import StructureBranch
 
 if TYPE_CHECKING:
@@ -373,7 +374,8 @@ def kind_of(result: Any) -> ResultKind:
     kind = _KINDS.get(name)
     if kind is None:
         known = "a run, an orbit, a list of them, a branch, a curve, a response, a fit or a dataset"
-        raise ParameterError("result", result, f"not {known}")
+        table = "; its table is in to_pandas() and to_xarray()" * isinstance(result, HasTable)
+        raise ParameterError("result", result, f"not {known}{table}")
     return kind
 
 

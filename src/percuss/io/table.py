@@ -125,7 +125,7 @@ def _with_commas(row: Iterable[Any]) -> list[Any]:
 def check_suffix(path: Path | str, suffix: str) -> None:
     """Raise an OutputError unless a file has the suffix of its format."""
     if Path(path).suffix.lower() != suffix:
-        name = Path(path).with_suffix(suffix).name if Path(path).name else f"result{suffix}"
+        name = f"{Path(path).stem.rstrip('.') or 'result'}{suffix}"
         reason = f"not {suffix}, which is what is written; call it {name}"
         raise OutputError(str(path), reason)
 

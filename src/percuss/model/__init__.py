@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from percuss.lazy import public_names
 from percuss.model.bouncing_ball import ball_on_table as ball_on_table
 from percuss.model.exact import Exact as Exact
 from percuss.model.exact import Phase as Phase
@@ -61,3 +62,5 @@ from percuss.model.waves import pulses as pulses
 from percuss.model.waves import record as record
 from percuss.model.waves import square_wave as square_wave
 from percuss.model.waves import triangle_wave as triangle_wave
+
+__dir__ = public_names(__name__)

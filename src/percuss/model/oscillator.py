@@ -488,6 +488,9 @@ def _(value: Wall, prefix: str | None = None) -> list[Fault]:
     name = dotted(prefix, "restitution")
     if isinstance(value.restitution, RestitutionTable):
         return problems + faults(value.restitution, name)
+    if callable(value.restitution):
+        reason = "a function; a restitution over the speed is a restitution_table(speeds, values)"
+        return [*problems, Fault(name, value.restitution, reason)]
     not_a_number = number_faults(name, value.restitution)
     if not_a_number:
         return problems + not_a_number

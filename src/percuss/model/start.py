@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from percuss.model.loads import Loads
 
 __all__ = [
+    "BEHIND_A_WALL",
     "NO_COMMON_PERIOD",
     "Start",
     "end_after_periods",
@@ -48,6 +49,8 @@ __all__ = [
 ]
 
 NO_COMMON_PERIOD = "the loads have no common period; give loads.period, or t_end instead"
+# What to do where a position lies inside a wall.
+BEHIND_A_WALL = "start on its other side, or use a SoftStop, which can be entered"
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,7 +160,8 @@ def start_faults(
     >>> from percuss.model import impact_oscillator
     >>> for fault in start_faults(impact_oscillator(), x0=-0.1, v0=0.0, t0=10.0, t_end=0.0):
     ...     print(fault)
-    x0 = -0.1: below the wall at x = 0.0; use a SoftStop for a compliant one
+    x0 = -0.1: below the wall at x = 0.0; start on its other side, or use a SoftStop, which can be \
+entered
     t_end = 0.0: not after t0 = 10.0
     """
     x0, t0 = plain(x0), plain(t0)
@@ -196,7 +200,7 @@ def wall_faults(osc: Oscillator, name: str, x0: Exact) -> list[Fault]:
         sign = 1.0 if stop.side == "above" else -1.0
         # Compared as the doubles they become: 0.2 lies at a wall at "0.2", not inside it.
         if isinstance(stop, Wall) and sign * (as_float(x0) - as_float(stop.at)) > 0.0:
-            reason = f"{stop.side} the wall at x = {stop.at}; use a SoftStop for a compliant one"
+            reason = f"{stop.side} the wall at x = {stop.at}; {BEHIND_A_WALL}"
             problems.append(Fault(name, x0, reason))
     return problems
 

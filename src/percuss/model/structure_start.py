@@ -19,6 +19,7 @@ from percuss.model.faults import (
     raise_first,
 )
 from percuss.model.oscillator import Wall, plain_on
+from percuss.model.start import BEHIND_A_WALL
 from percuss.model.structure import Structure
 from percuss.wording import counted
 
@@ -214,8 +215,7 @@ def _wall_faults(structure: Structure, start: StructureStart) -> list[Fault]:
         size = abs(at) + float(max(map(abs, position))) * sum(map(abs, direction))
         if (y - at) * (1.0 if stop.side == "above" else -1.0) > ROUNDED * size:
             reason = (
-                f"y = {y:g} is {stop.side} the wall stops.{i} at y = {stop.at}; use a SoftStop for"
-                " a compliant one"
+                f"y = {y:g} is {stop.side} the wall stops.{i} at y = {stop.at}; {BEHIND_A_WALL}"
             )
             problems.append(Fault("x0", start.x0, reason))
     return problems

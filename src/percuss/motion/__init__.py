@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from percuss.lazy import public_names
 from percuss.motion.eigenset import eigenset as eigenset
 from percuss.motion.eigenset import resonant_frequency as resonant_frequency
 from percuss.motion.eigenset_forms import HarmonicMotion as HarmonicMotion
@@ -31,3 +32,5 @@ from percuss.motion.tables import Grazes as Grazes
 from percuss.motion.tables import Impacts as Impacts
 from percuss.motion.trajectory import Outcome as Outcome
 from percuss.motion.trajectory import Trajectory as Trajectory
+
+__dir__ = public_names(__name__)

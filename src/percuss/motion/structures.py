@@ -283,7 +283,7 @@ class StructureTrajectory(HasPicture):
         return np.asarray(energy.reshape(x.shape[:-1]))
 
     def sample(self, n: int) -> Dataset:
-        """Return x and v at n equidistant times, both ends included.
+        """Return x and v at n equidistant times, both ends included; at times of your own: `run(t)`.
 
         Parameters
         ----------
@@ -557,7 +557,7 @@ def _impacts(system: StructureSystem, run: StructureRun) -> StructureImpacts:
     )  # fmt: skip
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
 class StructureImpacts(Impacts):
     """The impacts on walls of a structure, in order; those of one instant one after another.
 

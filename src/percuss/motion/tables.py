@@ -159,7 +159,7 @@ class EventTable(HasTable):
             yield name, column, getattr(self, name)
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
 class Impacts(EventTable):
     """The impacts on walls, in order; the start of a run is none of them.
 
@@ -201,7 +201,7 @@ class Impacts(EventTable):
         return gained if self.mass is None else self.mass * gained
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
 class Crossings(EventTable):
     """The crossings of the edges of soft stops, in order.
 
@@ -225,7 +225,7 @@ class Crossings(EventTable):
     units: Units | None = None
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
 class Contacts(EventTable):
     """The times of contact: the mass is held at a wall (sticks).
 
@@ -272,7 +272,7 @@ class Contacts(EventTable):
         return self._errors()
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
 class Grazes(EventTable):
     """Touches of a stop that rounding cannot decide, and exact tangencies.
 

@@ -257,7 +257,7 @@ class Trajectory(HasPicture):
         return motion[0].reshape(instants.shape), motion[1].reshape(instants.shape)
 
     def sample(self, n: int) -> Dataset:
-        """Return x and v at n equidistant times, both ends included.
+        """Return x and v at n equidistant times, both ends included; at times of your own: `run(t)`.
 
         Parameters
         ----------

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from percuss.lazy import public_names
 from percuss.optimization.design import Attempt, Design, design
 from percuss.optimization.outcomes import OutcomeName
 from percuss.optimization.pareto import ParetoFront, pareto_front
 
 __all__ = ["Attempt", "Design", "OutcomeName", "ParetoFront", "design", "pareto_front"]
+
+__dir__ = public_names(__name__)

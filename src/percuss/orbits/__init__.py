@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from percuss.lazy import public_names
 from percuss.orbits.bifurcations.branch import Branch as Branch
 from percuss.orbits.bifurcations.cascade import Cascade as Cascade
 from percuss.orbits.bifurcations.cascade import follow_cascade as follow_cascade
@@ -54,3 +55,5 @@ from percuss.orbits.surface.singularity_set import SingularityCurve as Singulari
 from percuss.orbits.surface.singularity_set import SingularitySet as SingularitySet
 from percuss.orbits.surface.singularity_set import singularity_set as singularity_set
 from percuss.orbits.surface.structure_manifolds import StructureManifolds as StructureManifolds
+
+__dir__ = public_names(__name__)

@@ -79,10 +79,8 @@ def plot_basins(
     ParameterError
         If there are no basins, or a manifold is no curve.
     """
-    check_table(basins, "percuss.basins")
+    check_table("basins", basins, "percuss.basins", "basin")
     units = units_of(units)
-    if "basin" not in basins:
-        raise ParameterError("basins", sorted(map(str, basins)), "not what percuss.basins returns")
     across, upwards = (str(dim) for dim in basins["basin"].dims)
     colours = _colours_of(basins)
     labels = basins["basin"].transpose(upwards, across).to_numpy()
@@ -235,9 +233,9 @@ def plot_fractions(
     ParameterError
         If it is something else, there is no such attractor, or one is named where all are drawn.
     """
-    check_table(fractions, "percuss.basin_fractions")
+    check_table("fractions", fractions, "percuss.basin_fractions", "fraction")
     units = units_of(units)
-    if "fraction" not in fractions or fractions["fraction"].ndim not in (2, 3):
+    if fractions["fraction"].ndim not in (2, 3):
         reason = "not what percuss.basin_fractions returns"
         raise ParameterError("fractions", sorted(map(str, fractions)), reason)
     if fractions["fraction"].ndim == 3:

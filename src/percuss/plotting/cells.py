@@ -70,22 +70,37 @@ def missing_patch(label: str) -> Patch:
     return Patch(**MISSING, label=label)
 
 
-def check_table(data: object, of: str) -> None:
-    """Raise a `ParameterError` unless data is a table of results, an xarray.Dataset.
+def check_table(name: str, data: object, of: str, *columns: str) -> None:
+    """Raise a `ParameterError` unless data is the table that a function returns.
+
+    Parameters
+    ----------
+    name
+        Name of the argument.
+    data
+        What was given.
+    of
+        The function.
+    *columns
+        Columns and coordinates by which its xarray.Dataset is known.
 
     Examples
     --------
-    >>> check_table(xr.DataArray([1.0], name="period"), "percuss.sweep")
+    >>> check_table("data", xr.DataArray([1.0], name="period"), "percuss.sweep")
     Traceback (most recent call last):
     percuss.errors.ParameterError: data = 'period': one column of a table; give the whole Dataset \
 that percuss.sweep returns
+    >>> check_table("basins", xr.Dataset({"period": 1.0}), "percuss.basins", "basin")
+    Traceback (most recent call last):
+    percuss.errors.ParameterError: basins = ['period']: not what percuss.basins returns
     """
-    if isinstance(data, xr.Dataset):
-        return
     whole = f"give the whole Dataset that {of} returns"
     if isinstance(data, xr.DataArray):
-        raise ParameterError("data", str(data.name), f"one column of a table; {whole}")
-    raise ParameterError("data", type(data).__name__, f"no table; {whole}")
+        raise ParameterError(name, str(data.name), f"one column of a table; {whole}")
+    if not isinstance(data, xr.Dataset):
+        raise ParameterError(name, type(data).__name__, f"no table; {whole}")
+    if any(column not in data for column in columns):
+        raise ParameterError(name, sorted(map(str, data)), f"not what {of} returns")
 
 
 def _is_even(edges: Floats) -> bool:

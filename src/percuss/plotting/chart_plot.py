@@ -166,11 +166,14 @@ class _Scale:
 
 
 def _measure_of(data: xr.Dataset, measure: str | None, n_axes: int) -> str:
-    check_table(data, "percuss.sweep")
+    check_table("data", data, "percuss.sweep")
     known = [
         str(name)
         for name, values in data.data_vars.items()
-        if values.ndim == n_axes and values.dtype.kind in "fi" and "failure" not in values.dims
+        if values.ndim == n_axes
+        and values.size
+        and all(part.dtype.kind in "fi" for part in (values, *(data[dim] for dim in values.dims)))
+        and "failure" not in values.dims
     ]
     if not known:
         dims = [str(dim) for dim in data.dims if dim != "failure"]

@@ -87,7 +87,7 @@ def plot_diagram(
     ParameterError
         If there is no such quantity.
     """
-    check_table(diagram, "percuss.bifurcation_diagram")
+    check_table("diagram", diagram, "percuss.bifurcation_diagram", "branch", "period")
     units = units_of(units)
     name = quantity or next(key for key in ("x", "v_after", "v") if key in diagram)
     if name not in diagram or name not in NAMES:

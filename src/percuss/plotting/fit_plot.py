@@ -28,7 +28,7 @@ from percuss.plotting.style import (
     check_kind,
     draw_legend,
     fix_ticks,
-    new_figure,
+    given_figure,
     shared_docs,
     style,
     units_of,
@@ -98,7 +98,7 @@ def plot_fit(
     pair = _pair(fit, parameters)
     table = table.isel(sample=np.flatnonzero(table.quantity.values == shown))
     with style():
-        figure = new_figure(10.0 if pair else 7.0, 5.8) if figure is None else figure
+        figure = given_figure(figure, 10.0 if pair else 7.0, 5.8)
         ratios = [1.8, 1.0] if pair else [1.0]
         hits = impacts_of(fit)
         mine = hits["record"] == record
@@ -180,7 +180,7 @@ def plot_confidence(
             raise ParameterError("parameters", name, "has no error; the data do not tell it")
     n = len(names) - 1
     with style():
-        figure = new_figure(1.4 + 2.4 * n, 0.8 + 2.2 * n) if figure is None else figure
+        figure = given_figure(figure, 1.4 + 2.4 * n, 0.8 + 2.2 * n)
         axes = figure.subplots(n, n, squeeze=False, sharex="col", sharey="row")
         for i, row in enumerate(axes):
             for j, ax in enumerate(row):
@@ -237,7 +237,7 @@ def plot_profiles(
     profiles = [fit.profiles.get(name) or fit.profile(name, n=n) for name in names]
     with style():
         width = 0.6 + 3.2 * len(names)
-        figure = new_figure(width, 3.4) if figure is None else figure
+        figure = given_figure(figure, width, 3.4)
         axes = figure.subplots(1, len(names), sharey=True, squeeze=False)[0]
         for ax, name, profile in zip(axes, names, profiles, strict=True):
             at, error = fit.values[name], fit.errors[name]

@@ -15,7 +15,7 @@ from matplotlib.ticker import MaxNLocator
 
 from percuss.arrays import Floats
 from percuss.errors import ParameterError
-from percuss.model.oscillator import On
+from percuss.model.oscillator import On, Oscillator
 from percuss.model.units import Units
 from percuss.motion.eigenset import resonant_frequency
 from percuss.motion.spectrum import spectrum
@@ -23,6 +23,7 @@ from percuss.motion.structures import StructureTrajectory
 from percuss.motion.trajectory import Trajectory
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
+from percuss.plotting.cells import check_table
 from percuss.plotting.direction_view import DirectionView, Drawable, names_of, view_of
 from percuss.plotting.marks import (
     GRAZE_STYLE,
@@ -50,10 +51,9 @@ from percuss.plotting.style import (
     GREY,
     ORANGE,
     HasUnits,
-    check_kind,
     draw_legend,
+    given_figure,
     label_phase_plane,
-    new_figure,
     picture,
     shared_docs,
     style,
@@ -530,7 +530,7 @@ def _pad_lead(ax: Axes, low: float, high: float, spacing: float) -> None:
 
 @shared_docs
 def plot_spectrum(
-    result: Dataset | Trajectory | StructureTrajectory | StructureOrbit,
+    result: Dataset | DrawnRun,
     ax: Axes | None = None,
     *,
     resonance: float | None = None,
@@ -544,8 +544,8 @@ def plot_spectrum(
     Parameters
     ----------
     result
-        What `percuss.spectrum` or `percuss.line_spectrum` has returned; or a run, whose exact
-        spectrum is then drawn.
+        What `percuss.spectrum` or `percuss.line_spectrum` has returned; or a run or an orbit, whose
+        exact spectrum is then drawn.
     resonance
         Resonant frequency, marked by a vertical line [1/time]; default: that of the run's
         oscillator, if it has one.
@@ -556,18 +556,24 @@ def plot_spectrum(
     -------
     Axes
         The axes; the lines of a periodic motion are drawn as lines.
+
+    Raises
+    ------
+    ParameterError
+        If it is something else.
     """
-    model = getattr(result, "structure", None) or getattr(result, "oscillator", None)
-    units = units_of(units, model)
     if isinstance(result, StructureOrbit):
         result = result.run
     if isinstance(result, StructureTrajectory):
+        units = units_of(units, result.structure)
         result = spectrum(result, on=on)
-    if not hasattr(result, "data_vars"):
-        check_kind("result", result, Trajectory)
-    if isinstance(result, Trajectory):
-        resonance = _resonance(result) if resonance is None else resonance
-        result = spectrum(result)
+    elif isinstance(result, Trajectory | PeriodicOrbit):
+        units = units_of(units, result.oscillator)
+        resonance = _resonance(result.oscillator) if resonance is None else resonance
+        result = spectrum(result) if isinstance(result, Trajectory) else result.spectrum()
+    else:
+        check_table("result", result, "percuss.spectrum", "omega", "amplitude")
+        units = units_of(units)
     omega = np.asarray(result["omega"].values, dtype=np.float64)
     amplitude = np.asarray(result["amplitude"].values, dtype=np.float64)
     is_velocity = result.attrs["of"] == "velocity"
@@ -593,9 +599,9 @@ def plot_spectrum(
     return ax
 
 
-def _resonance(run: Trajectory) -> float | None:
+def _resonance(oscillator: Oscillator) -> float | None:
     try:
-        return resonant_frequency(run.oscillator)
+        return resonant_frequency(oscillator)
     except ParameterError:
         return None
 
@@ -650,7 +656,7 @@ def plot_motion(
         The figure.
     """
     with style():
-        figure = new_figure(*SIZE) if figure is None else figure
+        figure = given_figure(figure, *SIZE)
         # Two parts, so that the scale of colours below takes no space from the curves above.
         parts = figure.subfigures(2, 1, squeeze=False, height_ratios=[1.35, 1.0])
         upper, lower = parts[:, 0]

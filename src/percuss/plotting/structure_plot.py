@@ -23,7 +23,7 @@ from percuss.plotting.style import (
     check_kind,
     draw_legend,
     fix_ticks,
-    new_figure,
+    given_figure,
     shared_docs,
     style,
     title_figure,
@@ -78,7 +78,7 @@ def plot_coordinates(
     shown = shown_lines(run.structure, on, MOST_PANELS, "panels")
     units = units_of(units, run.structure)
     with style():
-        figure = new_figure(8.0, 1.0 + HEIGHT * len(shown)) if figure is None else figure
+        figure = given_figure(figure, 8.0, 1.0 + HEIGHT * len(shown))
         panels = figure.subplots(len(shown), 1, sharex=True, squeeze=False)[:, 0]
         for ax, direction in zip(panels, shown, strict=True):
             plot_displacement(run, ax, window=window, units=units, on=direction)
@@ -145,7 +145,7 @@ def plot_mode_shapes(
     units = units_of(units, structure)
     per_time = f"1/{units.time}" if units.time else "dimensionless"
     with style():
-        figure = new_figure(6.4, 1.0 + 1.2 * count) if figure is None else figure
+        figure = given_figure(figure, 6.4, 1.0 + 1.2 * count)
         panels = figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0]
         places = np.arange(len(lines))
         largest = max(float(np.abs(squares).max()), 1e-300)

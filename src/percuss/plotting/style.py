@@ -177,6 +177,22 @@ def new_figure(width: float, height: float) -> Figure:
     return plt.figure(FigureClass=ShownOnce, figsize=(width, height), layout="constrained")
 
 
+def given_figure(figure: object, width: float, height: float) -> Figure:
+    """Return the figure to draw on: the one given, or a new one of this size.
+
+    Raises
+    ------
+    ParameterError
+        If it is no figure.
+    """
+    if figure is None:
+        return new_figure(width, height)
+    if not isinstance(figure, Figure | SubFigure):
+        reason = "no figure of matplotlib; a picture of several panels makes its own axes"
+        raise ParameterError("figure", figure, reason)
+    return cast("Figure", figure)
+
+
 class ShownOnce(Figure):
     """A figure that a notebook shows once, also where it is the last line of a cell.
 

@@ -6,6 +6,7 @@ import re
 from typing import TYPE_CHECKING
 
 from percuss.model.exact import as_float
+from percuss.model.start import BEHIND_A_WALL
 from percuss.studies.kinds.diagram import Diagram
 
 if TYPE_CHECKING:
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 __all__ = ["axis_name", "name_axes", "plain"]
 
 _WORDS = (
-    ("; use a SoftStop for a compliant one", "; a soft stop can be entered, a wall cannot"),
+    (f"; {BEHIND_A_WALL}", "; a soft stop can be entered, a wall cannot"),
     ('; write 2.8, or "2.8" for that decimal, "1/3" for that fraction', ", such as 2.8 or 1/3"),
     ("give t_end", "give a duration"),
 )
@@ -29,7 +30,7 @@ def plain(sentence: str) -> str:
 
     Examples
     --------
-    >>> plain("below the wall at x = 0.0; use a SoftStop for a compliant one")
+    >>> plain(f"below the wall at x = 0.0; {BEHIND_A_WALL}")
     'below the wall at x = 0.0; a soft stop can be entered, a wall cannot'
     """
     for words, on_page in _WORDS:

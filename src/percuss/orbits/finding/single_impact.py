@@ -51,7 +51,7 @@ SINGULAR = 1e-12
 ROUNDING = 1e-14
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class SingleImpact:
     """All motions with one impact on a wall in n forcing periods, as roots of a quadratic.
 

@@ -34,7 +34,7 @@ FIRST_CAPACITY = 64
 ULP = 2.220446049250313e-16
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
 class Passages:
     """Where a formal orbit penetrates stops: its turning points beyond them.
 
