@@ -11,7 +11,6 @@ import numpy as np
 
 from percuss.arrays import Complexes, Floats
 from percuss.errors import ParameterError
-from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import Phase, as_float
 from percuss.model.faults import check_mapping
 from percuss.model.paths import long_form
@@ -23,6 +22,7 @@ from percuss.orbits.bifurcations.structure_branch import (
     StructureEquations,
     StructureRows,
     StructureSpecialPoint,
+    begun_anew,
     structure_parameter,
     tests_of,
     tests_of_matrix,
@@ -41,13 +41,8 @@ from percuss.orbits.continuation.follow import (
 from percuss.orbits.continuation.locate import changes_sign, locate
 from percuss.orbits.continuation.problem import Point
 from percuss.orbits.orbit.structure_orbit import (
-    PeriodMap,
     StructureOrbit,
-    closing_error,
     map_between,
-    orbit_of_map,
-    period_map,
-    period_of,
 )
 from percuss.orbits.orbit.symmetry import SYMMETRY_LOST, is_symmetric_structure, keep_symmetry
 from percuss.progress import Progress, Report
@@ -73,6 +68,8 @@ CUSP = "cusp"
 # A clearance that is none where a curve stops, as a part of the unit of lengths: next to a graze
 # the multipliers change as its square root, and steps end a little before it.
 TOUCHED = 1e-5
+# Instants at which an orbit is looked at for that.
+LOOKED = 4097
 # Scaled step of central differences, where h^2 and 1e-16/h are both small.
 CENTRAL = 1e-5
 FORMAL = "formal: where the symmetry of orbits breaks that pass through a stop is not followed"
@@ -163,36 +160,14 @@ class SymmetricEquations(StructureEquations):
     map as its own, whose multiplier 1 no orbits pass through (Swift & Wiesenfeld 1984).
     """
 
-    def _map(self, z: tuple[float, ...]) -> PeriodMap:
-        point = np.array(z)
-        system = self.system_at(self.values(point))
-        system.add(*self.keys)
-        mapped = mirrored_half(system, point[: self.size] * self.scale, self.n_periods)
-        self.keys = mapped.keys_met
-        return mapped
-
-    def exact_derivatives(self, z: Floats, orbit: StructureOrbit) -> None:
-        """Return None: those of half an orbit are differences."""
-
-    def solution(self, z: Floats) -> StructureOrbit:
-        """Return the orbit of a solution."""
-        state, system = z[: self.size] * self.scale, self.system_at(self.values(z))
-        mapped = period_map(system, state, self.n_periods)
-        error = closing_error(mapped, state, period_of(system))
-        return orbit_of_map(system, state, self.n_periods, mapped, error)
-
-
-def mirrored_half(system: StructureSystem, state: Floats, n_periods: int) -> PeriodMap:
-    """Return the mirror image of a state (x, v), (2 n,), half of some periods later."""
-    half = 0.5 * n_periods * period_of(system)
-    mapped = map_between(system, state, (0.0, half), f"half of {n_periods} periods")
-    return mapped._replace(image=-mapped.image, derivative=-mapped.derivative)
+    is_half = True
 
 
 def tests_of_half(orbit: StructureOrbit) -> Mapping[str, float]:
-    """Return the tests of a symmetric orbit's mirrored half."""
-    state = np.concatenate([orbit.x0, orbit.v0])
-    return tests_of_matrix(mirrored_half(orbit.run.system, state, orbit.n_periods).derivative)
+    """Return the tests of a symmetric orbit's map over half of it, mirrored."""
+    state, half = np.concatenate([orbit.x0, orbit.v0]), 0.5 * orbit.period
+    mapped = map_between(orbit.run.system, state, (0.0, half), "half of it")
+    return tests_of_matrix(-mapped.derivative)
 
 
 class _CurveDetector:
@@ -253,22 +228,33 @@ class _CurveDetector:
     def stopped(
         self, here: Point[StructureEquations], reason: str
     ) -> Segment[StructureEquations, StructureCurvePoint]:
-        """Return that nothing is beyond the last point, and which stop its orbit touches, if any."""
+        """Return what is beyond the last point: the same curve where an event is at t = 0."""
         if self.condition != GRAZE:
             stop = _touched_stop(here.problem, here.orbit)
             reason += "" if stop is None else f"; the orbit grazes stops.{stop} there"
-        return Segment([], reason)
+        return Segment([], reason, begun_anew(here))
 
 
 def _touched_stop(equations: StructureEquations, orbit: StructureOrbit) -> int | None:
-    """Return the stop that an orbit at the end of a curve touches, None if it touches none."""
-    try:
-        stop, t = graze_of(orbit)
-    except ParameterError:
-        return None
-    gap = dot(orbit.structure.stop_directions[stop], orbit.run(t)[0])
-    gap -= as_float(orbit.structure.stops[stop].at)
-    return stop if abs(gap) < TOUCHED * float(equations.units[0]) else None
+    """Return the stop that an orbit at the end of a curve all but grazes, None if there is none."""
+    run, (length, speed) = orbit.run, equations.units[[0, -1]]
+    t = np.linspace(0.0, run.t_end, LOOKED)
+    x, v = run(t)
+    for k, (stop, normal) in enumerate(
+        zip(orbit.structure.stops, orbit.structure.stop_directions, strict=True)
+    ):
+        gap, pace = matmul(x, normal) - as_float(stop.at), matmul(v, normal)
+        met = (run.impacts.t[run.impacts.stop == k], run.crossings.t[run.crossings.stop == k])
+        turns = (pace[:-1] * pace[1:] <= 0.0) & (np.histogram(np.concatenate(met), t)[0] == 0)
+        speeds = (
+            run.impacts.v_before[run.impacts.stop == k],
+            run.crossings.v[run.crossings.stop == k],
+        )
+        slowest = np.abs(np.concatenate(speeds)).min(initial=math.inf)
+        nearest = np.abs(gap[:-1][turns]).min(initial=math.inf)
+        if nearest < TOUCHED * length or slowest < math.sqrt(TOUCHED) * speed:
+            return k
+    return None
 
 
 def null_vectors(matrix: Floats) -> tuple[Floats, Floats]:
