@@ -195,3 +195,15 @@ def test_a_store_of_free_motions_goes_on(tmp_path: Path) -> None:
         pc.bifurcation_diagram(
             osc, None, over=over, section=UP, start=(0.5, 0.1), store=tmp_path / "cycles.zarr"
         )
+
+
+def test_free_motions_need_no_word_about_a_forcing() -> None:
+    osc, over = self_excited("-0.05"), {DAMPING: [-0.05]}
+
+    diagram = pc.bifurcation_diagram(osc, over=over, section=UP, start=(0.5, 0.1), points=4)
+    rates = pc.lyapunov_exponents(osc, start=(0.5, 0.1), transient=50, periods=64)
+
+    assert diagram.period.shape[-1] == 1
+    assert abs(rates.exponents[0]) < 1e-3
+    with pytest.raises(pc.ParameterError, match="section"):
+        pc.bifurcation_diagram(osc, over=over)

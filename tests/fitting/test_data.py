@@ -329,7 +329,10 @@ def test_a_start_beyond_the_wall_of_the_model_is_right_where_its_range_holds_it(
         (None, {"free": {RESTITUTION: (0.5, 1.2)}}, "the model does not allow it"),
         (None, {"free": {"start.v0": 1}}, "of a start that is free as a whole"),
         (None, {"free": {GAP: 0.3, "oscillator.stops.0.position": 1}}, "no such parameter"),
-        (None, {"noise": -1.0}, "not above 0"),
+        (None, {"noise": -1.0}, "noise.displacement = -1.0: no finite number above 0"),
+        (None, {"noise": np.inf}, "noise.displacement = inf: no finite number above 0"),
+        ({"t": [0.0, np.inf], "displacement": [1.0, 2.0]}, {}, "data.t = inf: an instant"),
+        ({"t": [0.0], "displacement": [1.0]}, {}, "1 value for 4 unknowns; a free start has two"),
         (None, {"noise": "2%"}, "noise.displacement = '2%': not a number"),
         (None, {"noise": [1.0, 2.0]}, "of 400 values"),
         (None, {"noise": {"velocity": 1.0}}, "none of the data's displacement"),
@@ -550,3 +553,43 @@ def test_a_gap_that_the_motion_does_not_reach_is_told_at_an_end_of_its_range_too
     assert fit.errors[gap] == np.inf
     assert fit.errors["oscillator.damping"] < 1e-3
     assert [list(direction) for direction in fit.unidentifiable] == [[gap]]
+
+
+def test_instants_that_are_there_twice_show_their_noise_too() -> None:
+    """As of a clock that is too coarse: the noise of neighbours came out as nothing."""
+    first = record()
+    x = pc.simulate(rig(), pc.cosine(2), v0=0.5, t_end=30)(first["t"])[0]
+    other = x + NOISE * np.random.default_rng(5).standard_normal(len(x))
+    twice = {
+        "t": np.concatenate([first["t"], first["t"]]),
+        "displacement": np.concatenate([first["displacement"], other]),
+    }
+    fit = fitted(twice, noise=None)
+    assert fit.converged
+    assert fit.noise["displacement"] == pytest.approx(NOISE, rel=0.1)
+
+
+@pytest.mark.parametrize("loss", ["soft_l1", "huber", "cauchy", "arctan"])
+def test_a_robust_loss_finds_the_noise_of_most_values(loss: Any) -> None:
+    """That of all held the outliers, and errors were ten times too large."""
+    data = record()
+    data["displacement"][::20] += 50.0 * NOISE
+    known, unknown = fitted(data, loss=loss), fitted(data, loss=loss, noise=None)
+    assert unknown.converged
+    assert unknown.noise["displacement"] == pytest.approx(NOISE, rel=0.15)
+    for path, error in known.errors.items():
+        assert unknown.errors[path] == pytest.approx(error, rel=0.2)
+
+
+def test_a_zero_of_the_sensor_that_is_off_is_told_and_is_a_constant_force() -> None:
+    data = record()
+    data["displacement"] += 0.05
+    damping = {"oscillator.damping": 0.06}
+    told = fitted(data, noise=None, free={GAP: 0.25, RESTITUTION: 0.7} | damping)
+    assert "the residuals hang together: the model misses something" in repr(told)
+    force = pc.Forcing(constant=0.0, harmonics=pc.cosine(2).harmonics)
+    free = {GAP: 0.25, RESTITUTION: 0.7, "forcing.constant": 0.0}
+    fit = fitted(data, force=force, free=free)
+    assert fit.converged
+    assert fit.values["forcing.constant"] == pytest.approx(0.05, abs=0.003)
+    assert fit.values[GAP] == pytest.approx(0.25, abs=0.003)

@@ -138,7 +138,7 @@ def test_a_point_of_modes_and_the_stiffness_of_a_soft_stop() -> None:
         ({"t": TIMES, "stop_force_1": TIMES}, "of stop 1, where the structure has 1"),
         (
             {"t": TIMES[:3], "acceleration_0": TIMES[:3]},
-            "3 values for 7 unknowns; free starts have 6 each",
+            "3 values for 7 unknowns; a free start has 6",
         ),
         ({"impact_times": TIMES[1:20]}, "alone say too little of a structure"),
     ],

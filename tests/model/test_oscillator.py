@@ -11,6 +11,7 @@ from percuss.model import (
     Component,
     Oscillator,
     SoftStop,
+    Units,
     Wall,
     as_fraction,
     backlash_oscillator,
@@ -165,3 +166,13 @@ def test_negative_damping_keeps_its_sign_in_engineers_units() -> None:
 
     assert by_ratio.damping == by_coefficient.damping == -5
     assert by_ratio.of_unit_mass().damping == -1.25
+
+
+@pytest.mark.parametrize("units", [None, Units("mm", "s", "g")])
+def test_an_oscillator_with_a_mass_shows_its_coefficient_as_one(units: Units | None) -> None:
+    """``damping`` is c beside a mass and a without one: 2 a = c for a mass of 1."""
+    osc = Oscillator(1, "0.1", (Wall(1, "above", "0.8"),), mass=1, units=units)
+
+    assert "damping_coefficient='0.1'" in repr(osc)
+    assert "damping='0.05'" in repr(Oscillator(1, "0.05"))
+    assert eval(repr(osc), {"Oscillator": Oscillator, "Wall": Wall, "Units": Units}) == osc

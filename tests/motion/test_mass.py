@@ -167,7 +167,11 @@ def test_tables_of_a_run_name_its_units() -> None:
     assert run.crossings.to_xarray().v.attrs["units"] == "m/s"
     assert run.sample(3).x.attrs["units"] == "m"
     assert run.forces([1.0]).stops.attrs["units"] == "kN"
-    assert repr(buoy).endswith("mass=50, units=Units(length='m', time='s', mass='t'))")
+    assert repr(buoy).startswith(
+        "Oscillator.from_mass(mass=50, stiffness=20, damping_coefficient=4, "
+    )
+    assert repr(buoy).endswith(", units=Units(length='m', time='s', mass='t'))")
+    assert eval(repr(buoy), {**vars(pc.model)}) == buoy
 
 
 def test_a_proof_has_the_forces_energies_and_impulses_of_the_run() -> None:

@@ -12,11 +12,13 @@ from tests.orbits.kinds import points
 import percuss as pc
 from percuss.arrays import Floats
 from percuss.orbits import Branch, SpecialPoint
+from percuss.orbits.bifurcations.branch_equations import own_value
 
 Complex = NDArray[np.complex128]
 
 OMEGA, AMPLITUDE = "forcing.omega", "forcing.amplitude"
 GAP = "oscillator.stops.0.at"
+DAMPING = "oscillator.damping"
 
 
 def test_curves_of_folds_at_a_soft_stop_end_in_a_cusp(soft: Branch) -> None:
@@ -150,3 +152,74 @@ def test_a_motion_without_a_spring_grazes_from_the_middle() -> None:
     omega, found = curve.values.T
     assert omega[[0, -1]].tolist() == [2.5, 3.0]
     np.testing.assert_allclose(found, omega * np.sqrt(omega**2 + 0.04), rtol=0.0, atol=1e-11)
+
+
+def test_a_curve_of_folds_is_the_same_from_each_of_its_points() -> None:
+    """The second way begins far from where the first has ended, and no cusp appears there."""
+    stops = pc.Wall("0.67", "above", "0.32"), pc.Wall("-0.67", "below", "0.32")
+    ranges = {"forcing.constant": (-1, 1), DAMPING: (0, 1)}
+    osc, whole = pc.Oscillator(1, "0.01", stops), pc.cosine("2.25", amplitude="1.73")
+    branch = pc.continue_orbit(pc.find_orbit(osc, whole, 2, 1), over={DAMPING: (0, 1)})
+    curve = pc.continue_curve(points(branch, "fold")[0], ranges)
+    grazes = [point.values for point in curve.special_points]
+    assert [point.kind for point in curve.special_points] == ["fold_grazing", "fold_grazing"]
+
+    for row in (1, 6, 11, 16, 41):
+        constant, damping = curve.values[row].tolist()
+        force = pc.cosine("2.25", amplitude="1.73", constant=constant)
+        near = pc.Oscillator(1, 0.97 * damping, stops)
+        orbit = pc.find_orbit(near, force, 2, 1, guess=curve[row], formal=True)
+        (fold,) = points(pc.continue_orbit(orbit, over={DAMPING: (0, 1)}), "fold")
+        assert fold.value == pytest.approx(damping, abs=1e-10)
+        again = pc.continue_curve(fold, ranges).special_points
+        assert [point.kind for point in again] == ["fold_grazing", "fold_grazing"]
+        places = np.array([point.values for point in again])
+        assert places == pytest.approx(np.array(grazes), abs=1e-9)
+
+
+def test_folds_of_doubled_orbits_end_on_the_curve_of_doublings() -> None:
+    """Beyond it come the same orbits a period later: such a curve closed, or went back to its start."""
+    osc = pc.impact_oscillator("0.93", wall="0.45", side="above")
+    ranges = {AMPLITUDE: (0.05, 4), DAMPING: (0, 1)}
+    force = pc.cosine("2.23", amplitude="1.32", constant="0.158")
+    (orbit,) = (each for each in pc.find_orbits(osc, force, 2, 2) if each.n_impacts == 2)
+    branch = pc.continue_orbit(orbit, over={AMPLITUDE: (0.05, 4)})
+
+    curve = pc.continue_curve(points(branch, "fold")[0], ranges)
+
+    last = curve.special_points[-1]
+    assert (last.kind, last.status) == ("degenerate_period_doubling", "bracketed")
+    assert last.row == len(curve) - 1
+    assert "the two-fold cover of a shorter one" in curve.end_reason
+    assert curve.values[:, 1].argmax() == len(curve) - 1
+    # The orbit of one period doubles there: from the doubling a branch starts to one side, and on
+    # the other side of the point to the other.
+    amplitude, damping = last.values
+    simple = pc.find_orbit(osc, force, 1, 1, formal=True)
+    for way, side in ((0.99, -1.0), (1.01, 1.0)):
+        damped = pc.impact_oscillator("0.93", wall="0.45", side="above", damping=way * damping)
+        guess = pc.find_orbit(damped, force, 1, 1, guess=simple, formal=True)
+        single = pc.continue_orbit(guess, over={AMPLITUDE: (0.05, 4)})
+        doubling = min(
+            points(single, "period_doubling"), key=lambda point: abs(point.value - amplitude)
+        )
+        shift = own_value(pc.switch_branch(doubling), AMPLITUDE) - doubling.value
+        assert math.copysign(1.0, shift) == side
+
+
+def test_a_curve_of_folds_runs_off_to_the_resonance_in_few_steps() -> None:
+    """Steps are as long as the velocities are large; 2000 of one length led to damping 1e-4."""
+    osc = pc.Oscillator(1.0, "0.05", (pc.SoftStop(0.6, "above", 58.6),))
+    orbits = pc.find_orbits(osc, pc.cosine("2.612", amplitude="0.667"), 1, 2)
+    orbit = next(each for each in orbits if each.n_impacts == 1)
+    stiffness = "oscillator.stops.0.stiffness"
+    branch = pc.continue_orbit(orbit, over={stiffness: (0.5, 80)})
+
+    curve = pc.continue_curve(points(branch, "fold")[0], {stiffness: (0.5, 80), DAMPING: (0, 1)})
+
+    assert "the velocities grow without bound" in curve.end_reason
+    assert len(curve) < 200
+    assert 0.0 < curve.values[0, 1] < 1e-7
+    # There free motion alone is an orbit: half a swing beside the stop and half a swing in it.
+    half_swings = math.pi * (1.0 + 1.0 / math.sqrt(1.0 + curve.values[0, 0]))
+    assert half_swings == pytest.approx(curve[0].period, rel=1e-6)

@@ -117,6 +117,20 @@ def test_stops_that_change_places_meet_in_a_corner() -> None:
     assert branch[len(branch) - 1].sequence == (1, 0)
 
 
+def test_a_branch_ends_in_the_corner_where_opposite_soft_stops_change_places() -> None:
+    """Beyond it the events that enter one stop leave the other."""
+    stops = pc.SoftStop(0.2, "above", 29.0), pc.SoftStop(-0.2, "below", 29.0)
+    orbit = pc.find_orbit(pc.Oscillator(1, 0.05, stops), pc.cosine(1.2, amplitude=0.55), 2, 1)
+
+    branch = pc.continue_orbit(orbit, over={"oscillator.stops.0.at": (-0.4, 0.3)})
+
+    (corner,) = points(branch, "corner")
+    assert (corner.value, corner.status, corner.row) == (-0.2, "located", 0)
+    assert branch.end_reason.startswith(
+        "at oscillator.stops.0.at = -0.2 stops 0 and 1 come to lie at one place"
+    )
+
+
 def test_a_branch_ends_in_the_corner_where_its_walls_leave_no_room() -> None:
     walls = pc.Wall(0.3, "above", 0.7), pc.Wall(-0.3, "below", 0.7)
     orbit = pc.find_orbit(pc.Oscillator(1.0, 0.02, walls), pc.cosine(1.5), 2, 1)

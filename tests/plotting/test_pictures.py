@@ -275,3 +275,30 @@ def test_pictures_of_a_run_take_a_period_of_an_orbit_and_refuse_what_is_neither(
     np.testing.assert_array_equal(drawn.lines[0].get_data(), run.lines[0].get_data())
     with pytest.raises(pc.ParameterError, match=r"^run = 3: "):
         plot_phase_portrait(3)
+
+
+def test_a_second_picture_on_the_same_axes_leaves_the_first_in_sight() -> None:
+    force = pc.cosine("2.8")
+    far, near = (pc.impact_oscillator(r, wall="0.2", side="above", damping="0.05") for r in (1, 0))
+    first = pc.simulate(far, force, v0=2, periods=10)
+    second = pc.simulate(near, force, x0="0.1", periods=5)
+    for draw in (plotting.plot_displacement, plotting.plot_phase_portrait, plotting.plot_velocity):
+        ax = draw(first, new_axes())
+        before = (*ax.get_xbound(), *ax.get_ybound())
+        draw(second, ax)
+        after = (*ax.get_xbound(), *ax.get_ybound())
+        assert before[0] >= after[0]
+        assert before[1] <= after[1]
+        assert before[2] >= after[2]
+        assert before[3] <= after[3]
+
+
+def test_measurements_stay_in_sight_under_a_motion() -> None:
+    run = pc.simulate(pc.impact_oscillator(), v0=1, t_end=10)
+    ax = new_axes()
+    ax.plot([0, 20], [-3, 3], ".")
+
+    plotting.plot_displacement(run, ax, window=(2, 5))
+
+    assert ax.get_xbound()[1] > 20
+    assert ax.get_ybound()[0] < -3

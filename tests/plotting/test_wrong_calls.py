@@ -9,11 +9,10 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray as xr
+from tests.plotting.axes import new_axes
 
 import percuss as pc
 from percuss import plotting
-
-from .axes import new_axes
 
 OSC, FORCE = pc.impact_oscillator("0.8", wall="0.2", side="above", damping="0.05"), pc.cosine("2.8")
 PLOTS = [getattr(plotting, name) for name in plotting.__all__ if name.startswith("plot_")]
@@ -75,3 +74,12 @@ def test_the_spectrum_of_an_orbit_is_drawn_as_lines() -> None:
     ax = plotting.plot_spectrum(orbit, new_axes())
     assert ax.get_xlim()[1] == pytest.approx(32 * 2.5)  # the lines of the orbit, of period 1
     assert "resonant frequency" in ax.get_legend_handles_labels()[1]
+
+
+def test_each_result_that_one_function_draws_draws_itself() -> None:
+    osc, force = pc.impact_oscillator(0.8), pc.cosine(2.7)
+    orbit = pc.find_orbit(osc, force)
+    assert pc.velocity_gap_curve(osc, force).plot(ax=new_axes()).lines
+    assert pc.manifolds(orbit, length=0.1).plot(ax=new_axes()).lines
+    assert pc.singularity_set(osc, force).plot(ax=new_axes()).lines
+    assert pc.StructureManifolds.picture == "plot_manifolds"

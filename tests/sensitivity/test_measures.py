@@ -248,3 +248,11 @@ def test_an_impact_at_the_start_moves_away_from_it(of_structure: bool) -> None:
     value, moved = run.sensitivity([start, f"{kind}.stops.0.at"]).measured("rms_displacement")
     assert value == pytest.approx(np.sqrt(0.09 - 0.15 + 1 / 12), rel=1e-12)
     np.testing.assert_allclose(moved, np.array([-0.05, 0.15]) / (2 * value), rtol=1e-12)
+
+
+def test_one_path_in_the_place_of_a_list_is_told_under_its_name() -> None:
+    osc = pc.Oscillator()
+    with pytest.raises(pc.ParameterError, match=r"wrt = 'start\.v0': no list of paths"):
+        pc.gradient("max_displacement", osc, wrt="start.v0", start=(0, 3), t_end=4)
+    with pytest.raises(pc.ParameterError, match=r"paths = 'start\.v0': no list of paths"):
+        pc.simulate(osc, v0=3, t_end=4).sensitivity("start.v0")

@@ -81,7 +81,7 @@ NO_PERIOD = -1
 
 def bifurcation_diagram(
     osc: Oscillator | Structure,
-    force: Forcing | Loads | None,
+    force: Forcing | Loads | None = None,
     *,
     over: Mapping[str, object],
     section: SectionGiven = "stroboscopic",

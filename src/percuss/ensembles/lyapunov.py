@@ -86,7 +86,7 @@ class LyapunovExponents:
 
 def lyapunov_exponents(
     osc: Oscillator | Structure,
-    force: Forcing | Loads | None,
+    force: Forcing | Loads | None = None,
     *,
     start: Start | StructureStart | Sequence[Any] | None = None,
     transient: int = 1000,

@@ -36,6 +36,7 @@ from percuss.model.structure import Structure
 from percuss.model.structure_start import StructureStart, structure_start
 from percuss.model.system import System
 from percuss.progress import Progress, Report
+from percuss.wording import counted
 
 __all__ = ["fit"]
 
@@ -391,5 +392,7 @@ def _check_count(
     unknowns = len(names) + sum(of_start for record in records if record.start is None)
     if count < unknowns:
         each = "two" if of_start == 2 else f"{of_start}"
-        reason = f"{count} values for {unknowns} unknowns; free starts have {each} each"
+        values = f"{counted(count, 'value')} for {counted(unknowns, 'unknown')}"
+        starts = sum(record.start is None for record in records)
+        reason = f"{values}; a free start has {each}" if starts else values
         raise ParameterError("data", count, reason)

@@ -379,9 +379,12 @@ def _samples(name: str, t: Floats, values: Floats, quantity: int, noise: Any) ->
         raise ParameterError(f"noise.{name}", len(sizes), f"of {len(t)} values")
     is_given = np.isfinite(values)
     if not np.isfinite(t[is_given]).all():
-        raise ParameterError("data.t", math.nan, "an instant is no finite number")
-    if not is_estimated and not (sizes[is_given] > 0.0).all():
-        raise ParameterError(f"noise.{name}", float(np.min(sizes[is_given])), "not above 0")
+        wrong = t[is_given & ~np.isfinite(t)]
+        raise ParameterError("data.t", float(wrong[0]), "an instant is no finite number")
+    is_size = np.isfinite(sizes) & (sizes > 0.0)
+    if not is_estimated and not is_size[is_given].all():
+        wrong = sizes[is_given & ~is_size]
+        raise ParameterError(f"noise.{name}", float(wrong[0]), "no finite number above 0")
     order = np.argsort(t[is_given], kind="stable")
     t, values, sizes = t[is_given][order], values[is_given][order], sizes[is_given][order]
     if is_estimated:
@@ -393,7 +396,12 @@ def _samples(name: str, t: Floats, values: Floats, quantity: int, noise: Any) ->
 
 
 def _rough_noise(t: Floats, values: Floats, quantity: int) -> float:
-    """Return the noise by third differences of neighbours, which smooth motions hardly have."""
+    """Return the noise by third differences of neighbours, which smooth motions hardly have.
+
+    Of instants that are there more than once the first counts.
+    """
+    t, firsts = np.unique(t, return_index=True)
+    values = values[firsts]
     size = math.sqrt(float(np.mean(values * values))) if len(values) else 1.0
     if quantity == OF_IMPACT:
         return NOISE_OF_IMPACT * float(np.median(np.diff(t))) if len(t) > 1 else 1.0

@@ -17,6 +17,7 @@ import numpy as np
 
 from percuss.arrays import Floats
 from percuss.errors import ParameterError
+from percuss.fitting.losses import Loss
 from percuss.fitting.measured import MeasuredRecord, MeasuredSamples, quantity_name
 from percuss.fitting.shooting import Layout
 from percuss.fitting.solver import UNSEEN, WEAK, FitPoint, FitProblem
@@ -25,6 +26,8 @@ from percuss.model.structure import Structure
 from percuss.numerics.linear import leverages, matmul
 
 __all__ = [
+    "MEDIAN_SQUARE",
+    "NOT_WHITE",
     "check_noise",
     "groups_of",
     "leverages_of",
@@ -32,6 +35,11 @@ __all__ = [
     "with_noise_of_residuals",
 ]
 
+# The number of runs of one sign is so many standard deviations below that of noise: residuals that
+# hang together.
+NOT_WHITE = -4.0
+# The median of the squares of normal variables.
+MEDIAN_SQUARE = 0.4549364231195724
 # The noise of a quantity is estimated beside other data from so many values at least.
 FEWEST = 5
 
@@ -103,6 +111,14 @@ def leverages_of(problem: FitProblem, point: FitPoint) -> Floats:
     return in_order
 
 
+def _sum_of_squares(residuals: Floats, loss: Loss) -> float:
+    """Return the sum of squares; with a loss that bears outliers that of normal ones like most."""
+    squares = np.square(residuals)
+    if loss.name == "linear" or not len(squares):
+        return float(squares.sum())
+    return len(squares) * float(np.median(squares)) / MEDIAN_SQUARE
+
+
 def with_noise_of_residuals(problem: FitProblem, point: FitPoint) -> tuple[list[Layout], float]:
     """Return the records with the noise that residuals have where none was given.
 
@@ -127,7 +143,7 @@ def with_noise_of_residuals(problem: FitProblem, point: FitPoint) -> tuple[list[
                 # An impact that no motion has says nothing of the noise.
                 of = (samples.quantities == quantity) & samples.is_estimated
                 of &= residuals[own] != UNSEEN
-                square = float(np.square(residuals[own][of] * samples.noise[of]).sum())
+                square = _sum_of_squares(residuals[own][of] * samples.noise[of], problem.loss)
                 sums[number, quantity] = np.array([of.sum(), square, rest[own][of].sum()])
     layouts, most = [], 1.0
     for number, layout in enumerate(problem.layouts):

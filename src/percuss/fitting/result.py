@@ -14,7 +14,7 @@ from percuss.arrays import Flags, Floats
 from percuss.errors import ParameterError
 from percuss.fitting.effort import go_on
 from percuss.fitting.measured import MeasuredSamples, quantity_name, quantity_number
-from percuss.fitting.noise import whiteness_of
+from percuss.fitting.noise import NOT_WHITE, whiteness_of
 from percuss.fitting.search import FitCandidate, FitSearch
 from percuss.fitting.shooting import Layout, motion_between, run_from, start_at
 from percuss.fitting.solver import FIRM, TAUT, FitPoint, FitProblem, descend, point_at
@@ -145,8 +145,15 @@ class Fit(HasPicture):
             f"{self.values.asked.get(path, path)} = {with_error(value, self.errors[path])}"
             for path, value in self.values.items()
         )
-        end = f"; {self.reason}" if self.reason else ""
-        return f"<Fit: {values}; chi2 {self.chi2:.3g}{end}>"
+        return f"<Fit: {values}; chi2 {self.chi2:.3g}{self._end}>"
+
+    @property
+    def _end(self) -> str:
+        """What is wrong with it, after a semicolon; empty if nothing is."""
+        if self.reason:
+            return f"; {self.reason}"
+        is_white = self.whiteness >= NOT_WHITE
+        return "" if is_white else "; the residuals hang together: the model misses something"
 
     def _repr_html_(self) -> str:
         columns = {
@@ -154,8 +161,7 @@ class Fit(HasPicture):
             "value": np.array(list(self.values.values())),
             "error": np.array(list(self.errors.values())),
         }
-        end = f"; {self.reason}" if self.reason else ""
-        return html_table(f"Fit: chi2 {self.chi2:.3g}, {self.n_runs} runs{end}", columns)
+        return html_table(f"Fit: chi2 {self.chi2:.3g}, {self.n_runs} runs{self._end}", columns)
 
     @property
     def run(self) -> Trajectory | StructureTrajectory:

@@ -14,7 +14,12 @@ from percuss.fitting.effort import Effort
 from percuss.fitting.guess import Windows, best_start, extremes_of, lay_out, windows_of
 from percuss.fitting.losses import Loss
 from percuss.fitting.measured import MeasuredRecord
-from percuss.fitting.noise import groups_of, whiteness_of, with_noise_of_residuals
+from percuss.fitting.noise import (
+    MEDIAN_SQUARE,
+    groups_of,
+    whiteness_of,
+    with_noise_of_residuals,
+)
 from percuss.fitting.shooting import Layout
 from percuss.fitting.solver import (
     FIRM,
@@ -67,8 +72,6 @@ MUCH_LARGER = 3.0
 MOST_WEIGHINGS, SAME_NOISE = 20, 1.001
 # Two misfits are the same to this part.
 SAME = 1e-4
-# The median of the squares of normal variables.
-MEDIAN_SQUARE = 0.4549364231195724
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -535,7 +538,8 @@ class FitSearch:
             for record in self.records
             for samples in (record.samples, record.impacts)
         ]
-        return sum(map(len, groups)) > 1 or len(self.priors) > 0
+        is_robust = self.loss.name != "linear"
+        return sum(map(len, groups)) > 1 or len(self.priors) > 0 or is_robust
 
 
 def _others(n: int) -> str:

@@ -27,8 +27,8 @@ from percuss.model.system import System, region_rows, touching_stops
 from percuss.numerics import cos, sin
 
 __all__ = [
-    "MovedLaw", "moved_force_rows", "moved_law", "moved_number", "moved_period", "moved_rows",
-    "parameter_names", "unit_law",
+    "MovedLaw", "check_paths", "moved_force_rows", "moved_law", "moved_number", "moved_period",
+    "moved_rows", "parameter_names", "unit_law",
 ]  # fmt: skip
 
 START = "start."
@@ -124,6 +124,12 @@ def moved_stops(owner: str, n_stops: int, fields: Mapping[str, float]) -> Floats
     return np.array([[fields.get(path, 0.0) for path in own] for own in paths]).reshape(n_stops, 3)
 
 
+def check_paths(name: str, paths: Sequence[str]) -> None:
+    """Raise a `ParameterError` with this name unless paths is a list of some."""
+    if isinstance(paths, str) or not len(paths):
+        raise ParameterError(name, paths, 'no list of paths; give one such as ["start.v0"]')
+
+
 def parameter_names(
     paths: Sequence[str],
     osc: Oscillator | Structure,
@@ -138,8 +144,7 @@ def parameter_names(
     ParameterError
         If there is no such parameter, one is named twice, or none at all.
     """
-    if isinstance(paths, str) or not len(paths):
-        raise ParameterError("paths", paths, 'no list of paths; give one such as ["start.v0"]')
+    check_paths("paths", paths)
     names: list[str] = []
     of_end = parameters_in(end)
     of_motion = [path for path in paths if path not in of_end]

@@ -226,11 +226,13 @@ class Oscillator:
         raise_first(faults(self, ""))
 
     def __repr__(self) -> str:
-        # What is not there is not shown: stores know a study by this text.
-        others = {"mass": self.mass, "units": self.units}
-        more = "".join(f", {name}={value!r}" for name, value in others.items() if value is not None)
-        own = f"stiffness={self.stiffness!r}, damping={self.damping!r}, stops={self.stops!r}"
-        return f"Oscillator({own}{more})"
+        # Beside a mass a dashpot is a coefficient, and is named so. Stores know a study by this text.
+        units = "" if self.units is None else f", units={self.units!r}"
+        stops = f"stops={self.stops!r}{units}"
+        if self.mass is None:
+            return f"Oscillator(stiffness={self.stiffness!r}, damping={self.damping!r}, {stops})"
+        own = f"mass={self.mass!r}, stiffness={self.stiffness!r}"
+        return f"Oscillator.from_mass({own}, damping_coefficient={self.damping!r}, {stops})"
 
     @classmethod
     def from_mass(
@@ -278,7 +280,7 @@ class Oscillator:
         Examples
         --------
         >>> Oscillator.from_mass(mass=2.0, stiffness=50.0, damping_coefficient=0.5)
-        Oscillator(stiffness=50.0, damping=0.5, stops=(), mass=2.0)
+        Oscillator.from_mass(mass=2.0, stiffness=50.0, damping_coefficient=0.5, stops=())
         >>> Oscillator.from_mass(mass=2.0, stiffness=50.0, damping_ratio="0.25").damping
         5.0
         """

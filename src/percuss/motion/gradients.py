@@ -10,6 +10,7 @@ from percuss.errors import ParameterError
 from percuss.model.exact import Exact, Phase
 from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads
+from percuss.model.moved_law import check_paths
 from percuss.model.oscillator import On, Oscillator
 from percuss.model.structure import Structure
 from percuss.motion.moved_measures import MovedMeasure
@@ -64,6 +65,7 @@ def gradient(
     >>> pc.gradient("max_displacement", pc.Oscillator(), wrt=["start.v0"], start=(0, 3), t_end=4)
     array([1.])
     """
+    check_paths("wrt", wrt)
     limits: dict[str, Any] = {"t_end": t_end, "periods": periods, "max_impacts": max_impacts}
     if isinstance(osc, Structure):
         return simulate(osc, force, start=start, **limits).sensitivity(wrt).of(measure, on)

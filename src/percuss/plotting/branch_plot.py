@@ -94,6 +94,8 @@ CURVE_MARKERS = {
     "resonant_grazing": "o",
     "double_grazing": "X",
     "degenerate_grazing": "v",
+    "degenerate_period_doubling": "*",
+    "degenerate_symmetry_breaking": "*",
     "fold_doubling": "s",
     "fold_torus": "o",
     "doubling_torus": "D",

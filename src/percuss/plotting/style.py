@@ -243,11 +243,15 @@ def picture(
     """Yield axes to draw a picture on: those given, or the only ones of a new figure.
 
     A new figure has a size [inch] and, with `legend`, a legend below all its axes. `labels` are
-    titles of the axes that replace what the picture writes there.
+    titles of the axes that replace what the picture writes there. What the axes show already stays
+    in sight.
     """
     with style():
         axes = new_figure(*size).add_subplot() if ax is None else _given_axes(ax)
+        seen = (axes.get_xlim(), axes.get_ylim()) if axes.has_data() else None
         yield axes
+        if seen is not None:
+            _keep_in_sight(axes, *seen)
         if labels[0] is not None:
             axes.set_xlabel(labels[0])
         if labels[1] is not None:
@@ -263,6 +267,17 @@ def _given_axes(ax: object) -> Axes:
     if not isinstance(ax, Axes):
         raise ParameterError("ax", ax, "not axes of matplotlib; other arguments are given by name")
     return ax
+
+
+def _keep_in_sight(ax: Axes, x: tuple[float, float], y: tuple[float, float]) -> None:
+    """Widen the limits of the axes, if need be, to those of the picture before."""
+    for seen, now, widen in (
+        (x, ax.get_xbound(), ax.set_xbound),
+        (y, ax.get_ybound(), ax.set_ybound),
+    ):
+        low, high = min(*seen, *now), max(*seen, *now)
+        if (low, high) != now:
+            widen(low, high)
 
 
 def title_figure(figure: Figure | SubFigure, title: str, **look: Any) -> None:

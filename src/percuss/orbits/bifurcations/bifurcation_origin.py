@@ -17,7 +17,7 @@ import numpy as np
 from percuss.arrays import Floats
 from percuss.errors import PercussError
 from percuss.numerics import dot, norm
-from percuss.orbits.bifurcations.branch_equations import BranchEquations
+from percuss.orbits.bifurcations.branch_equations import BranchEquations, OrbitEquations
 from percuss.orbits.bifurcations.multiple_covers import primitive_orbit
 from percuss.orbits.continuation.locate import Zero, locate_near
 from percuss.orbits.continuation.problem import Point, along_parameter
@@ -30,6 +30,7 @@ __all__ = [
     "MIRRORS",
     "ONE_AND_THE_SAME",
     "Origin",
+    "difference_from_simpler",
     "located_origin",
     "origin_of",
     "origin_passed",
@@ -69,32 +70,41 @@ def _origin_between(a: Point[BranchEquations], b: Point[BranchEquations]) -> Ori
     Beyond it come the same orbits, a period later or mirrored: their difference from the simpler
     one changes its sign.
     """
-    parts = _difference(a), _difference(b)
+    parts = _difference_at(a), _difference_at(b)
     if parts[0] is None or parts[1] is None or dot(parts[0], parts[1]) >= 0.0:
         return None
     return "mirrored" if a.orbit.n_periods % 2 else "doubled"
 
 
-def _difference(point: Point[BranchEquations]) -> Floats | None:
-    """Return the difference of an orbit from the simpler one of which it may originate."""
-    family, z = point.problem, point.z
+def _difference_at(point: Point[BranchEquations]) -> Floats | None:
+    return difference_from_simpler(point.problem, point.z[:-1], point.orbit)
+
+
+def difference_from_simpler(
+    family: OrbitEquations, scaled: Floats, orbit: PeriodicOrbit
+) -> Floats | None:
+    """Return the difference of an orbit from the simpler one of which it may originate.
+
+    Of the durations and velocities among its scaled unknowns; None where there is no simpler one,
+    or it is the simpler one.
+    """
     n = family.n
     if n == 0 or n % 2:
         return None
-    if point.orbit.n_periods % 2:
-        difference = z[1:-1] - _symmetric(family, z[:-1])[1:]
-        exists = is_symmetric_system(*family.system_at(family.values(z)))
+    if orbit.n_periods % 2:
+        difference = (scaled - _symmetric(family, scaled))[1:]
+        exists = is_symmetric_system(*orbit.system)
     else:
-        halves = z[1:-1].reshape(2, 2, -1)
+        halves = scaled[1:].reshape(2, 2, -1)
         difference = (halves[:, 0] - halves[:, 1]).ravel()
-        exists = point.orbit.itinerary.halves_differ() < np.inf
+        exists = orbit.itinerary.halves_differ() < np.inf
     return difference if exists and np.abs(difference).max() > ROUNDING else None
 
 
 def origin_passed(a: Point[BranchEquations], b: Point[BranchEquations]) -> Zero | None:
     """Return the origin of a family whose parameter turns between two points."""
     origin = _origin_between(a, b)
-    one, other = _difference(a), _difference(b)
+    one, other = _difference_at(a), _difference_at(b)
     if origin is None or one is None or other is None:
         return None
     part = norm(one) / norm(one - other)
@@ -104,7 +114,7 @@ def origin_passed(a: Point[BranchEquations], b: Point[BranchEquations]) -> Zero 
     return located_origin(family, rough, origin)
 
 
-def _symmetric(family: BranchEquations, scaled: Floats) -> Floats:
+def _symmetric(family: OrbitEquations, scaled: Floats) -> Floats:
     """Return scaled unknowns with the second half of the orbit mirroring the first."""
     return Itinerary.of_vector(family.events, scaled, family.n_periods).mirrored_mean().vector
 

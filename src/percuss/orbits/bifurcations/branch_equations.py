@@ -109,6 +109,7 @@ class OrbitEquations:
         # Distance, velocity after it and, last, time.
         self.rows = np.array([orbit.period * speed, speed] * n + [orbit.period] * min(n, 1))
         met = entries_of(self.system, self.events)
+        self._entry_rows = [row for row, _ in met]
         self.entries = [(i, stop, entry(self.system.oscillator, stop).sign) for i, stop in met]
         self.walls = is_wall(law, self.events)
         self.jumps = ForceJumps.of(law) if n else ForceJumps(())
@@ -142,10 +143,15 @@ class OrbitEquations:
 
     def _law_at(self, values: tuple[float, ...]) -> Law:
         """Return the law at values of the parameters."""
-        law = self.system_at(values).law
+        system, reason = self.system_at(values), ""
+        law = system.law
         if law.shape != self.system.law.shape:
+            reason = "the stops fall together there"
+        elif self._entry_rows != [row for row, _ in entries_of(system, self.events)]:
+            reason = "stops change places there, and events that enter one leave the other"
+        if reason:
             given = values[0] if len(values) == 1 else values
-            raise ParameterError(", ".join(self.paths), given, "the stops fall together there")
+            raise ParameterError(", ".join(self.paths), given, reason)
         return law
 
     def sides(self, unknowns: Floats, values: tuple[float, ...]) -> Integers:

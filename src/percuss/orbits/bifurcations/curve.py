@@ -14,8 +14,10 @@ from percuss.arrays import Complexes, Flags, Floats
 from percuss.model.oscillator import SoftStop
 from percuss.motion.tables import HasTable
 from percuss.numerics import norm
+from percuss.orbits.bifurcations.bifurcation_origin import ENDS, Origin
 from percuss.orbits.bifurcations.branch import CurveRows
 from percuss.orbits.bifurcations.curve_equations import CurveEquations
+from percuss.orbits.bifurcations.origin_of_folds import origin_of_folds
 from percuss.orbits.continuation.follow import Segment
 from percuss.orbits.continuation.locate import Zero, changes_sign, locate
 from percuss.orbits.continuation.problem import Point
@@ -36,6 +38,8 @@ CurvePointKind: TypeAlias = Literal[
     "resonant_grazing",
     "double_grazing",
     "degenerate_grazing",
+    "degenerate_period_doubling",
+    "degenerate_symmetry_breaking",
 ]
 
 
@@ -51,7 +55,9 @@ class CurvePoint:
         "resonant_grazing" (a neighbour of the grazing orbit comes back to the stop as fast as it
         left it, to first order: the square root in the return map has no effect),
         "double_grazing" (an orbit with two grazes), "degenerate_grazing" (a graze of zero
-        acceleration).
+        acceleration), "degenerate_period_doubling" and "degenerate_symmetry_breaking" (a curve of
+        folds ends on one of these: the orbits that fold come to be the two-fold cover of one that
+        doubles, or a symmetric one).
     paths, values
         The two parameters and their values there.
     intervals
@@ -174,6 +180,9 @@ LOCATED = 1e-10
 SLOW = 1e-6
 # Special points nearer than this are one.
 SAME = 1e-8
+# Velocities grow without bound where they exceed the first orbit's by the first factor and the
+# parameters make up less than the second part of a step.
+LARGE, STANDING = 1e6, 1e-9
 
 
 class CurveDetector:
@@ -204,11 +213,33 @@ class CurveDetector:
         rows: list[CurveRow] = [
             (point, special) for special, point in _points_between(self.kind, here, new)
         ]
+        passed = origin_of_folds(here, new) if self.kind == "fold" else None
+        if passed is not None:
+            return self._up_to_origin(here, rows, *passed)
         change = _met_stop(here, new)
+        if not change and new.problem.size(new.z) > LARGE and norm(new.tangent[-2:]) < STANDING:
+            why = f"the velocities grow without bound towards {new.text}"
+            return Segment([*rows, (new, None)], why)
         if not change:
             return Segment(rows)
         last = rows[-1][0] if rows else new
         return Segment(rows, f"beyond {last.text} {change}")
+
+    def _up_to_origin(
+        self, here: CurvesPoint, rows: list[CurveRow], origin: Origin, zero: Zero
+    ) -> Segment[CurveEquations, CurvePoint]:
+        """Return the points up to where the orbits that fold come to simpler ones."""
+        equations = here.problem
+        kind, detail = ORIGINS[origin]
+        special = _point(equations, kind, detail, zero, zero.orbit)
+        point = Point(zero.z, here.tangent, *equations.evaluated(zero.z), equations)
+        # Odd in the difference from the simpler orbit, the quadratic coefficient vanishes there, too.
+        until = [
+            row for row in rows
+            if row[1] is not None and row[1].kind != "cusp"
+            and norm(row[0].z - here.z) < norm(zero.z - here.z)
+        ]  # fmt: skip
+        return Segment([*until, (point, special)], f"at {point.text} {ENDS[origin]}")
 
 
 def _points_between(kind: CurveKind, a: CurvesPoint, b: CurvesPoint) -> Iterator[LocatedPoint]:
@@ -243,7 +274,8 @@ def _points_of_piece(kind: CurveKind, a: CurvesPoint, b: CurvesPoint) -> Iterato
     for name in sorted(changed, key=lambda name: name == "clearance"):
         if name == "clearance" and any(_is_slow(equations, zero.orbit) for _, zero in zeros):
             continue
-        zero = locate(a, b, partial(equations.test, name=name), (a.tests[name], b.tests[name]))
+        test, ends = partial(equations.test, name=name), (a.tests[name], b.tests[name])
+        zero = locate(a, b, test, ends, near_others=False)
         if zero is not None:
             zeros.append((name, zero))
     zeros.sort(key=lambda named: named[1].part)
@@ -294,6 +326,11 @@ def _point(
     return CurvePoint(kind, paths, values, intervals, status, orbit, -1, detail)
 
 
+# The points at which curves of folds end, by the simpler orbit that they come to.
+ORIGINS: dict[Origin, tuple[CurvePointKind, str]] = {
+    "doubled": ("degenerate_period_doubling", "folds end on the curve of period doublings"),
+    "mirrored": ("degenerate_symmetry_breaking", "folds end on the curve of symmetry breakings"),
+}
 MEANINGS: dict[str, tuple[CurvePointKind, str]] = {
     "cusp": ("cusp", "two curves of folds meet and end"),
     "return": (

@@ -34,11 +34,11 @@ __all__ = [
 
 Values = tuple[float, float]
 
-# Scaled residuals of a point that need not become smaller.
-ENOUGH = 1e-13
+# Scaled residuals of a point that need not become smaller, and those near other curves.
+ENOUGH, ROUNDING = 1e-13, 1e-16
 # Steps of Broyden's method, and from how many points its derivatives are computed anew.
 MOST_STEPS, MOST_TIMES = 13, 4
-# Scaled arclength of the longest step.
+# Scaled arclength of the longest step, where the velocities are those of the first orbit.
 LONGEST_STEP = 0.25
 # Velocities into a soft stop below this part of the scale: it is hardly met. Steps to there are
 # repeated with half the length, down to the second number, in scaled arclength.
@@ -114,6 +114,10 @@ class CurveEquations(ABC):
         """Return the law of a point."""
         return self.equations.law_at(self.values(z))
 
+    def size(self, z: Floats) -> float:
+        """Return the ratio of the velocities to those of the first orbit, at least 1."""
+        return max(1.0, float(np.abs(z[1 + self.equations.n : -2]).max(initial=0.0)))
+
     def derivatives(self, z: Floats) -> Floats:
         """Return the derivatives of the residuals, (K, K + 1); by the parameters as differences.
 
@@ -134,11 +138,12 @@ class CurveEquations(ABC):
         guess: Floats,
         normal: Floats,
         *,
-        near_others: bool = False,  # noqa: ARG002
+        near_others: bool = False,
     ) -> Floats:
         """Return the point of the curve in the plane through a guess with this normal.
 
-        Broyden's method, from the derivatives at the settled point, or from new ones.
+        Broyden's method, from the derivatives at the settled point, or from new ones. Near other
+        curves, where small residuals are large errors, down to rounding.
 
         Raises
         ------
@@ -148,12 +153,15 @@ class CurveEquations(ABC):
             If the parameters cannot have the values.
         """
         z, error = guess, np.inf
+        enough = ROUNDING if near_others else ENOUGH
         for k in range(MOST_TIMES):
             matrix = self._matrix if k == 0 else self.derivatives(z)
             if matrix is None:
                 continue
             equations = Broyden(self.residual, matrix)
-            z, error, is_solved = corrected(equations, z, normal, steps=MOST_STEPS, enough=ENOUGH)
+            z, error, is_solved = corrected(
+                equations, z, normal, steps=MOST_STEPS, enough=enough, size=self.size
+            )
             if is_solved:
                 return z
         raise ConvergenceError("no point of the curve found", guess, error, "take smaller steps")
@@ -236,8 +244,12 @@ class CurveEquations(ABC):
         return tangent
 
     def longest_step(self, point: Point[Self], largest: float) -> float:
-        """Return the longest step: the parameters change by the caller's largest step at most."""
-        return min(LONGEST_STEP, largest / max(norm(point.tangent[-2:]), 1e-9))
+        """Return the longest step, in proportion to the velocities.
+
+        The parameters change by the caller's largest step at most.
+        """
+        longest = LONGEST_STEP * self.size(point.z)
+        return min(longest, largest / max(norm(point.tangent[-2:]), 1e-9))
 
 
 class MultiplierCurve(CurveEquations):
@@ -266,6 +278,15 @@ class MultiplierCurve(CurveEquations):
         """Take the null vectors at a point as the border of the matrix."""
         returns = self._returns(z[:-2], self.law_of(z))
         self._border = directions(returns.T)[1][-1], directions(returns)[1][-1]
+
+    def recentre(self, point: Point[Self]) -> None:
+        """Make a point the centre of the neighbourhood in which the next are computed."""
+        before = point.tests.get("cusp", 0.0)
+        if self._latest[0] is not point.z and before * self._bend(point.z) < 0.0:
+            # The last centre was far away, and turns the null vectors from those of the tests.
+            left, right = self._border
+            self._border = -left, right
+        super().recentre(point)
 
     def _returns_of(self, matrix: Floats) -> Floats:
         equations = self.equations

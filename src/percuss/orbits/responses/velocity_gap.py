@@ -23,6 +23,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,6 +58,7 @@ from percuss.orbits.finding.single_impact import (
 )
 from percuss.orbits.orbit.itinerary import entry, row_of_region
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+from percuss.pictures import HasPicture
 from percuss.wording import counted
 
 __all__ = ["VelocityGap", "velocity_gap_curve"]
@@ -67,7 +69,7 @@ SINGULAR = 1e-12
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
-class VelocityGap:
+class VelocityGap(HasPicture):
     """Single-impact orbits of n forcing periods as the wall moves, made by `velocity_gap_curve`.
 
     Attributes
@@ -100,6 +102,8 @@ class VelocityGap:
     admissible
         (n,) array, whether the motion passes the wall nowhere between its impacts.
     """
+
+    picture: ClassVar = "plot_velocity_gap"
 
     n_periods: int
     equilibrium: float

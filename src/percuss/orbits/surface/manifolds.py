@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from itertools import product
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any, ClassVar, overload
 
 import numpy as np
 
@@ -37,6 +37,7 @@ from percuss.orbits.surface.saddles import (
     points_at_strobes,
 )
 from percuss.orbits.surface.structure_manifolds import StructureManifolds, structure_manifolds
+from percuss.pictures import HasPicture
 from percuss.progress import Progress, Report
 
 if TYPE_CHECKING:
@@ -51,7 +52,7 @@ FAR = 10.0
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
-class Manifolds(HasTable):
+class Manifolds(HasPicture, HasTable):
     """Stable and unstable manifolds of a saddle orbit; made by `manifolds`.
 
     Attributes
@@ -75,6 +76,8 @@ class Manifolds(HasTable):
     branches
         The halves of the manifolds.
     """
+
+    picture: ClassVar = "plot_manifolds"
 
     orbit: PeriodicOrbit
     section: SectionKind

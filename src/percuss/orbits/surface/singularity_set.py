@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import TYPE_CHECKING, Literal, TypeAlias
+from typing import TYPE_CHECKING, ClassVar, Literal, TypeAlias
 
 import numpy as np
 
@@ -26,6 +26,7 @@ from percuss.orbits.orbit.itinerary import Entry, entry, row_of_region
 from percuss.orbits.surface.backward import BackwardMotions
 from percuss.orbits.surface.grazing_intervals import grazing_intervals
 from percuss.orbits.surface.maps import periodic_system
+from percuss.pictures import HasPicture
 
 if TYPE_CHECKING:
     # A second of import.
@@ -314,7 +315,7 @@ class SingularityCurve:
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
-class SingularitySet(HasTable):
+class SingularitySet(HasPicture, HasTable):
     """Curves in the impact surface on which an impact map is singular; see `singularity_set`.
 
     Attributes
@@ -326,6 +327,8 @@ class SingularitySet(HasTable):
     curves
         The curves.
     """
+
+    picture: ClassVar = "plot_singularity_set"
 
     oscillator: Oscillator
     forcing: Forcing

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from percuss.numerics import directions, matmul, norm
 from percuss.orbits.orbit.structure_orbit import ON_CIRCLE, StructureOrbit, map_between
 from percuss.orbits.surface.manifold_branch import ManifoldBranch
 from percuss.orbits.surface.manifold_growth import TOLERANCE, Grower, grow, local_manifold
+from percuss.pictures import HasPicture
 from percuss.progress import Progress, Report
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ SAMPLES = 257
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
-class StructureManifolds(HasTable):
+class StructureManifolds(HasPicture, HasTable):
     """The unstable manifold of an orbit of a structure; made by `manifolds`.
 
     Attributes
@@ -51,6 +52,8 @@ class StructureManifolds(HasTable):
     branches
         The halves of the manifold of each point.
     """
+
+    picture: ClassVar = "plot_manifolds"
 
     orbit: StructureOrbit
     cycle: float

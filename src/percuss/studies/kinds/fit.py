@@ -14,6 +14,7 @@ from percuss.execution import Execution
 from percuss.fitting import fit
 from percuss.fitting.losses import LossName
 from percuss.fitting.measured import quantity_dimensions
+from percuss.fitting.noise import NOT_WHITE
 from percuss.fitting.result import with_error
 from percuss.io.study_text import number, start_table
 from percuss.model.dimensions import dimensions_of
@@ -46,9 +47,6 @@ if TYPE_CHECKING:
 __all__ = ["Fit"]
 
 NO_PRIOR = "not [mean, standard deviation], the latter above 0"
-# The number of runs of one sign differs by so many standard deviations: residuals that hang
-# together.
-NOT_WHITE = -4.0
 # Residuals far below the noise that was given.
 FAR_TOO_SMALL = 0.01
 
