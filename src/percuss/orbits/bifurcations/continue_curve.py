@@ -89,7 +89,7 @@ def continue_curve(
     ----------
     point
         A fold, period doubling, symmetry breaking or graze, as `continue_orbit` finds them; of a
-        structure a fold, period doubling, torus point or graze.
+        structure a fold, period doubling, symmetry breaking, torus point or graze.
     over
         Two parameters by their paths, and the ranges to follow the curve in; the point's own
         values lie in them. The curve begins at its end towards the first value of the first
@@ -110,8 +110,8 @@ def continue_curve(
     Raises
     ------
     ParameterError
-        If no curve goes through points of that kind, there are not two such parameters, or a
-        range does not hold the value at the point.
+        If no curve goes through points of that kind, there are not two such parameters, a range
+        does not hold the value at the point, or the symmetry that breaks is lost when they vary.
     ConvergenceError
         If the point is none of the curve: a symmetry breaking in a system without symmetry.
 

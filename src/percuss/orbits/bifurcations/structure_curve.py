@@ -231,7 +231,7 @@ class _CurveDetector:
         """Return what is beyond the last point: the same curve where an event is at t = 0."""
         if self.condition != GRAZE:
             stop = _touched_stop(here.problem, here.orbit)
-            reason += "" if stop is None else f"; the orbit grazes stops.{stop} there"
+            reason += "" if stop is None else f"; the orbit grazes stop {stop} there"
         return Segment([], reason, begun_anew(here))
 
 

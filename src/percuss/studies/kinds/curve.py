@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, get_args
 
@@ -24,7 +25,7 @@ __all__ = ["Curve"]
 
 PointKind = Literal["fold", "period_doubling", "symmetry_breaking", "grazing", "torus"]
 OF_OSCILLATORS: tuple[PointKind, ...] = get_args(PointKind)[:4]
-OF_STRUCTURES: tuple[PointKind, ...] = ("fold", "period_doubling", "torus", "grazing")
+OF_STRUCTURES: tuple[PointKind, ...] = get_args(PointKind)
 
 
 @table
@@ -98,11 +99,17 @@ class Curve(Question):
         """Follow the orbit, and each special point."""
         along = self.along or next(iter(self.over))
         branch = follow(study, self.sought, {along: self.over[along]}, self.steps, execution)
-        return [
-            continue_curve(point, self.over, progress=execution.progress)
-            for point in branch.special_points
-            if point.kind in self.points
-        ]
+        curves = []
+        for point in branch.special_points:
+            if point.kind not in self.points:
+                continue
+            try:
+                curves.append(continue_curve(point, self.over, progress=execution.progress))
+            except ParameterError as error:
+                # The others have their curves.
+                what = f"no curve from {point.kind} at {point.path} = {point.value:.6g}"
+                warnings.warn(f"{what}: {error.reason}", stacklevel=2)
+        return curves
 
     def draw(self, result: list[CurveResult | StructureCurve], study: Study, figure: Any) -> None:
         """Draw the curves in the plane of the parameters."""
