@@ -19,6 +19,7 @@ Complex = NDArray[np.complex128]
 OMEGA, AMPLITUDE = "forcing.omega", "forcing.amplitude"
 GAP = "oscillator.stops.0.at"
 DAMPING = "oscillator.damping"
+RESTITUTION = "oscillator.stops.0.restitution"
 
 
 def test_curves_of_folds_at_a_soft_stop_end_in_a_cusp(soft: Branch) -> None:
@@ -223,3 +224,60 @@ def test_a_curve_of_folds_runs_off_to_the_resonance_in_few_steps() -> None:
     # There free motion alone is an orbit: half a swing beside the stop and half a swing in it.
     half_swings = math.pi * (1.0 + 1.0 / math.sqrt(1.0 + curve.values[0, 0]))
     assert half_swings == pytest.approx(curve[0].period, rel=1e-6)
+
+
+def test_a_graze_of_two_periods_is_told_from_others_of_its_orbit() -> None:
+    """Its orbit may be given from the other period on: a graze beside it was its own."""
+    stops = pc.SoftStop("0.3268", "above", "3.7411"), pc.Wall("0.7264", "above", "0.633")
+    osc = pc.Oscillator(1, "0.05", stops)
+    force = pc.cosine("2.3838", amplitude="1.4125", phase="1.3296")
+    orbits = [each for each in pc.find_orbits(osc, force, 2, 2) if each.n_periods == 2]
+    branches = [pc.continue_orbit(orbit, over={OMEGA: (0.5, 3.5)}) for orbit in orbits]
+    grazes = [point for branch in branches for point in points(branch, "grazing")]
+    graze = min(grazes, key=lambda point: abs(point.value - 2.552))
+    assert graze.value == pytest.approx(2.552, abs=1e-3)
+
+    curve = pc.continue_curve(graze, {DAMPING: (0, 1), OMEGA: (0.5, 3.5)})
+
+    assert [point.kind for point in curve.special_points] == ["fold_grazing", "resonant_grazing"]
+    for orbit in curve:
+        clearances = np.sort(orbit.turning_points.clearance)
+        assert abs(clearances[0]) < 1e-9
+        assert clearances[1] > 0.1
+
+
+def test_a_curve_begins_at_the_end_of_a_range() -> None:
+    """The first point was moved out of the range by rounding, to a restitution below 0."""
+    osc = pc.impact_oscillator(0, wall="0.58", side="above", damping="0.05")
+    orbit = pc.find_orbit(osc, pc.cosine("1.07", amplitude="0.48"), 1, 1)
+    branch = pc.continue_orbit(orbit, over={DAMPING: (0, 1)})
+
+    curve = pc.continue_curve(points(branch, "fold")[0], {DAMPING: (0, 1), RESTITUTION: (0, 1)})
+
+    assert curve.values[0, 1] == 0.0
+    assert curve.values[-1, 1] == 1.0
+
+
+def test_a_mass_at_rest_after_a_plastic_impact_grazes_no_stop() -> None:
+    osc = pc.impact_oscillator(1, wall="-0.14", side="above", damping="0.05")
+    orbit = pc.find_orbit(osc, pc.cosine("3.11", amplitude="1.19"), 1, 1)
+    branch = pc.continue_orbit(orbit, over={GAP: (-0.74, 0.46)})
+    (doubling,) = points(branch, "period_doubling")
+
+    curve = pc.continue_curve(doubling, {GAP: (-0.74, 0.46), RESTITUTION: (0, 1)})
+
+    assert curve.values[-1, 1] == 0.0
+    assert curve[-1].admissible
+    assert curve[-1].v0 == 0.0
+    assert curve.special_points == ()
+
+
+def test_no_curve_goes_through_a_graze_at_the_end_of_a_plastic_impact() -> None:
+    """It is there whatever the parameters are: a curve wandered through the plane."""
+    osc = pc.impact_oscillator(0, wall="0.45", side="above", damping="0.01")
+    force = pc.cosine("1.8", amplitude="1.2356")
+    branch = pc.continue_orbit(pc.find_orbit(osc, force, 1, 1), over={OMEGA: (0.5, 3.5)})
+    graze = min(points(branch, "grazing"), key=lambda point: point.value)
+
+    with pytest.raises(pc.ParameterError, match="the graze is at the end of a plastic impact"):
+        pc.continue_curve(graze, {"forcing.constant": (-1, 1), OMEGA: (0.5, 3.5)})

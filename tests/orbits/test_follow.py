@@ -14,6 +14,7 @@ from numpy.linalg import solve
 
 from percuss.arrays import Floats
 from percuss.errors import ConvergenceError, ParameterError
+from percuss.orbits.continuation.correct import Broyden, corrected
 from percuss.orbits.continuation.follow import (
     STOPPED,
     Segment,
@@ -199,3 +200,12 @@ def test_a_jump_is_told_from_a_zero_that_the_function_goes_through() -> None:
         assert zero.goes_through is goes_through
         assert zero.z[-1] == pytest.approx(0.55, abs=1e-11)
         assert abs(circle.residual(zero.z)[0]) < 1e-14
+
+
+def test_residuals_that_overflow_end_the_correction_without_warnings() -> None:
+    """Broyden's update multiplied infinity by 0."""
+    equations = Broyden(lambda z: np.array([z[0] - 1.0 if z[0] < 0.5 else np.inf]), np.eye(1, 2))
+
+    _, _, is_solved = corrected(equations, np.zeros(2), np.array([0.0, 1.0]), steps=5, enough=1e-13)
+
+    assert not is_solved

@@ -26,7 +26,7 @@ from percuss.orbits.bifurcations.borders import Bordered
 from percuss.orbits.bifurcations.force_jumps import Crossing, ForceJumps
 from percuss.orbits.continuation.correct import WEAK, corrected, tangent_of
 from percuss.orbits.continuation.problem import Point, along_parameter
-from percuss.orbits.orbit.itinerary import Itinerary, entries_of, entry, is_wall
+from percuss.orbits.orbit.itinerary import Itinerary, entries_of, entry, is_plastic, is_wall
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.solve import Solution, orbit_of_solution
 from percuss.orbits.orbit.steady import steady_orbit
@@ -196,9 +196,13 @@ class OrbitEquations:
         system = self.system_at(values)
         if self.n == 0:
             return steady_orbit(system, self.region)
-        residual, _ = self.shot(unknowns, self.law_at(values))
+        law = self.law_at(values)
+        residual, _ = self.shot(unknowns, law)
         largest = float(np.abs(residual * self.rows).max())
-        itinerary = Itinerary.of_vector(self.events, unknowns * self.scale, self.n_periods)
+        vector = unknowns * self.scale
+        # By rounding a mass that a plastic impact leaves at rest would turn at once.
+        vector[1 + self.n :][is_plastic(law, self.events)] = 0.0
+        itinerary = Itinerary.of_vector(self.events, vector, self.n_periods)
         return orbit_of_solution(system, Solution(itinerary, largest, True, True))
 
     def into_stops(self, orbit: PeriodicOrbit) -> Floats:

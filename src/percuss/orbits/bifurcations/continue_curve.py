@@ -257,7 +257,11 @@ def _of_graze(orbit: PeriodicOrbit, ranges: Ranges) -> tuple[CurveEquations, Flo
         with_graze = OrbitEquations(base, ranges, np.array([row, *others.events]))
         equations = OrbitEquations(base, ranges, kept)
     curve = GrazingCurve(with_graze, equations, contact, first)
-    return curve, np.append(curve.unknowns_of(others, orbit.period), parts)
+    start = np.append(curve.unknowns_of(others, orbit.period), parts)
+    if curve.at_impact(start):
+        reason = "the graze is at the end of a plastic impact, whatever the parameters are"
+        raise ParameterError("point", orbit, f"{reason}; no curve goes through it")
+    return curve, start
 
 
 def _row(contact: GrazingContact) -> Integers:

@@ -21,7 +21,7 @@ from percuss.kernels.law_columns import Law
 from percuss.numerics import directions, dot, matmul, norm
 from percuss.orbits.bifurcations.branch_equations import OrbitEquations, Ranges
 from percuss.orbits.continuation.correct import Broyden, corrected, solved, tangent_of
-from percuss.orbits.continuation.problem import BorderError, Point
+from percuss.orbits.continuation.problem import BorderError, Point, along_parameter
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
 __all__ = [
@@ -47,6 +47,8 @@ HARDLY, NEAR_END = 1e-4, 1e-5
 TURNED = 0.97
 # Scaled steps of central differences, where h^2 and 1e-16/h are both small, and of one-sided ones.
 CENTRAL, ONE_SIDED = 1e-5, 1e-7
+# Component of a parameter in the tangent below which a curve runs along the end of its range.
+ALONG_EDGE = 1e-6
 # The part of the period between an event and a jump of the force at which a curve has come to it:
 # beyond it a step cannot be told from one across.
 AT_JUMP = 1e-4
@@ -169,13 +171,19 @@ class CurveEquations(ABC):
     def started(self, guess: Floats) -> Point[Self]:
         """Return the point of the curve next to a guess, with its tangent.
 
+        A parameter at an end of its range stays there.
+
         Raises
         ------
         ConvergenceError
             If there is none.
         """
         _, rows = directions(self.derivatives(guess))
-        return self._point(self.corrected(guess, rows[-1]), rows[-1])
+        tangent = normal = rows[-1]
+        for k in (-2, -1):
+            if guess[k] in (0.0, 1.0) and abs(tangent[k]) > ALONG_EDGE:
+                normal = along_parameter(len(guess), k)
+        return self._point(self.corrected(guess, normal), tangent)
 
     def point(self, z: Floats, before: Point[Self]) -> Point[Self]:
         """Return a solution with its tangent, on the side of an earlier one's, and its tests."""

@@ -10,10 +10,12 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Mapping
+from typing import Self
 
 import numpy as np
 
 from percuss.arrays import Floats
+from percuss.errors import ConvergenceError
 from percuss.kernels import law_columns as at
 from percuss.kernels import record as columns
 from percuss.kernels.flight import (
@@ -26,9 +28,10 @@ from percuss.kernels.law_columns import N_HARMONICS, N_KNOTS, PERIOD, Law
 from percuss.kernels.tangent import propagator
 from percuss.motion.reach import steady
 from percuss.numerics import determinant
-from percuss.orbits.bifurcations.branch_equations import OrbitEquations
+from percuss.orbits.bifurcations.branch_equations import NO_TIME, OrbitEquations
 from percuss.orbits.bifurcations.curve_equations import CurveEquations, return_equations
 from percuss.orbits.bifurcations.grazing_contact import GrazingContact, acceleration_at
+from percuss.orbits.continuation.problem import Point
 from percuss.orbits.orbit.itinerary import Itinerary, row_of_region
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.steady import steady_state
@@ -85,6 +88,20 @@ class GrazingCurve(CurveEquations):
         unknowns = np.concatenate([instants[:1], durations, [0.0], others.velocities[: n - 1]])
         return np.asarray(unknowns / self.equations.scale)
 
+    def at_impact(self, z: Floats) -> bool:
+        """Return whether the graze coincides with another event.
+
+        At the end of a plastic impact that is no graze: it is there whatever the parameters are.
+        """
+        return bool(np.abs(z[[1, self.equations.n]]).min() < NO_TIME)
+
+    def point(self, z: Floats, before: Point[Self]) -> Point[Self]:
+        """Return a solution with its tangent, on the side of an earlier one's, and its tests."""
+        if self.at_impact(z):
+            what = "the graze comes to coincide with an impact"
+            raise ConvergenceError(what, z, 0.0, "take smaller steps")
+        return super().point(z, before)
+
     def residual(self, z: Floats) -> Floats:
         """Return those of the itinerary, and the velocity of the graze."""
         residual, _ = self._shot(z)
@@ -126,17 +143,19 @@ class GrazingCurve(CurveEquations):
 
     def tests(self, z: Floats, orbit: PeriodicOrbit) -> dict[str, float]:
         """Return the functions of the graze, the other impacts and the multipliers."""
-        law = self.law_of(z)
+        law, unknowns = self.law_of(z), self._unknowns_without(z)
         instant = float(z[0] * self.equations.scale[0])
         in_halves = self.equations.mirror < 0.0
-        clearance = other_clearance(orbit, law, instant, in_halves=in_halves)
+        # The orbit may be given from another period of the force on.
+        shift = orbit.itinerary.start - float(unknowns[0] * self.others.scale[0])
+        clearance = other_clearance(orbit, law, instant + shift, in_halves=in_halves)
         small = ZERO * float(self.equations.rows[0])
         tests = {"clearance": 0.0 if abs(clearance) < small else clearance}
         tests["acceleration"] = -self.contact.sign * acceleration_at(law, self.contact, instant)
         into = self.others.into_stops(orbit)
         for k, speed in enumerate(into):
             tests[f"velocity {k}"] = float(speed)
-        _, matrix = self.others.shot(self._unknowns_without(z), law)
+        _, matrix = self.others.shot(unknowns, law)
         for name, multiplier in (("multiplier 1", 1.0), ("multiplier -1", -1.0)):
             n, mirror = self.others.n, self.others.mirror
             returns = return_equations(matrix, n, multiplier, mirror)

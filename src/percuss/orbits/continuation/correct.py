@@ -94,7 +94,9 @@ class Broyden:
         residual = self.residual(z)
         if self.last is not None:
             step = z - self.last
-            self.matrix = self.matrix + np.outer(residual, step / dot(step, step))
+            # Residuals that overflow end the iteration.
+            with np.errstate(over="ignore", invalid="ignore"):
+                self.matrix = self.matrix + np.outer(residual, step / dot(step, step))
         self.last = z
         return residual, self.matrix
 

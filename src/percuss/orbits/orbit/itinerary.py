@@ -25,6 +25,7 @@ __all__ = [
     "entry",
     "events_of_record",
     "events_of_stops",
+    "is_plastic",
     "is_wall",
     "row_of_region",
 ]
@@ -350,3 +351,14 @@ def is_wall(law: Law, events: Integers) -> list[bool]:
         lower = bound == int(law[before, at.NUMBER])
         kinds.append(bool(law[before, at.LOWER_KIND if lower else at.UPPER_KIND] == at.WALL))
     return kinds
+
+
+def is_plastic(law: Law, events: Integers) -> list[bool]:
+    """Return of each event whether it is an impact with restitution 0, whatever its speed."""
+    plastic: list[bool] = []
+    for (bound, before, _), hits in zip(events, is_wall(law, events), strict=True):
+        lower = bound == int(law[before, at.NUMBER])
+        restitution = law[before, at.LOWER_RESTITUTION if lower else at.UPPER_RESTITUTION]
+        table = law[before, at.LOWER_TABLE if lower else at.UPPER_TABLE]
+        plastic.append(bool(hits and restitution == table == 0.0))
+    return plastic
