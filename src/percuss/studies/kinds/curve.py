@@ -65,18 +65,16 @@ class Curve(Question):
         over = ranges_over(study, 2, holds_own=True)
         own = replace(self, over=over, along=self._first_of(over, study))
         if study.structure is None:
-            own._check_points(OF_OSCILLATORS, study)
-        elif "points" in raw_table(study.document, "curve"):
-            own._check_points(OF_STRUCTURES, study)
-        else:
+            own._check_points(study)
+        elif "points" not in raw_table(study.document, "curve"):
             own = replace(own, points=OF_STRUCTURES)
         return own
 
-    def _check_points(self, known: tuple[PointKind, ...], study: StudyDraft) -> None:
-        """Add the faults of points that such a model does not have."""
+    def _check_points(self, study: StudyDraft) -> None:
+        """Add the faults of points that an oscillator does not have."""
         for index, name in enumerate(self.points):
-            if name not in known:
-                reason = unknown_value(name, list(known))
+            if name not in OF_OSCILLATORS:
+                reason = unknown_value(name, list(OF_OSCILLATORS))
                 study.faults.add(("curve", "points", index), reason, shown(name))
 
     def _first_of(self, over: dict[str, ParameterRange], study: StudyDraft) -> str:
