@@ -289,3 +289,12 @@ def test_a_sum_with_what_is_no_forcing_is_told_in_a_sentence(
 ) -> None:
     with pytest.raises(ParameterError, match=r"not a Forcing; a constant force that is added"):
         added(Forcing(constant=1))
+
+
+def test_coefficients_of_a_sum_may_be_arrays() -> None:
+    """To a type checker, too: those of a transform are."""
+    values = np.fft.rfft(np.sin(np.arange(8) * np.pi / 4)) / 4
+
+    assert fourier(2, cos=values.real[1:2], sin=-values.imag[1:2]) == fourier(
+        2, cos=values.real[1:2].tolist(), sin=(-values.imag[1:2]).tolist()
+    )

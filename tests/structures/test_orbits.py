@@ -625,3 +625,16 @@ def test_the_end_of_a_doubled_branch_is_one_special_point() -> None:
     assert [point.kind for point in branch.special_points] == [
         "period_doubling", "grazing", "grazing", "period_doubling",
     ]  # fmt: skip
+
+
+def test_orbits_of_one_displacement_and_of_several_are_read_alike() -> None:
+    wall = pc.Wall(at="0.2", side="above", restitution="0.7")
+    one = pc.find_orbit(pc.Oscillator(1, "0.1", [wall]), pc.cosine(2))
+    walls = [pc.Wall(at="0.2", side="above", restitution="0.7", on=0)]
+    several = pc.find_orbit(pc.Structure(1, 1, "0.2", walls), {0: pc.cosine(2)})
+
+    for orbit in (one, several):
+        assert orbit.run.t_end - orbit.run.t0 == pytest.approx(orbit.period)
+        np.testing.assert_allclose(orbit.run.impacts.v_after, orbit.impacts.v_after, rtol=1e-12)
+    assert len(one.impacts) == len(several.impacts) == 1
+    np.testing.assert_allclose(one.impacts.v_before, several.impacts.v_before, rtol=1e-9)

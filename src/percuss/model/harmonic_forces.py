@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import zip_longest
 
+from percuss.arrays import Floats
 from percuss.errors import ParameterError
 from percuss.model.exact import Exact, Phase, plain
 from percuss.model.expression import Expression, parameter
@@ -87,8 +88,8 @@ def sine(
 
 def fourier(
     omega: Exact,
-    cos: Sequence[Exact] = (),
-    sin: Sequence[Exact] = (),
+    cos: Sequence[Exact] | Floats = (),
+    sin: Sequence[Exact] | Floats = (),
     constant: Exact = 0.0,
 ) -> Forcing:
     """Return the forcing constant + sum of cos[n-1] cos(n omega t) + sin[n-1] sin(n omega t).

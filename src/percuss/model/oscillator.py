@@ -178,7 +178,7 @@ def plain_on(value: object) -> Any:
     return tuple(plain(number) for number in value)
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, slots=True, init=False, repr=False)
 class Oscillator:
     """The oscillator x'' + 2 a x' + k x = f(t) + stops, of unit mass; or with a mass.
 
@@ -220,9 +220,20 @@ class Oscillator:
     mass: Exact | None = None
     units: Units | None = None
 
-    def __post_init__(self) -> None:
-        make_numbers(self, "stiffness", "damping", "mass")
-        object.__setattr__(self, "stops", _without_on(as_tuple(self.stops)))
+    def __init__(
+        self,
+        stiffness: Exact = 1.0,
+        damping: Exact = 0.0,
+        stops: Iterable[Stop] = (),
+        mass: Exact | None = None,
+        units: Units | None = None,
+    ) -> None:
+        given = {"stiffness": stiffness, "damping": damping, "mass": mass}
+        for name, value in given.items():
+            object.__setattr__(self, name, value)
+        make_numbers(self, *given)
+        object.__setattr__(self, "stops", _without_on(as_tuple(stops)))
+        object.__setattr__(self, "units", units)
         raise_first(faults(self, ""))
 
     def __repr__(self) -> str:

@@ -43,7 +43,7 @@ from percuss.wording import counted
 if TYPE_CHECKING:
     from xarray import Dataset
 
-__all__ = ["StructureTrajectory", "as_far_as_filled"]
+__all__ = ["StructureImpacts", "StructureTrajectory", "as_far_as_filled"]
 
 
 def as_far_as_filled(run: StructureRun) -> StructureRun:

@@ -175,6 +175,11 @@ class PeriodicOrbit(HasPicture):
         }
         return html_table(repr(self)[1:-1], columns)
 
+    @property
+    def run(self) -> Trajectory:
+        """The motion over one period of the orbit, as orbits of structures have it."""
+        return self.trajectory()
+
     def trajectory(self, periods: int = 1) -> Trajectory:
         """Return the motion over whole periods of the orbit, from t0 on.
 

@@ -24,7 +24,7 @@ from percuss.model.structure import Structure
 from percuss.model.structure_start import StructureStart, check_start
 from percuss.motion.follow_structure import followed
 from percuss.motion.impact_times import classify_impact_times
-from percuss.motion.structures import StructureTrajectory
+from percuss.motion.structures import StructureImpacts, StructureTrajectory
 from percuss.motion.trajectory import Outcome
 from percuss.numerics import balanced, norm, solve_linear
 from percuss.orbits.orbit.moved_structure_orbit import (
@@ -182,6 +182,11 @@ class StructureOrbit(HasPicture):
     def stability(self) -> Literal["asymptotic", "unstable"]:
         """As `is_stable` says it, in the words of orbits of one displacement."""
         return "asymptotic" if self.is_stable else "unstable"
+
+    @property
+    def impacts(self) -> StructureImpacts:
+        """The impacts on walls in a period, those of `run`."""
+        return self.run.impacts
 
     @property
     def n_impacts(self) -> int:
