@@ -593,3 +593,16 @@ def test_a_zero_of_the_sensor_that_is_off_is_told_and_is_a_constant_force() -> N
     assert fit.converged
     assert fit.values["forcing.constant"] == pytest.approx(0.05, abs=0.003)
     assert fit.values[GAP] == pytest.approx(0.25, abs=0.003)
+
+
+def test_the_noise_of_a_record_in_which_chaos_takes_derivatives_out_of_all_numbers() -> None:
+    """Their squares overflow, which is no warning to the caller."""
+    t = np.arange(9000) * math.pi / 12.5
+    x, _ = pc.simulate(rig(), pc.cosine("2.5"), v0=0.5, t_end=float(t[-1]))(t)
+    data = {"t": t, "displacement": x + 1e-3 * np.random.default_rng(0).standard_normal(9000)}
+    fit = pc.fit(
+        data, rig(), pc.cosine("2.5"), free={"oscillator.damping": 0.0505},
+        progress=lambda done, _: done < 6,
+    )  # fmt: skip
+    assert fit.reason == "the search was stopped"
+    assert 0.0 < fit.noise["displacement"] < 1.0

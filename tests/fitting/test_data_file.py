@@ -42,6 +42,7 @@ def read(text: str, units: Units | None = SI, **names: str) -> dict[str, list[fl
         ("t,x,noise\n1,2,0.1\n", {"t": [1], "displacement": [2], "noise": [0.1]}),
         ('"t";"x"\n"0";"1,5"\n', {"t": [0], "displacement": [1.5]}),
         ("t,x,\n0,1,\n1,2,\n", {"t": [0, 1], "displacement": [1, 2]}),
+        ("t;x\n\u22121;\u22120,5\n", {"t": [-1], "displacement": [-0.5]}),
     ],
 )
 def test_forms_of_tables(text: str, found: dict[str, list[float]]) -> None:

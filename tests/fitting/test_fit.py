@@ -229,3 +229,20 @@ def test_a_stretch_that_stands_out_is_named_though_no_noise_was_given() -> None:
     assert float(words[5]) < end
     assert float(words[7]) > begin
     assert "missed by more than the noise of the others" in fit.reason
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_velocities_of_a_mass_that_no_spring_pulls(seed: int) -> None:
+    """They do not tell its place in flight, and there was one node, at the start."""
+    truth, guess, omega = (42.0, 33.0, 0.05), (46.0, 30.0, 0.06), 0.8
+    t = np.arange(480) * 2.0 * math.pi / omega / 60
+    v = pc.simulate(two_springs(*truth), pc.cosine(omega), v0=0.5, t_end=float(t[-1]))(t)[1]
+    noise = 0.02 * float(np.std(v))
+    data = {"t": t, "velocity": v + noise * np.random.default_rng(seed).standard_normal(len(t))}
+    paths = ("oscillator.stops.0.stiffness", "oscillator.stops.1.stiffness", DAMPING)
+    free = dict(zip(paths, guess, strict=True))
+    fit = pc.fit(data, two_springs(*guess), pc.cosine(omega), free=free, noise=noise)
+    assert fit.converged
+    assert len(fit.nodes) > 5
+    found = zip(fit.values.values(), truth, fit.errors.values(), strict=True)
+    assert all(abs(value - true) < 4.0 * error for value, true, error in found)

@@ -238,10 +238,13 @@ def quantities_of_text(text: str) -> dict[str, str]:
 
 
 def _lines_of(text: str) -> list[tuple[int, str]]:
-    """Return the lines of a table with their numbers, without empty ones and notes."""
+    """Return the lines of a table with their numbers, without empty ones and notes.
+
+    The typographic minus, which spreadsheets in some languages write, is a minus.
+    """
     return [
         (number, line)
-        for number, line in enumerate(text.splitlines(), 1)
+        for number, line in enumerate(text.replace("\u2212", "-").splitlines(), 1)
         if line.strip() and not line.lstrip().startswith(NOTES)
     ]
 

@@ -18,7 +18,7 @@ from percuss.fitting.effort import Effort
 from percuss.fitting.measured import MeasuredRecord, MeasuredSamples
 from percuss.fitting.shooting import Layout, shoot
 from percuss.kernels.law_columns import FIRST_HARMONIC, N_HARMONICS, OMEGA
-from percuss.kernels.segments import DISPLACEMENT
+from percuss.kernels.segments import DISPLACEMENT, VELOCITY
 from percuss.model.exact import as_float
 from percuss.model.loads import Loads
 from percuss.model.oscillator import Oscillator, Wall
@@ -136,6 +136,8 @@ def windows_of(osc: Oscillator, record: MeasuredRecord, values: Mapping[str, flo
     shots = shoot(bare, (layout,), {}, np.zeros((len(begin), 2)))
     j = (shots.rows[:, 0] / chosen.noise[:, None]).reshape(-1, m, 2)
     r = ((chosen.values - shots.values[:, 0]) / chosen.noise).reshape(-1, m)
+    if not j[..., 0].any() and (chosen.kinds == VELOCITY).any():
+        j, r = _with_places(osc, samples, t[:, 0], j, r)
     at_first, covariance, misfits = _least_squares(j, r)
     to_end = shots.end_rows
     states = shots.ends + (to_end * at_first[:, None, :]).sum(axis=2)
@@ -144,6 +146,27 @@ def windows_of(osc: Oscillator, record: MeasuredRecord, values: Mapping[str, flo
         errors = np.sqrt((moved * to_end).sum(axis=2))
     start = _first_state(j[:1], r[:1])
     return Windows(t[:, 0], middle, at_first, states, misfits, errors, cycle, start)
+
+
+def _with_places(
+    osc: Oscillator, samples: MeasuredSamples, begin: Floats, j: Floats, r: Floats
+) -> tuple[Floats, Floats]:
+    """Return systems (n, m, 2) of windows with the place at the first sample as another value.
+
+    Where no spring pulls velocities do not tell it. It is their integral, moved to where the motion
+    turns at the stops.
+    """
+    of_velocity = samples.kinds == VELOCITY
+    t, v = samples.t[of_velocity], samples.values[of_velocity]
+    path = np.concatenate([[0.0], np.cumsum(0.5 * (v[1:] + v[:-1]) * np.diff(t))])
+    ends = {"above": float(path.max()), "below": float(path.min())}
+    shifts = [as_float(stop.at) - ends[stop.side] for stop in osc.stops]
+    places = np.interp(begin, t, path) + (sum(shifts) / len(shifts) if shifts else 0.0)
+    # An impact between two samples moves it by no more than a usual step.
+    error = float(np.median(np.diff(t))) * float(np.std(v)) or 1.0
+    row = np.zeros((len(j), 1, 2))
+    row[..., 0] = 1.0 / error
+    return np.concatenate([row, j], axis=1), np.concatenate([places[:, None] / error, r], axis=1)
 
 
 def _first_state(j: Floats, r: Floats) -> Floats:

@@ -104,7 +104,9 @@ def leverages_of(problem: FitProblem, point: FitPoint) -> Floats:
         priors[i, int(number)] = 1.0 / sigma
     whole = np.concatenate([matrix, priors])
     whole[:, :n_p][:, (point.values <= problem.low) | (point.values >= problem.high)] = 0.0
-    if not np.isfinite(np.square(whole)).all():
+    with np.errstate(over="ignore"):
+        squares = np.square(whole)
+    if not np.isfinite(squares).all():
         return np.full(len(matrix), min(width / len(matrix), 1.0))
     in_order = np.empty(len(matrix))
     in_order[equations.order] = leverages(whole, WEAK)[: len(matrix)]

@@ -27,7 +27,12 @@ from percuss.orbits.bifurcations.curve_equations import (
     HalfEquations,
     MultiplierCurve,
 )
-from percuss.orbits.bifurcations.grazing_contact import GrazingContact, grazing_contacts, without
+from percuss.orbits.bifurcations.grazing_contact import (
+    GrazingContact,
+    grazing_contacts,
+    in_time_of,
+    without,
+)
 from percuss.orbits.bifurcations.grazing_curves import (
     GrazingCurve,
     SteadyGrazingCurve,
@@ -237,7 +242,8 @@ def _of_graze(orbit: PeriodicOrbit, ranges: Ranges) -> tuple[CurveEquations, Flo
     if not contacts or orbit.forcing is None:
         reason = "the orbit grazes no stop" if orbit.forcing else "it is free; curves need a force"
         raise ParameterError("point", orbit, reason)
-    contact, base = contacts[0], without(orbit, contacts)
+    base = without(orbit, contacts)
+    contact = in_time_of(base, orbit, contacts)[0]
     law = orbit.system.law
     equations = OrbitEquations(base, ranges)
     parts = _parts(equations)
