@@ -281,3 +281,29 @@ def test_no_curve_goes_through_a_graze_at_the_end_of_a_plastic_impact() -> None:
 
     with pytest.raises(pc.ParameterError, match="the graze is at the end of a plastic impact"):
         pc.continue_curve(graze, {"forcing.constant": (-1, 1), OMEGA: (0.5, 3.5)})
+
+
+def test_a_graze_is_the_same_from_each_period_of_the_force_on() -> None:
+    """The orbit without the impact was given from another period on, where nothing grazes."""
+    osc = pc.impact_oscillator("0.601", wall="0.641", side="above", damping="0.01")
+    force = pc.cosine("2.182", amplitude="1.343", constant="0.118")
+    orbits = [each for each in pc.find_orbits(osc, force, 2, 2) if each.n_periods == 2]
+    branches = [pc.continue_orbit(orbit, over={AMPLITUDE: (0.05, 4)}) for orbit in orbits]
+    same = [
+        point
+        for branch in branches
+        for point in points(branch, "grazing")
+        if point.value == pytest.approx(1.4419164804, abs=1e-9)
+    ]
+    assert {round(point.orbit.t0, 6) for point in same} == {0.090233, 2.036081}
+
+    curves = [pc.continue_curve(graze, {GAP: (0, 1.2), AMPLITUDE: (0.05, 4)}) for graze in same]
+
+    for curve in curves:
+        assert curve.values[0] == pytest.approx(curves[0].values[0], abs=1e-9)
+        assert curve.values[-1] == pytest.approx(curves[0].values[-1], abs=1e-9)
+    one, other = (point.graze for point in same)
+    assert one is not None
+    assert other is not None
+    assert one.monodromy == pytest.approx(other.monodromy, rel=1e-6, abs=1e-9)
+    assert one.depth_rate == pytest.approx(other.depth_rate, rel=1e-6)

@@ -25,6 +25,7 @@ from percuss.orbits.bifurcations.grazing_contact import (
     GrazingContact,
     acceleration_at,
     grazing_contacts,
+    in_time_of,
     merged,
     without,
 )
@@ -138,7 +139,7 @@ def analysed_graze(orbit: PeriodicOrbit, path: str) -> GrazeAnalysis:
     if not contacts:
         raise ParameterError("orbit", orbit, "it grazes no stop")
     base = without(orbit, contacts)
-    contacts = merged(contacts, base.period)
+    contacts = merged(in_time_of(base, orbit, contacts), base.period)
     contact = contacts[0]
     mirrored = len(contacts) == 2 and base.symmetric
     if len(contacts) > 1 and not mirrored:

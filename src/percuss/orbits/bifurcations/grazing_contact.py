@@ -25,6 +25,7 @@ __all__ = [
     "acceleration_at",
     "accumulates",
     "grazing_contacts",
+    "in_time_of",
     "merged",
     "without",
 ]
@@ -184,3 +185,29 @@ def without(orbit: PeriodicOrbit, contacts: Sequence[GrazingContact]) -> Periodi
     entries = entries_of(orbit.system, itinerary.events)
     first = next(row for row, _ in entries if row not in removed)
     return settled(orbit, itinerary.without(removed, first))
+
+
+def in_time_of(
+    base: PeriodicOrbit, orbit: PeriodicOrbit, contacts: Sequence[GrazingContact]
+) -> list[GrazingContact]:
+    """Return grazing contacts of an orbit at their instants of the orbit without their events.
+
+    That is the same orbit, and may be given from another period of the force on.
+    """
+    if base.n_periods < 2 or len(base.itinerary) == 0:
+        return list(contacts)
+    force_period = orbit.period / orbit.n_periods
+    events = orbit.record[0][: len(orbit.itinerary)]
+    fastest_event = float(np.abs(events[:, columns.V_AFTER]).max()) or 1.0
+
+    def difference(later: int) -> float:
+        """Return how far the first event of the base is from all events, some periods later."""
+        t = base.t0 + later * force_period - events[:, columns.EVENT_T]
+        apart = np.abs(np.mod(t / orbit.period + 0.5, 1.0) - 0.5)
+        faster = np.abs(base.v0 - events[:, columns.V_AFTER]) / fastest_event
+        return float((apart + faster).min())
+
+    later = min(range(orbit.n_periods), key=difference)
+    return [
+        dataclasses.replace(contact, t=contact.t - later * force_period) for contact in contacts
+    ]
