@@ -7,6 +7,7 @@ import subprocess
 import sys
 
 import matplotlib as mpl
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
@@ -302,3 +303,17 @@ def test_measurements_stay_in_sight_under_a_motion() -> None:
 
     assert ax.get_xbound()[1] > 20
     assert ax.get_ybound()[0] < -3
+
+
+def test_a_figure_of_our_own_is_white_paper_whatever_style_holds() -> None:
+    run = pc.simulate(pc.impact_oscillator(), v0=1, t_end=10)
+    with mpl.rc_context(mpl.style.library["dark_background"] | {"axes.grid": True}):
+        for axes in (run.plot().axes[0], plotting.plot_displacement(run)):
+            colours = (axes.get_facecolor(), axes.yaxis.label.get_color())
+            assert [to_rgba(colour) for colour in colours] == [to_rgba("white"), to_rgba("black")]
+            assert to_rgba(axes.figure.figure.get_facecolor()) == to_rgba("white")
+            assert not axes.yaxis.get_gridlines()[0].get_visible()
+        dark = plt.figure().add_subplot()
+        plotting.plot_displacement(run, dark)
+        assert to_rgba(dark.get_facecolor()) == to_rgba("black")
+    plt.close("all")

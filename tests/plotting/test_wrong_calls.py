@@ -83,3 +83,13 @@ def test_each_result_that_one_function_draws_draws_itself() -> None:
     assert pc.manifolds(orbit, length=0.1).plot(ax=new_axes()).lines
     assert pc.singularity_set(osc, force).plot(ax=new_axes()).lines
     assert pc.StructureManifolds.picture == "plot_manifolds"
+
+
+def test_axes_behind_the_result_are_told_their_name(results: dict[str, object]) -> None:
+    for plot, name in (
+        (plotting.plot_sweep, "measure"),
+        (plotting.plot_chart, "measure"),
+        (plotting.plot_response, "quantity"),
+    ):
+        with pytest.raises(pc.ParameterError, match=f"the {name}; give them as ax="):
+            plot(results["sweep"], new_axes())

@@ -54,6 +54,9 @@ CLOSE = 1e-6
 MOST_STEPS, MOST_TRIALS, MOST_LOOSENINGS = 60, 10, 4
 # The width of a kink, in intervals between samples.
 KINK = 0.1
+# By so much, in these intervals, the instant of an event at a soft stop may be off in the end. More
+# lets it stand on the side of a sample that suits the noise.
+LATE = 0.03
 # Where no step makes the misfit smaller, one below this part of a standard error, squared, is none.
 NO_STEP = 0.01
 # Singular values below this part of the largest one count as zero.
@@ -211,7 +214,7 @@ def point_at(problem: FitProblem, values: Floats, nodes: Floats) -> FitPoint | N
         return None
     loose = equations_of(problem, shots, 1.0)
     has_walls_alone = all(isinstance(stop, Wall) for stop in problem.osc.stops)
-    equations = loose if has_walls_alone else equations_of(problem, shots, KINK)
+    equations = loose if has_walls_alone else equations_of(problem, shots, LATE)
     return FitPoint(values, shots, equations, loose)
 
 

@@ -99,6 +99,8 @@ CURVE_MARKERS = {
     "fold_doubling": "s",
     "fold_torus": "o",
     "doubling_torus": "D",
+    "fold_symmetry_breaking": "o",
+    "torus_symmetry_breaking": "D",
     "resonance_1_1": "P",
     "resonance_1_2": "P",
     "resonance_1_3": "P",

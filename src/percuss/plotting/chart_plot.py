@@ -24,6 +24,7 @@ from percuss.plotting.style import (
     colour_bar,
     legend_above,
     picture,
+    refuse_axes,
     shared_docs,
     units_of,
 )
@@ -167,6 +168,7 @@ class _Scale:
 
 def _measure_of(data: xr.Dataset, measure: str | None, n_axes: int) -> str:
     check_table("data", data, "percuss.sweep")
+    refuse_axes("measure", measure)
     known = [
         str(name)
         for name, values in data.data_vars.items()

@@ -97,7 +97,7 @@ def plot_fit(
         raise ParameterError("quantity", shown, f"none of those measured: {', '.join(quantities)}")
     pair = _pair(fit, parameters)
     table = table.isel(sample=np.flatnonzero(table.quantity.values == shown))
-    with style():
+    with style(is_own=figure is None):
         figure = given_figure(figure, 10.0 if pair else 7.0, 5.8)
         ratios = [1.8, 1.0] if pair else [1.0]
         hits = impacts_of(fit)
@@ -179,7 +179,7 @@ def plot_confidence(
         if name not in sure:
             raise ParameterError("parameters", name, "has no error; the data do not tell it")
     n = len(names) - 1
-    with style():
+    with style(is_own=figure is None):
         figure = given_figure(figure, 1.4 + 2.4 * n, 0.8 + 2.2 * n)
         axes = figure.subplots(n, n, squeeze=False, sharex="col", sharey="row")
         for i, row in enumerate(axes):
@@ -235,7 +235,7 @@ def plot_profiles(
         raise ParameterError("fit", fit, "no parameter with an error; there are no profiles")
     names = [long_form(path, fit.oscillator, fit.forcing, fit.start) for path in wanted]
     profiles = [fit.profiles.get(name) or fit.profile(name, n=n) for name in names]
-    with style():
+    with style(is_own=figure is None):
         width = 0.6 + 3.2 * len(names)
         figure = given_figure(figure, width, 3.4)
         axes = figure.subplots(1, len(names), sharey=True, squeeze=False)[0]

@@ -655,7 +655,7 @@ def plot_motion(
     Figure
         The figure.
     """
-    with style():
+    with style(is_own=figure is None):
         figure = given_figure(figure, *SIZE)
         # Two parts, so that the scale of colours below takes no space from the curves above.
         parts = figure.subfigures(2, 1, squeeze=False, height_ratios=[1.35, 1.0])

@@ -33,6 +33,7 @@ from percuss.plotting.style import (
     check_kind,
     figure_of,
     picture,
+    refuse_axes,
     shared_docs,
     units_of,
 )
@@ -120,6 +121,7 @@ def plot_response(
     ParameterError
         If there is no such quantity, or no branch.
     """
+    refuse_axes("quantity", quantity)
     if quantity not in WORDS:
         raise ParameterError("quantity", quantity, f"none of {', '.join(WORDS)}")
     check_kind("response", response, Response)

@@ -77,7 +77,7 @@ def plot_coordinates(
     check_kind("run", run, StructureTrajectory)
     shown = shown_lines(run.structure, on, MOST_PANELS, "panels")
     units = units_of(units, run.structure)
-    with style():
+    with style(is_own=figure is None):
         figure = given_figure(figure, 8.0, 1.0 + HEIGHT * len(shown))
         panels = figure.subplots(len(shown), 1, sharex=True, squeeze=False)[:, 0]
         for ax, direction in zip(panels, shown, strict=True):
@@ -144,7 +144,7 @@ def plot_mode_shapes(
     shapes = matmul(matmul(rows, back), directions.T)
     units = units_of(units, structure)
     per_time = f"1/{units.time}" if units.time else "dimensionless"
-    with style():
+    with style(is_own=figure is None):
         figure = given_figure(figure, 6.4, 1.0 + 1.2 * count)
         panels = figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0]
         places = np.arange(len(lines))

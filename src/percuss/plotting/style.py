@@ -63,8 +63,16 @@ STYLE: dict[str, Any] = {
     "lines.linewidth": 1.3,
     "lines.solid_capstyle": "butt",
     "hatch.linewidth": 0.7,
+}
+# What the colours stand on in a figure of our own, whatever style holds outside.
+PAPER: dict[str, Any] = {
     "figure.facecolor": "white",
     "savefig.facecolor": "white",
+    "axes.facecolor": "white",
+    "axes.grid": False,
+    **dict.fromkeys(
+        ("axes.edgecolor", "axes.labelcolor", "text.color", "xtick.color", "ytick.color"), "black"
+    ),
 }
 
 
@@ -151,8 +159,10 @@ def check_kind(name: str, value: object, kind: type) -> None:
 
 
 @contextmanager
-def style() -> Iterator[None]:
+def style(*, is_own: bool = True) -> Iterator[None]:
     """Return a context in which new artists look like percuss's, and no other do.
+
+    In a figure of our own they stand on white paper; one that is given keeps the style that holds.
 
     A backend that is loaded in it, as by the first figure in a notebook, says whether figures are
     shown by themselves. That stays: without it the second figure would not be seen.
@@ -160,7 +170,7 @@ def style() -> Iterator[None]:
     is_interactive = mpl.is_interactive()
     try:
         # The names that matplotlib takes are typed from 3.11 on only.
-        with mpl.rc_context(cast("Any", STYLE)):
+        with mpl.rc_context(cast("Any", STYLE | PAPER if is_own else STYLE)):
             try:
                 yield
             finally:
@@ -246,7 +256,7 @@ def picture(
     titles of the axes that replace what the picture writes there. What the axes show already stays
     in sight.
     """
-    with style():
+    with style(is_own=ax is None):
         axes = new_figure(*size).add_subplot() if ax is None else _given_axes(ax)
         seen = (axes.get_xlim(), axes.get_ylim()) if axes.has_data() else None
         yield axes
@@ -261,6 +271,12 @@ def picture(
             axis.label.set_wrap(True)
         if legend and ax is None:
             draw_legend(axes.figure, axes.figure.axes)
+
+
+def refuse_axes(name: str, value: object) -> None:
+    """Raise a ParameterError where axes stand in the place of an argument before them."""
+    if isinstance(value, Axes):
+        raise ParameterError(name, value, f"axes in the place of the {name}; give them as ax=")
 
 
 def _given_axes(ax: object) -> Axes:

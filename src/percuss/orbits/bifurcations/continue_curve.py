@@ -46,7 +46,7 @@ from percuss.orbits.bifurcations.structure_curve import StructureCurve, continue
 from percuss.orbits.continuation.follow import StepLimits, follow_both_ways, special_points_of
 from percuss.orbits.orbit.itinerary import entries_of
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
-from percuss.orbits.orbit.symmetry import is_symmetric_system
+from percuss.orbits.orbit.symmetry import SYMMETRY_LOST, is_symmetric_system, keep_symmetry
 from percuss.progress import Progress, Report
 
 __all__ = ["KINDS", "continue_curve", "equations_of"]
@@ -94,7 +94,7 @@ def continue_curve(
     ----------
     point
         A fold, period doubling, symmetry breaking or graze, as `continue_orbit` finds them; of a
-        structure a fold, period doubling, torus point or graze.
+        structure a fold, period doubling, symmetry breaking, torus point or graze.
     over
         Two parameters by their paths, and the ranges to follow the curve in; the point's own
         values lie in them. The curve begins at its end towards the first value of the first
@@ -115,8 +115,8 @@ def continue_curve(
     Raises
     ------
     ParameterError
-        If no curve goes through points of that kind, there are not two such parameters, or a
-        range does not hold the value at the point.
+        If no curve goes through points of that kind, there are not two such parameters, a range
+        does not hold the value at the point, or the symmetry that breaks is lost when they vary.
     ConvergenceError
         If the point is none of the curve: a symmetry breaking in a system without symmetry.
 
@@ -224,8 +224,7 @@ def equations_of(point: SpecialPoint, ranges: Ranges) -> tuple[CurveEquations, F
         raise ParameterError("point", point, "the motion is free; curves need a forcing")
     if point.kind == "symmetry_breaking":
         if not _keep_symmetry(orbit, ranges):
-            reason = "the symmetry is lost when they vary, and there is no curve on which it breaks"
-            raise ParameterError("over", tuple(ranges), reason)
+            raise ParameterError("over", tuple(ranges), SYMMETRY_LOST)
         equations: OrbitEquations = HalfEquations(orbit, ranges)
     else:
         equations = OrbitEquations(orbit, ranges)
@@ -281,15 +280,8 @@ def _keep_symmetry(orbit: PeriodicOrbit, ranges: Ranges) -> bool:
     if not orbit.symmetric:
         return False
     equations = OrbitEquations(orbit, ranges)
-    for k in range(len(equations.paths)):
-        for part in (0.25, 0.75):
-            values = list(equations.own_values)
-            values[k] = equations.value_at(k, part)
-            try:
-                system = equations.system_at(tuple(values))
-            except ParameterError:
-                # The parameter cannot have this value without the other one.
-                continue
-            if not is_symmetric_system(*system):
-                return False
-    return True
+
+    def is_symmetric(values: tuple[float, ...]) -> bool:
+        return is_symmetric_system(*equations.system_at(values))
+
+    return keep_symmetry(is_symmetric, equations.own_values, ranges.values())

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Mapping
 from typing import TypeAlias, cast
@@ -25,11 +24,11 @@ from percuss.orbits.bifurcations.branch_equations import range_about
 from percuss.orbits.bifurcations.detector import COINCIDENCE
 from percuss.orbits.bifurcations.special_points import SpecialPointKind
 from percuss.orbits.bifurcations.structure_branch import (
-    DIFFERENCE,
     StructureBranch,
     StructureEquations,
     StructureSpecialPoint,
     amplitudes,
+    begun_anew,
     structure_parameter,
 )
 from percuss.orbits.bifurcations.wall_equations import WallEquations, meets_walls_in_turn
@@ -58,8 +57,6 @@ LOCATED = 1e-9
 # Points next to a zero that are farther apart lie on two families: beside a fold of one the
 # corrector finds the other.
 APART = 1e-6
-# An event this near to t = 0, as a part of the period, is passing it; parts of the range beyond.
-STROBED, BEYOND = 1e-6, (10.0 * DIFFERENCE, 1e-5, 1e-4, 1e-3)
 # Of the origins of families the simpler orbits' test, its kind and detail.
 ORIGINS: dict[Origin, tuple[str, SpecialPointKind, str]] = {
     "doubled": (
@@ -147,7 +144,7 @@ class _BranchDetector:
         equations = here.problem
         if isinstance(equations, WallEquations) and equations.border is not None:
             return self._across(cast("Point[WallEquations]", here), reason)
-        return Segment([], reason, _past_the_strobe(here))
+        return Segment([], reason, begun_anew(here))
 
     def _across(
         self, here: Point[WallEquations], reason: str
@@ -331,37 +328,6 @@ def _origin_near(
         detail,
     )
     return part, Point(lifted, new.tangent, orbit, new.tests, equations), special
-
-
-def _past_the_strobe(here: Point[StructureEquations]) -> Point[StructureEquations] | None:
-    """Return the point at which the event next to t = 0 has passed it, None if there is none.
-
-    There the state at t = 0, which is solved for, jumps from one side of the impact to the other,
-    or has a kink where a stop with a dashpot, whose force jumps, is entered or left.
-    """
-    equations, run = here.problem, here.orbit.run
-    if equations.size > 2 * here.orbit.structure.n:
-        # The state just after an impact is solved for, wherever t = 0 is.
-        return None
-    times = np.sort(np.concatenate([run.impacts.t, run.crossings.t]))
-    sign = math.copysign(1.0, here.tangent[-1])
-    for at, border, aside in ((times[:1], 0.0, 1.0), (times[-1:], run.t_end, -1.0)):
-        if not (np.abs(at - border) < STROBED * run.t_end).any():
-            continue
-        for step in BEYOND:
-            part = here.z[-1] + sign * step
-            if not 0.0 <= part <= 1.0:
-                return None
-            # A motion that meets the event as those beyond do, on the other side of t = 0.
-            state = np.concatenate(run(float(at[0]) + aside * step * run.t_end))
-            try:
-                normal = along_parameter(len(here.z))
-                z = equations.corrected(np.append(state / equations.scale, part), normal)
-                point = equations.started(equations.solution(z), equations.values(z))
-                return dataclasses.replace(point, tangent=sign * point.tangent)
-            except PercussError:
-                continue
-    return None
 
 
 def _detail(

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import copy
+import dataclasses
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -12,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from percuss.arrays import Complexes, Flags, Floats
-from percuss.errors import ConvergenceError
+from percuss.errors import ConvergenceError, PercussError
 from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import as_float
 from percuss.model.oscillator import On
@@ -28,6 +30,7 @@ from percuss.orbits.orbit.structure_orbit import (
     PeriodMap,
     StructureOrbit,
     closing_error,
+    map_between,
     multipliers_of_matrix,
     orbit_of_map,
     period_map,
@@ -46,6 +49,7 @@ __all__ = [
     "StructureRows",
     "StructureSpecialPoint",
     "amplitudes",
+    "begun_anew",
     "structure_parameter",
     "tests_of",
     "tests_of_matrix",
@@ -67,6 +71,9 @@ UPRIGHT = 0.02
 SHORT = 1e-6
 # Systems that are kept.
 SYSTEMS = 16
+# An event this near to the state, as a part of the period, is passing it; phases of the loads at
+# which the state may be instead.
+STROBED, PHASES = 1e-6, tuple(k / 64 for k in range(64))
 
 _KINDS: dict[str, SpecialPointKind] = {
     "multiplier 1": "branch_point",
@@ -235,12 +242,15 @@ AnyBranch: TypeAlias = Branch | StructureBranch
 class StructureEquations:
     """The equations of a structure's orbits over parameters: the period map brings them back.
 
-    The unknowns are the state at t = 0, in units of the first orbit's size, and the parameters,
-    scaled so that their ranges go from 0 to 1. With a condition, one of `tests_of` that is to be
-    zero, there is one parameter more.
+    The unknowns are the state at a phase of the loads, ``begin`` periods after t = 0, in units of
+    the first orbit's size, and the parameters, scaled so that their ranges go from 0 to 1. With a
+    condition, one of `tests_of` that is to be zero, there is one parameter more.
     """
 
     order = 3
+    begin = 0.0
+    # Whether half an orbit is mapped and mirrored, in place of all of it.
+    is_half = False
 
     def __init__(
         self,
@@ -290,9 +300,14 @@ class StructureEquations:
         system = self.system_at(self.values(point))
         # The sets that the last motion met: made at once they need one search less.
         system.add(*self.keys)
-        mapped = period_map(system, state, self.n_periods)
+        turns = 0.5 * self.n_periods if self.is_half else float(self.n_periods)
+        begin, period = self.begin, period_of(system)
+        span = begin * period, (begin + turns) * period
+        mapped = map_between(system, state, span, f"{turns:g} periods")
         self.keys = mapped.keys_met
-        return mapped
+        if not self.is_half:
+            return mapped
+        return mapped._replace(image=-mapped.image, derivative=-mapped.derivative)
 
     @property
     def kinds(self) -> Mapping[str, SpecialPointKind]:
@@ -306,7 +321,12 @@ class StructureEquations:
 
     def unknowns(self, orbit: StructureOrbit) -> Floats:
         """Return the unknowns of an orbit, without parameters."""
-        return np.concatenate([orbit.x0, orbit.v0]) / self.scale
+        return self._state_at(orbit, self.begin * orbit.period / orbit.n_periods) / self.scale
+
+    @staticmethod
+    def _state_at(orbit: StructureOrbit, t: float) -> Floats:
+        x, v = (orbit.x0, orbit.v0) if t == 0.0 else orbit.run(t)
+        return np.concatenate([x, v])
 
     @property
     def origin(self) -> Origin:
@@ -347,7 +367,8 @@ class StructureEquations:
         if self.origin == "doubled":
             return z
         state, orbit = z[: self.size], self.solution(z)
-        half = np.concatenate(orbit.run(0.5 * orbit.period)) / self.scale
+        later = (self.begin / orbit.n_periods + 0.5) % 1.0 * orbit.period
+        half = self._state_at(orbit, later) / self.scale
         return np.append(0.5 * (state - half), z[self.size :])
 
     def twice(self, z: Floats) -> Floats:
@@ -369,7 +390,9 @@ class StructureEquations:
         return tests_of(orbit)
 
     def exact_derivatives(self, z: Floats, orbit: StructureOrbit) -> Floats | None:  # noqa: ARG002
-        """Return how the image of an orbit's state depends on the parameters; None if not at all."""
+        """Return how the image of an orbit's state depends on the parameters; None if not known."""
+        if self.begin != 0.0 or self.is_half:
+            return None
         return closure_by_parameters(orbit.closed_motion, self.paths)
 
     def image(self, z: Floats) -> Floats:
@@ -471,9 +494,16 @@ class StructureEquations:
 
     def solution(self, z: Floats) -> StructureOrbit:
         """Return the orbit of a solution."""
-        mapped, state = self.maps(tuple(z.tolist())), z[: self.size] * self.scale
-        system = self.system_at(self.values(z))
-        error = closing_error(mapped, state, period_of(system))
+        state, system = z[: self.size] * self.scale, self.system_at(self.values(z))
+        period = period_of(system)
+        if self.begin != 0.0:
+            span = self.begin * period, self.n_periods * period
+            state = map_between(system, state, span, "a period", derivative=False).image
+        elsewhere = self.begin != 0.0 or self.is_half
+        mapped = (
+            period_map(system, state, self.n_periods) if elsewhere else self.maps(tuple(z.tolist()))
+        )
+        error = closing_error(mapped, state, period)
         return orbit_of_map(system, state, self.n_periods, mapped, error)
 
     def point(self, z: Floats, before: Point[Self]) -> Point[Self]:
@@ -521,6 +551,39 @@ class StructureEquations:
     def longest_step(self, point: Point[Self], largest: float) -> float:
         """Return the largest step, longer where the orbit has outgrown the first one's size."""
         return largest * _size(point.z[: self.size])
+
+
+def begun_anew(here: Point[StructureEquations]) -> Point[StructureEquations] | None:
+    """Return a point with the state of its orbit far from all events, None where it is not near one.
+
+    A state that is solved for jumps where an impact passes it, from one side of the impact to the
+    other, and has a kink where a stop with a dashpot, whose force jumps, is entered or left.
+    """
+    equations, run, n = here.problem, here.orbit.run, here.problem.size
+    if n > 2 * here.orbit.structure.n:
+        # The state just after an impact is solved for, wherever it is.
+        return None
+    turns = here.orbit.n_periods
+    events = np.concatenate([run.impacts.t, run.crossings.t]) / run.t_end
+    held = np.column_stack([run.contacts.start, run.contacts.release]) / run.t_end
+
+    def distance(begin: float) -> float:
+        part = begin / turns
+        if ((held[:, 0] <= part) & ~(held[:, 1] < part)).any():
+            return 0.0
+        return float(np.abs((events - part + 0.5) % 1.0 - 0.5).min(initial=1.0))
+
+    if distance(equations.begin) > STROBED:
+        return None
+    other = copy.copy(equations)
+    other.begin = max(PHASES, key=distance)
+    other.take_scale(equations.scale)
+    try:
+        point = other.started(here.orbit, equations.values(here.z))
+    except PercussError:
+        return None
+    sign = math.copysign(1.0, dot(point.tangent[n:], here.tangent[n:]))
+    return dataclasses.replace(point, tangent=sign * point.tangent)
 
 
 def _scale_of(orbit: StructureOrbit) -> Floats:

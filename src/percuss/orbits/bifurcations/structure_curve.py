@@ -11,7 +11,7 @@ import numpy as np
 
 from percuss.arrays import Complexes, Floats
 from percuss.errors import ParameterError
-from percuss.model.exact import Phase
+from percuss.model.exact import Phase, as_float
 from percuss.model.faults import check_mapping
 from percuss.model.paths import long_form
 from percuss.numerics import directions, dot, matmul
@@ -22,8 +22,10 @@ from percuss.orbits.bifurcations.structure_branch import (
     StructureEquations,
     StructureRows,
     StructureSpecialPoint,
+    begun_anew,
     structure_parameter,
     tests_of,
+    tests_of_matrix,
 )
 from percuss.orbits.bifurcations.wall_equations import (
     GRAZE,
@@ -38,7 +40,11 @@ from percuss.orbits.continuation.follow import (
 )
 from percuss.orbits.continuation.locate import changes_sign, locate
 from percuss.orbits.continuation.problem import Point
-from percuss.orbits.orbit.structure_orbit import StructureOrbit
+from percuss.orbits.orbit.structure_orbit import (
+    StructureOrbit,
+    map_between,
+)
+from percuss.orbits.orbit.symmetry import SYMMETRY_LOST, is_symmetric_structure, keep_symmetry
 from percuss.progress import Progress, Report
 
 if TYPE_CHECKING:
@@ -51,6 +57,7 @@ CONDITIONS = {
     "fold": "multiplier 1",
     "period_doubling": "multiplier -1",
     "torus": "torus",
+    "symmetry_breaking": "multiplier -1",
     "grazing": GRAZE,
 }
 # Cosines of the angle of a pair on the unit circle at strong resonances 1:q.
@@ -58,10 +65,16 @@ RESONANCES = {"resonance_1_1": 1.0, "resonance_1_2": -1.0, "resonance_1_3": -0.5
               "resonance_1_4": 0.0}  # fmt: skip
 OTHERS = {"multiplier 1": "fold", "multiplier -1": "doubling", "torus": "torus"}
 CUSP = "cusp"
+# A clearance that is none where a curve stops, as a part of the unit of lengths: next to a graze
+# the multipliers change as its square root, and steps end a little before it.
+TOUCHED = 1e-5
+# Instants at which an orbit is looked at for that.
+LOOKED = 4097
 # Scaled step of central differences, where h^2 and 1e-16/h are both small.
 CENTRAL = 1e-5
+FORMAL = "formal: where the symmetry of orbits breaks that pass through a stop is not followed"
 # The order in which two of them are named.
-ORDER = ("fold", "doubling", "torus", "grazing")
+ORDER = ("fold", "doubling", "torus", "symmetry_breaking", "grazing")
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,9 +86,10 @@ class StructureCurvePoint:
     kind
         "cusp" (two curves of folds meet and end); "resonance_1_3", "resonance_1_4" and
         "resonance_1_2", "resonance_1_1" where the pair of a torus point has that angle;
-        "fold_doubling", "fold_torus", "doubling_torus", "fold_grazing", "doubling_grazing" and
-        "torus_grazing" where two conditions hold together: at grazes those of the orbit without the
-        impact that begins.
+        "fold_doubling", "fold_torus", "doubling_torus", "fold_symmetry_breaking",
+        "torus_symmetry_breaking", "fold_grazing", "doubling_grazing" and "torus_grazing" where two
+        conditions hold together: at grazes those of the orbit without the impact that begins, where
+        a symmetry breaks those of the map over half the orbit.
     paths, values
         The two parameters and their values there.
     orbit
@@ -101,7 +115,7 @@ class StructureCurve(StructureRows, CurveRows[StructureOrbit]):
     Attributes
     ----------
     kind
-        "fold", "period_doubling", "torus" or "grazing".
+        "fold", "period_doubling", "torus", "symmetry_breaking" or "grazing".
     paths
         Paths of the two parameters.
     values
@@ -139,16 +153,34 @@ class StructureCurve(StructureRows, CurveRows[StructureOrbit]):
         )
 
 
+class SymmetricEquations(StructureEquations):
+    """The equations of symmetric orbits: half an orbit later the state is mirrored.
+
+    Where a multiplier of this map is -1 the symmetry breaks: all of the orbit has the square of the
+    map as its own, whose multiplier 1 no orbits pass through (Swift & Wiesenfeld 1984).
+    """
+
+    is_half = True
+
+
+def tests_of_half(orbit: StructureOrbit) -> Mapping[str, float]:
+    """Return the tests of a symmetric orbit's map over half of it, mirrored."""
+    state, half = np.concatenate([orbit.x0, orbit.v0]), 0.5 * orbit.period
+    mapped = map_between(orbit.run.system, state, (0.0, half), "half of it")
+    return tests_of_matrix(-mapped.derivative)
+
+
 class _CurveDetector:
     """Finds points of codimension two between neighbours on a curve."""
 
-    def __init__(self, condition: str) -> None:
-        self.condition = condition
+    def __init__(self, kind: str) -> None:
+        self.condition = CONDITIONS[kind]
+        self.own = kind if kind in ORDER else OTHERS[self.condition]
+        self.tests_of = tests_of_half if kind == "symmetry_breaking" else tests_of
 
     def tests(self, orbit: StructureOrbit) -> Mapping[str, float]:
         """Return functions that are zero at such points: by kind."""
-        tests = tests_of(orbit)
-        own = OTHERS.get(self.condition, "grazing")
+        tests = self.tests_of(orbit)
         if self.condition == "torus":
             z = _on_circle(orbit.multipliers)
             functions = {kind: z.real - cosine for kind, cosine in RESONANCES.items()}
@@ -157,7 +189,7 @@ class _CurveDetector:
         for name, other in OTHERS.items():
             if self.condition not in (name, "torus"):
                 # A double root of the other kind is a zero of the torus' test too.
-                pair = sorted((own, other), key=ORDER.index)
+                pair = sorted((self.own, other), key=ORDER.index)
                 functions["_".join(pair)] = tests[name]
         return functions
 
@@ -194,12 +226,35 @@ class _CurveDetector:
         return Segment([(point, special) for _, point, special in rows])
 
     def stopped(
-        self,
-        here: Point[StructureEquations],  # noqa: ARG002
-        reason: str,
+        self, here: Point[StructureEquations], reason: str
     ) -> Segment[StructureEquations, StructureCurvePoint]:
-        """Return that nothing is beyond the last point."""
-        return Segment([], reason)
+        """Return what is beyond the last point: the same curve where an event is at t = 0."""
+        if self.condition != GRAZE:
+            stop = _touched_stop(here.problem, here.orbit)
+            reason += "" if stop is None else f"; the orbit grazes stop {stop} there"
+        return Segment([], reason, begun_anew(here))
+
+
+def _touched_stop(equations: StructureEquations, orbit: StructureOrbit) -> int | None:
+    """Return the stop that an orbit at the end of a curve all but grazes, None if there is none."""
+    run, (length, speed) = orbit.run, equations.units[[0, -1]]
+    t = np.linspace(0.0, run.t_end, LOOKED)
+    x, v = run(t)
+    for k, (stop, normal) in enumerate(
+        zip(orbit.structure.stops, orbit.structure.stop_directions, strict=True)
+    ):
+        gap, pace = matmul(x, normal) - as_float(stop.at), matmul(v, normal)
+        met = (run.impacts.t[run.impacts.stop == k], run.crossings.t[run.crossings.stop == k])
+        turns = (pace[:-1] * pace[1:] <= 0.0) & (np.histogram(np.concatenate(met), t)[0] == 0)
+        speeds = (
+            run.impacts.v_before[run.impacts.stop == k],
+            run.crossings.v[run.crossings.stop == k],
+        )
+        slowest = np.abs(np.concatenate(speeds)).min(initial=math.inf)
+        nearest = np.abs(gap[:-1][turns]).min(initial=math.inf)
+        if nearest < TOUCHED * length or slowest < math.sqrt(TOUCHED) * speed:
+            return k
+    return None
 
 
 def null_vectors(matrix: Floats) -> tuple[Floats, Floats]:
@@ -245,17 +300,17 @@ def continue_structure_curve(
     largest_step: float = 0.02,
     progress: Report = None,
 ) -> StructureCurve:
-    """Follow a fold, doubling, torus point or graze of a structure in two parameters, both ways.
+    """Follow a special point of a structure's orbits in two parameters, both ways.
 
     The arguments are those of `continue_curve`. The equations are those of the orbit together with
     the condition on its multipliers, whose derivatives are differences; at a graze those of the
-    orbit that touches the stop without velocity.
+    orbit that touches the stop without velocity, where a symmetry breaks those of half the orbit.
 
     Raises
     ------
     ParameterError
-        If no curve goes through points of that kind, there are not two such parameters, or a range
-        does not hold the value at the point.
+        If no curve goes through points of that kind, there are not two such parameters, a range
+        does not hold the value at the point, or the symmetry is lost when they vary.
     """
     if point.kind not in CONDITIONS:
         known = ", ".join(CONDITIONS)
@@ -269,7 +324,18 @@ def continue_structure_curve(
     steps = StepLimits.checked(max_points, largest_step)
     reported = Progress(progress, 2 * steps.max_points, "orbits", is_bound=True)
     equations: StructureEquations
-    if point.kind == "grazing":
+    if point.kind == "symmetry_breaking":
+        if not orbit.admissible:
+            raise ParameterError("point", point, FORMAL)
+        equations = SymmetricEquations(orbit, ranges, condition)
+
+        def is_symmetric(values: tuple[float, ...]) -> bool:
+            system = equations.system_at(values)
+            return is_symmetric_structure(system.structure, system.loads)
+
+        if not keep_symmetry(is_symmetric, values, ranges.values()):
+            raise ParameterError("over", tuple(ranges), SYMMETRY_LOST)
+    elif point.kind == "grazing":
         equations = WallEquations(orbit, ranges, condition, graze_of(orbit))
     elif meets_walls_in_turn(orbit):
         equations = WallEquations(orbit, ranges, condition)
@@ -278,7 +344,7 @@ def continue_structure_curve(
     start = equations.started(orbit, values)
     leading = start.tangent[-2] if abs(start.tangent[-2]) > 1e-9 else start.tangent[-1]
     towards = sign * math.copysign(1.0, leading)
-    rows, why = follow_both_ways(start, towards, _CurveDetector(condition), steps, reported)
+    rows, why = follow_both_ways(start, towards, _CurveDetector(point.kind), steps, reported)
     reported.close()
     orbits: tuple[Any, ...] = tuple(place.orbit for place, _ in rows)
     return StructureCurve(

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
 from percuss.arrays import Floats, Integers
+from percuss.errors import ParameterError
 from percuss.kernels import record as columns
 from percuss.kernels.law_columns import N_HARMONICS, Law
 from percuss.kernels.tangent import neighbours
@@ -21,10 +22,12 @@ from percuss.model.structure import Structure
 
 __all__ = [
     "MIRRORED",
+    "SYMMETRY_LOST",
     "half_multipliers",
     "is_mirrored_state",
     "is_symmetric_structure",
     "is_symmetric_system",
+    "keep_symmetry",
 ]
 
 
@@ -32,6 +35,10 @@ __all__ = [
 WHOLE = 1e-9
 # Of states half a period apart: orbits are found to some 1e-12.
 MIRRORED = 1e-8
+# Parts of the ranges of parameters at which a system is asked whether it keeps its symmetry.
+ASKED = (0.25, 0.75)
+# What is said where it does not.
+SYMMETRY_LOST = "the symmetry is lost when they vary, and there is no curve on which it breaks"
 
 
 def is_symmetric_system(osc: Oscillator, force: Forcing | None) -> bool:
@@ -99,6 +106,37 @@ def is_symmetric_structure(structure: Structure, loads: Loads) -> bool:
             for force in loads.forcings
         )
     )
+
+
+def keep_symmetry(
+    is_symmetric: Callable[[tuple[float, ...]], bool],
+    values: Sequence[float],
+    ranges: Iterable[tuple[float, float]],
+) -> bool:
+    """Return whether a system stays symmetric when any one of its parameters varies.
+
+    Parameters
+    ----------
+    is_symmetric
+        Whether it is, at values of the parameters.
+    values, ranges
+        Those of the system, and the least and the largest of each.
+
+    Examples
+    --------
+    >>> keep_symmetry(lambda values: values[0] == 1.0, (1.0, 2.0), [(0.0, 2.0), (0.0, 4.0)])
+    False
+    """
+    for k, (low, high) in enumerate(ranges):
+        for part in ASKED:
+            changed = (*values[:k], low + part * (high - low), *values[k + 1 :])
+            try:
+                if not is_symmetric(changed):
+                    return False
+            except ParameterError:
+                # The parameter cannot have this value without the other one.
+                continue
+    return True
 
 
 def _identity(stop: Stop, *, mirrored: bool) -> tuple[object, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, get_args
 
@@ -24,7 +25,7 @@ __all__ = ["Curve"]
 
 PointKind = Literal["fold", "period_doubling", "symmetry_breaking", "grazing", "torus"]
 OF_OSCILLATORS: tuple[PointKind, ...] = get_args(PointKind)[:4]
-OF_STRUCTURES: tuple[PointKind, ...] = ("fold", "period_doubling", "torus", "grazing")
+OF_STRUCTURES: tuple[PointKind, ...] = get_args(PointKind)
 
 
 @table
@@ -64,18 +65,16 @@ class Curve(Question):
         over = ranges_over(study, 2, holds_own=True)
         own = replace(self, over=over, along=self._first_of(over, study))
         if study.structure is None:
-            own._check_points(OF_OSCILLATORS, study)
-        elif "points" in raw_table(study.document, "curve"):
-            own._check_points(OF_STRUCTURES, study)
-        else:
+            own._check_points(study)
+        elif "points" not in raw_table(study.document, "curve"):
             own = replace(own, points=OF_STRUCTURES)
         return own
 
-    def _check_points(self, known: tuple[PointKind, ...], study: StudyDraft) -> None:
-        """Add the faults of points that such a model does not have."""
+    def _check_points(self, study: StudyDraft) -> None:
+        """Add the faults of points that an oscillator does not have."""
         for index, name in enumerate(self.points):
-            if name not in known:
-                reason = unknown_value(name, list(known))
+            if name not in OF_OSCILLATORS:
+                reason = unknown_value(name, list(OF_OSCILLATORS))
                 study.faults.add(("curve", "points", index), reason, shown(name))
 
     def _first_of(self, over: dict[str, ParameterRange], study: StudyDraft) -> str:
@@ -98,11 +97,17 @@ class Curve(Question):
         """Follow the orbit, and each special point."""
         along = self.along or next(iter(self.over))
         branch = follow(study, self.sought, {along: self.over[along]}, self.steps, execution)
-        return [
-            continue_curve(point, self.over, progress=execution.progress)
-            for point in branch.special_points
-            if point.kind in self.points
-        ]
+        curves = []
+        for point in branch.special_points:
+            if point.kind not in self.points:
+                continue
+            try:
+                curves.append(continue_curve(point, self.over, progress=execution.progress))
+            except ParameterError as error:
+                # The others have their curves.
+                what = f"no curve from {point.kind} at {point.path} = {point.value:.6g}"
+                warnings.warn(f"{what}: {error.reason}", stacklevel=2)
+        return curves
 
     def draw(self, result: list[CurveResult | StructureCurve], study: Study, figure: Any) -> None:
         """Draw the curves in the plane of the parameters."""
