@@ -307,3 +307,25 @@ def test_a_graze_is_the_same_from_each_period_of_the_force_on() -> None:
     assert other is not None
     assert one.monodromy == pytest.approx(other.monodromy, rel=1e-6, abs=1e-9)
     assert one.depth_rate == pytest.approx(other.depth_rate, rel=1e-6)
+
+
+def test_a_curve_ends_where_impacts_coincide_as_a_branch_does() -> None:
+    """Without damping two impacts merge at the resonance: beyond it a flight would last -0.15."""
+    osc = pc.impact_oscillator("0.95", wall="0.25", side="above")
+    force = pc.cosine("0.9", amplitude="1.175", constant="0.365")
+    orbits = [each for each in pc.find_orbits(osc, force, 2, 1) if each.n_impacts == 2]
+    constant = "forcing.constant"
+    branches = [pc.continue_orbit(each, over={OMEGA: (0.5, 3.5)}) for each in orbits]
+    doublings = [point for branch in branches for point in points(branch, "period_doubling")]
+
+    curves = [pc.continue_curve(each, {OMEGA: (0.5, 3.5), constant: (-1, 1)}) for each in doublings]
+
+    assert curves
+    for curve in curves:
+        assert all(orbit.itinerary.durations.min() > -1e-6 for orbit in curve)
+    merged = [curve for curve in curves if "impacts coincide" in curve.end_reason]
+    assert merged
+    for curve in merged:
+        (place,) = (q for q in curve.special_points if q.row in (0, len(curve) - 1))
+        assert place.kind == "period_doubling_grazing"
+        assert place.values[0] == pytest.approx(2.0, abs=1e-9)

@@ -278,6 +278,22 @@ def test_sequence_asks_for_the_order_of_the_stops() -> None:
     assert once.admissible
 
 
+def test_a_long_run_with_slow_impacts_leads_to_its_orbit() -> None:
+    """At t = 3,000 the rounding of an instant moves the velocity by more than a solution may miss.
+
+    One impact of speed 0.007 in seven periods, next to the graze at the amplitude.
+    """
+    amplitude = 1 / math.hypot(1 - 16, 2 * 1.2 * 4)
+    wall = amplitude * (1 - 1e-3)
+    osc = pc.impact_oscillator("0.8", wall=wall, side="above", damping="1.2")
+    run = pc.simulate(osc, pc.cosine(4), periods=2000)
+
+    orbit = pc.find_orbit(osc, pc.cosine(4), guess=run)
+
+    assert (orbit.n_impacts, orbit.n_periods, orbit.is_stable) == (1, 7, True)
+    assert orbit.min_impact_speed == pytest.approx(run.impacts.v_before[-1], rel=1e-6)
+
+
 def test_a_run_that_repeats_twice_its_orbit_gives_the_orbit() -> None:
     run = pc.simulate(ABOVE, pc.cosine("2.5"), -0.05, 0.3, t_end=400.0)
 

@@ -67,3 +67,16 @@ def test_a_step_far_astray_ends_in_an_error_without_warnings(size: float) -> Non
         family.slope(astray)
         with pytest.raises((pc.ConvergenceError, pc.ParameterError)):
             family.corrected(astray, np.append(np.zeros(len(start) - 1), 1.0))
+
+
+@pytest.mark.parametrize("unit", [2.0**-30, 1.0, 2.0**20])
+def test_whether_a_point_is_located_does_not_hang_on_the_unit(unit: float) -> None:
+    """A bracket below 1e-10, whatever that was, was a location."""
+    stops = pc.SoftStop(0.2 * unit, "above", 8), pc.Wall(0.5 * unit, "above", 0.7)
+    force = pc.cosine(1.5, amplitude=1.2 * unit)
+    orbit = pc.find_orbit(pc.Oscillator(1, 0.05, stops), force, 2, 1)
+
+    branch = pc.continue_orbit(orbit, over={"oscillator.stops.0.at": (-0.1 * unit, 0.8 * unit)})
+
+    (corner,) = (point for point in branch.special_points if point.kind == "corner")
+    assert (corner.value, corner.status) == (0.5 * unit, "bracketed")

@@ -191,6 +191,65 @@ class OrbitEquations:
             shoot(problem, given, residual, matrix)
             return residual / self.rows, matrix * self._ratios
 
+    @cached_property
+    def _returning(self) -> list[int]:
+        """The flights that return to their bound."""
+        ends = np.roll(self.events[:, AT], -1)
+        return [i for i in range(self.n) if self.events[i, AT] == ends[i]]
+
+    def regular_shot(self, unknowns: Floats, law: Law) -> tuple[Floats, Floats]:
+        """Return what `shot` does, distances of flights that return to their bound by durations.
+
+        So the equations stay regular as these go to zero, at a graze or where two impacts
+        coincide, and a flight of zero duration is no solution by itself.
+        """
+        residual, matrix = self.shot(unknowns, law)
+        if self._returning:
+            self._divide_by_durations(law, unknowns, residual, matrix)
+        return residual, matrix
+
+    def _divide_by_durations(self, law: Law, z: Floats, residual: Floats, matrix: Floats) -> None:
+        """Divide the distance residuals of flights that return to their bound by durations."""
+        # A step that diverges may overflow; then Newton's method ends.
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            for i in self._returning:
+                duration = float(z[1 + i])
+                if duration == 0.0:
+                    # The limit: the velocity at the start, and half the acceleration.
+                    residual[2 * i] = z[1 + self.n + i]
+                    matrix[2 * i] = 0.0
+                    matrix[2 * i, 1 + i] = 0.5 * self._acceleration(law, z, i)
+                    matrix[2 * i, 1 + self.n + i] = 1.0
+                    continue
+                residual[2 * i] /= duration
+                matrix[2 * i] /= duration
+                matrix[2 * i, 1 + i] -= residual[2 * i] / duration
+
+    def _acceleration(self, law: Law, z: Floats, i: int) -> float:
+        """Return the scaled acceleration at the start of a flight."""
+        bound, _, region = self.events[i].tolist()
+        phases = np.empty((int(law[0, N_HARMONICS]), 2))
+        set_phases(law, float(z[: 1 + i].sum()) * self.scale[0], 0.0, phases)
+        force = constant_force(law, region, place(law, region, bound))
+        v = float(z[1 + self.n + i]) * self.scale[-1]
+        acceleration, _ = acceleration_and_jerk(law, region, force, phases, 0.0, v)
+        return float(acceleration * self.scale[0] / self.scale[-1])
+
+    def reversed_flights(self, here: Floats, new: Floats) -> list[int]:
+        """Return the flights between impacts whose durations become negative at the second point.
+
+        Such a flight is no motion: the impacts at its ends have coincided in between.
+        """
+        return [
+            i for i in self._returning
+            if self.walls[i] and self.walls[(i + 1) % self.n]
+            and here[1 + i] >= -NO_TIME > new[1 + i]
+        ]  # fmt: skip
+
+    def is_coincidence(self, z: Floats, flights: list[int]) -> bool:
+        """Return whether one of some flights has zero duration."""
+        return bool(np.abs(z[[1 + i for i in flights]]).min() < NO_TIME)
+
     def orbit_at(self, unknowns: Floats, values: tuple[float, ...]) -> PeriodicOrbit:
         """Return the orbit of a solution."""
         system = self.system_at(values)
@@ -246,9 +305,6 @@ class BranchEquations(OrbitEquations, Bordered):
         super().__init__(orbit, {path: (low, high)})
         self.path, self.low, self.high = path, low, high
         self._others = _coincidences(self.system, path)
-        ends = np.roll(self.events[:, AT], -1)
-        self._returning = [i for i in range(self.n) if self.events[i, AT] == ends[i]]
-        self._hops = [i for i in self._returning if self.walls[i] and self.walls[(i + 1) % self.n]]
 
     def start(self, orbit: PeriodicOrbit, value: float) -> Floats:
         """Return the point of an orbit."""
@@ -263,57 +319,10 @@ class BranchEquations(OrbitEquations, Bordered):
         return self.value_at(0, float(z[-1]))
 
     def residual(self, z: Floats, value: float) -> tuple[Floats, Floats]:
-        """Return scaled residuals and their derivative by the scaled unknowns.
-
-        The distance residuals of flights that return to their bound are divided by their durations,
-        so that the equations stay regular as these go to zero, at a graze or where two impacts
-        coincide, and a flight of zero duration is no solution by itself.
-        """
+        """Return scaled residuals and their derivative by the scaled unknowns, as `regular_shot`."""
         if self.n == 0:
             return np.empty(0), np.empty((0, 0))
-        law = self.law_at((float(value),))
-        residual, matrix = self.shot(z[:-1], law)
-        if self._returning:
-            self._divide_by_durations(law, z, residual, matrix)
-        return residual, matrix
-
-    def _divide_by_durations(self, law: Law, z: Floats, residual: Floats, matrix: Floats) -> None:
-        """Divide the distance residuals of flights that return to their bound by durations."""
-        # A step that diverges may overflow; then Newton's method ends.
-        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            for i in self._returning:
-                duration = float(z[1 + i])
-                if duration == 0.0:
-                    # The limit: the velocity at the start, and half the acceleration.
-                    residual[2 * i] = z[1 + self.n + i]
-                    matrix[2 * i] = 0.0
-                    matrix[2 * i, 1 + i] = 0.5 * self._acceleration(law, z, i)
-                    matrix[2 * i, 1 + self.n + i] = 1.0
-                    continue
-                residual[2 * i] /= duration
-                matrix[2 * i] /= duration
-                matrix[2 * i, 1 + i] -= residual[2 * i] / duration
-
-    def _acceleration(self, law: Law, z: Floats, i: int) -> float:
-        """Return the scaled acceleration at the start of a flight."""
-        bound, _, region = self.events[i].tolist()
-        phases = np.empty((int(law[0, N_HARMONICS]), 2))
-        set_phases(law, float(z[: 1 + i].sum()) * self.scale[0], 0.0, phases)
-        force = constant_force(law, region, place(law, region, bound))
-        v = float(z[1 + self.n + i]) * self.scale[-1]
-        acceleration, _ = acceleration_and_jerk(law, region, force, phases, 0.0, v)
-        return float(acceleration * self.scale[0] / self.scale[-1])
-
-    def reversed_flights(self, here: Floats, new: Floats) -> list[int]:
-        """Return the flights between impacts whose durations become negative at the second point.
-
-        Such a flight is no motion: the impacts at its ends have coincided in between.
-        """
-        return [i for i in self._hops if here[1 + i] >= -NO_TIME > new[1 + i]]
-
-    def is_coincidence(self, z: Floats, flights: list[int]) -> bool:
-        """Return whether one of some flights has zero duration."""
-        return bool(np.abs(z[[1 + i for i in flights]]).min() < NO_TIME)
+        return self.regular_shot(z[:-1], self.law_at((float(value),)))
 
     def slope(self, z: Floats, known: float | None = None) -> Floats:
         """Return the derivative of the scaled residuals by the scaled parameter.

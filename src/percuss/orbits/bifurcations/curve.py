@@ -17,6 +17,7 @@ from percuss.numerics import norm
 from percuss.orbits.bifurcations.bifurcation_origin import ENDS, Origin
 from percuss.orbits.bifurcations.branch import CurveRows
 from percuss.orbits.bifurcations.curve_equations import CurveEquations
+from percuss.orbits.bifurcations.detector import COINCIDENCE
 from percuss.orbits.bifurcations.origin_of_folds import origin_of_folds
 from percuss.orbits.continuation.follow import Segment
 from percuss.orbits.continuation.locate import Zero, changes_sign, locate
@@ -63,8 +64,8 @@ class CurvePoint:
     intervals
         Of each parameter, values between which it lies.
     status
-        "located" if the intervals are below 1e-10 of the values, or of 1 for smaller ones, and
-        the test function goes through zero; otherwise "bracketed".
+        "located" if the intervals are below 1e-10 of the values, or of the ranges of the
+        parameters, and the test function goes through zero; otherwise "bracketed".
     orbit
         The orbit there.
     row
@@ -174,7 +175,7 @@ CurvesPoint: TypeAlias = Point[CurveEquations]
 CurveRow: TypeAlias = tuple[CurvesPoint, CurvePoint | None]
 LocatedPoint: TypeAlias = tuple[CurvePoint, CurvesPoint]
 
-# Largest bracket of the parameters of a located point, as a part of them.
+# Largest bracket of the parameters of a located point, as a part of them or of their ranges.
 LOCATED = 1e-10
 # At velocities below this part of the scale a turning point is the impact next to it.
 SLOW = 1e-6
@@ -216,6 +217,14 @@ class CurveDetector:
         passed = origin_of_folds(here, new) if self.kind == "fold" else None
         if passed is not None:
             return self._up_to_origin(here, rows, *passed)
+        equations = here.problem
+        if equations.of_multipliers:
+            reversed_ = equations.orbits.reversed_flights(here.z, new.z)
+            for k, (point, _) in enumerate(rows):
+                if reversed_ and equations.orbits.is_coincidence(point.z, reversed_):
+                    return Segment(rows[: k + 1], f"at {point.text} {COINCIDENCE}")
+            if reversed_:
+                return Segment(rows, f"beyond {(rows[-1][0] if rows else here).text} {COINCIDENCE}")
         change = _met_stop(here, new)
         if not change and new.problem.size(new.z) > LARGE and norm(new.tangent[-2:]) < STANDING:
             why = f"the velocities grow without bound towards {new.text}"
@@ -317,8 +326,14 @@ def _point(
     one, other = (sorted(pair) for pair in zip(*ends, strict=True))
     intervals = (one[0], one[1]), (other[0], other[1])
     values = equations.values(zero.z)
-    sizes = zip(intervals, values, strict=True)
-    near = all(high - low <= LOCATED * max(1.0, abs(value)) for (low, high), value in sizes)
+    whole = (
+        high - low
+        for low, high in zip(equations.equations.lows, equations.equations.highs, strict=True)
+    )
+    sizes = zip(intervals, values, whole, strict=True)
+    near = all(
+        high - low <= LOCATED * max(width, abs(value)) for (low, high), value, width in sizes
+    )
     status: Literal["located", "bracketed"] = (
         "located" if near and zero.goes_through else "bracketed"
     )

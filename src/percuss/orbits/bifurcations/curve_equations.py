@@ -302,7 +302,7 @@ class MultiplierCurve(CurveEquations):
 
     def _returns(self, unknowns: Floats, law: Law) -> Floats:
         """Return the matrix that is singular at the multiplier."""
-        _, matrix = self.equations.shot(unknowns, law)
+        _, matrix = self.equations.regular_shot(unknowns, law)
         return self._returns_of(matrix)
 
     def _centred(self, z: Floats, derivatives: Floats) -> Floats:
@@ -330,14 +330,14 @@ class MultiplierCurve(CurveEquations):
 
     def residual(self, z: Floats) -> Floats:
         """Return those of the orbit, and g."""
-        residual, matrix = self.equations.shot(z[:-2], self.law_of(z))
+        residual, matrix = self.equations.regular_shot(z[:-2], self.law_of(z))
         returns = self._returns_of(matrix)
         return np.append(residual, self._bordered(returns)[1][-1])
 
     def by_unknowns(self, z: Floats) -> Floats:
         """Return the derivatives: of g, by those of the matrix, -psi' dM q."""
         law, unknowns = self.law_of(z), z[:-2]
-        _, matrix = self.equations.shot(unknowns, law)
+        _, matrix = self.equations.regular_shot(unknowns, law)
         psi, q = self._null(self._returns_of(matrix))
         slopes = []
         for k in range(len(unknowns)):

@@ -56,7 +56,7 @@ SpecialPointKind: TypeAlias = Literal[
     "border_collision",
 ]
 
-# A bracket in the parameter that is a location, as a part of it.
+# A bracket in the parameter that is a location, as a part of it or of its range.
 LOCATED = 1e-10
 # Distance from a corner at which its orbit is taken, in scaled parameter.
 CORNER = 1e-11
@@ -94,8 +94,8 @@ class SpecialPoint:
     interval
         Values of the parameter between which it lies; at a fold both lie on one side of it.
     status
-        "located" if the interval is at most 1e-10 of the value, 1e-10 for values below 1, and the
-        test function goes through zero there without a jump; otherwise "bracketed".
+        "located" if the interval is at most 1e-10 of the value, or of the range of the parameter,
+        and the test function goes through zero there without a jump; otherwise "bracketed".
     orbit
         The orbit there.
     row
@@ -177,7 +177,7 @@ def coincidence_point(
         orbit = family.solution(z)
         point = Point(z, here.tangent, orbit, family.tests(orbit), family)
     ends = sorted((family.value(point.z), at))
-    exact = ends[1] - ends[0] <= LOCATED * max(1.0, abs(at)) or not is_end
+    exact = ends[1] - ends[0] <= LOCATED * max(family.high - family.low, abs(at)) or not is_end
     status: Literal["located", "bracketed"] = "located" if exact else "bracketed"
     special = SpecialPoint(
         "corner", family.path, at, (ends[0], ends[1]), status, point.orbit, -1, detail
@@ -298,7 +298,7 @@ def _special(
 ) -> SpecialPoint:
     low, high = sorted(family.value(z) for z in zero.ends)
     value = family.value(zero.z)
-    exact = zero.goes_through and high - low <= LOCATED * max(1.0, abs(value))
+    exact = zero.goes_through and high - low <= LOCATED * max(family.high - family.low, abs(value))
     status: Literal["located", "bracketed"] = "located" if exact else "bracketed"
     return SpecialPoint(kind, family.path, value, (low, high), status, zero.orbit, -1, detail)
 

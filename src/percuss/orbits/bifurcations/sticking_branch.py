@@ -256,7 +256,7 @@ def _special(
     family, orbit = low.problem, low.orbit
     (value,), (beyond,) = family.values(low.z), family.values(high.z)
     first, last = sorted((value, beyond))
-    exact = last - first <= LOCATED * max(1.0, abs(last))
+    exact = last - first <= LOCATED * max(family.high - family.low, abs(last))
     status: Literal["located", "bracketed"] = "located" if exact else "bracketed"
     path = family.paths[0]
     return low, SpecialPoint(kind, path, value, (first, last), status, orbit, -1, detail)

@@ -33,6 +33,7 @@ from percuss.orbits.orbit.itinerary import (
 from percuss.orbits.orbit.knots import without_knots
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.propagator import Propagator
+from percuss.orbits.orbit.solve import in_first_period
 from percuss.wording import counted
 
 __all__ = [
@@ -404,7 +405,10 @@ def _of_orbit(system: System, n_impacts: int, n_periods: int, orbit: PeriodicOrb
 
 
 def _of_run(system: System, n_impacts: int, n_periods: int, run: Trajectory) -> Guess:
-    """Return the last stretch of a run that nearly closes."""
+    """Return the last stretch of a run that nearly closes, from the first period on.
+
+    Late in a run the rounding of its instants is larger than the residuals of a solution.
+    """
     if (run.oscillator, run.forcing) != system:
         raise ParameterError("guess", run, "a run of another oscillator or forcing")
     # Enough events for the stretch, crossings out of soft stops among them.
@@ -422,7 +426,8 @@ def _of_run(system: System, n_impacts: int, n_periods: int, run: Trajectory) -> 
         if len(run.contacts):
             reason += "; with contact ask for n_impacts=math.inf"
         raise ParameterError("guess", run, reason)
-    return fitting[-1]
+    last_one = fitting[-1]
+    return replace(last_one, itinerary=in_first_period(system.law, last_one.itinerary))
 
 
 def _of_impact(

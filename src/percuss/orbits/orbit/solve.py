@@ -53,7 +53,9 @@ from percuss.orbits.orbit.stability import (
 )
 from percuss.orbits.orbit.turning_points import margin_of, penetrations_of, turns_of
 
-__all__ = ["Solution", "attracts", "impacts_of_record", "orbit_of_solution", "solve"]
+__all__ = [
+    "Solution", "attracts", "impacts_of_record", "in_first_period", "orbit_of_solution", "solve",
+]  # fmt: skip
 
 
 MOST_STEPS = 40
@@ -302,7 +304,7 @@ class _Traced:
 
 
 def _traced(law: Law, solution: Solution) -> _Traced:
-    itinerary = _in_first_period(law, solution.itinerary)
+    itinerary = in_first_period(law, solution.itinerary)
     events, marks = _record(law, itinerary)
     monodromy = _monodromy(law, events, marks)
     determinant, conservative = _determinant(law, itinerary, events)
@@ -331,7 +333,7 @@ def _determinant(law: Law, itinerary: Itinerary, events: Floats) -> tuple[float,
     return float(np.prod(np.square(factors))) * decay, conservative
 
 
-def _in_first_period(law: Law, itinerary: Itinerary) -> Itinerary:
+def in_first_period(law: Law, itinerary: Itinerary) -> Itinerary:
     """Return the itinerary with its first event in the first forcing period."""
     period = float(law[0, PERIOD])
     if period == 0.0:
