@@ -265,7 +265,7 @@ def _of_graze(orbit: PeriodicOrbit, ranges: Ranges) -> tuple[CurveEquations, Flo
     curve = GrazingCurve(with_graze, equations, contact, first)
     start = np.append(curve.unknowns_of(others, orbit.period), parts)
     if curve.at_impact(start):
-        reason = "the graze is at the end of a plastic impact, whatever the parameters are"
+        reason = "the graze coincides with another event of the orbit, whatever the parameters are"
         raise ParameterError("point", orbit, f"{reason}; no curve goes through it")
     return curve, start
 

@@ -217,14 +217,14 @@ class CurveDetector:
         passed = origin_of_folds(here, new) if self.kind == "fold" else None
         if passed is not None:
             return self._up_to_origin(here, rows, *passed)
-        equations = here.problem
-        if equations.of_multipliers:
-            reversed_ = equations.orbits.reversed_flights(here.z, new.z)
+        orbits = here.problem.orbits
+        before, after = (orbits.unknowns_of(each.orbit) for each in (here, new))
+        reversed_ = orbits.reversed_flights(before, after)
+        if reversed_:
             for k, (point, _) in enumerate(rows):
-                if reversed_ and equations.orbits.is_coincidence(point.z, reversed_):
+                if orbits.is_coincidence(orbits.unknowns_of(point.orbit), reversed_):
                     return Segment(rows[: k + 1], f"at {point.text} {COINCIDENCE}")
-            if reversed_:
-                return Segment(rows, f"beyond {(rows[-1][0] if rows else here).text} {COINCIDENCE}")
+            return Segment(rows, f"beyond {(rows[-1][0] if rows else here).text} {COINCIDENCE}")
         change = _met_stop(here, new)
         if not change and new.problem.size(new.z) > LARGE and norm(new.tangent[-2:]) < STANDING:
             why = f"the velocities grow without bound towards {new.text}"

@@ -63,6 +63,10 @@ CONDITIONS = {
 # Cosines of the angle of a pair on the unit circle at strong resonances 1:q.
 RESONANCES = {"resonance_1_1": 1.0, "resonance_1_2": -1.0, "resonance_1_3": -0.5,
               "resonance_1_4": 0.0}  # fmt: skip
+# Where a second multiplier comes to that of a curve; the largest distance of both from it, as a
+# double root is known to half of the digits, and least distance of a pair from the real axis.
+DOUBLED = {"fold": "resonance_1_1", "doubling": "resonance_1_2"}
+ON_EDGE = 1e-3
 OTHERS = {"multiplier 1": "fold", "multiplier -1": "doubling", "torus": "torus"}
 CUSP = "cusp"
 # A clearance that is none where a curve stops, as a part of the unit of lengths: next to a graze
@@ -85,7 +89,8 @@ class StructureCurvePoint:
     ----------
     kind
         "cusp" (two curves of folds meet and end); "resonance_1_3", "resonance_1_4" and
-        "resonance_1_2", "resonance_1_1" where the pair of a torus point has that angle;
+        "resonance_1_2", "resonance_1_1" where the pair of a torus point has that angle, the last
+        two also on curves of doublings and folds;
         "fold_doubling", "fold_torus", "doubling_torus", "fold_symmetry_breaking",
         "torus_symmetry_breaking", "fold_grazing", "doubling_grazing" and "torus_grazing" where two
         conditions hold together: at grazes those of the orbit without the impact that begins, where
@@ -217,13 +222,32 @@ class _CurveDetector:
             zero = locate(here, new, test, ends)
             if zero is None or not zero.goes_through:
                 continue
+            own_kind = self._own_kind(kind, zero.orbit)
+            if not own_kind:
+                continue
             values = cast("tuple[float, float]", equations.values(zero.z))
             paths = cast("tuple[str, str]", equations.paths)
-            special = StructureCurvePoint(kind, paths, values, zero.orbit, -1)
+            special = StructureCurvePoint(own_kind, paths, values, zero.orbit, -1)
             point = Point(zero.z, new.tangent, zero.orbit, new.tests, equations)
             rows.append((zero.part, point, special))
         rows.sort(key=lambda row: row[0])
         return Segment([(point, special) for _, point, special in rows])
+
+    def _own_kind(self, kind: str, orbit: StructureOrbit) -> str:
+        """Return the kind of a zero: the condition of a torus is met by other pairs, too.
+
+        Two multipliers at 1 or -1 are a strong resonance, where a curve of torus points ends; a
+        real pair, each the inverse of the other, is no point, "".
+        """
+        if self.condition == "torus" or "torus" not in kind:
+            return kind
+        z = _on_circle(orbit.multipliers)
+        doubled = DOUBLED.get(self.own, "")
+        if doubled and abs(z - RESONANCES[doubled]) < ON_EDGE:
+            return doubled
+        # Two multipliers -1 of the map over half of it are two at 1 of a symmetric orbit.
+        is_double = self.own == "symmetry_breaking" and abs(z - 1.0) < ON_EDGE
+        return kind if is_double or abs(z.imag) > ON_EDGE else ""
 
     def stopped(
         self, here: Point[StructureEquations], reason: str
