@@ -303,3 +303,11 @@ def test_a_search_that_creeps_comes_to_its_end() -> None:
     data = {"t": t, "displacement": x + noise * np.random.default_rng(11).standard_normal(640)}
     free = dict(zip(SOFT, guess, strict=True))
     assert pc.fit(data, soft_rig(*guess), pc.cosine(omega), free=free, noise=noise).converged
+
+
+def test_a_least_misfit_may_be_a_kink() -> None:
+    """There no step makes the misfit smaller, which was the reason why it was none."""
+    data, noise = measured("displacement", 2.5, 60, 184)
+    fit = fitted(data, 2.5, (0.196, 0.784, 0.049), noise=noise)
+    assert fit.converged
+    assert is_near(fit)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -59,6 +59,8 @@ KINK = 0.1
 LATE = 0.03
 # Where no step makes the misfit smaller, one below this part of a standard error, squared, is none.
 NO_STEP = 0.01
+# The same at a kink, from which derivatives between both sides lead a little.
+AT_KINK = 0.1
 # Singular values below this part of the largest one count as zero.
 WEAK = 1e-11
 # The end of a search whose motions cost more and more.
@@ -389,10 +391,7 @@ def descend(problem: FitProblem, start: FitPoint, weight: float = LOOSE) -> FitD
             descent.reason = SPENT
             return descent
         if trial is None:
-            moved = matmul(
-                step.triangle[:, :-1], step.parameters(problem, descent.point.values, 0.0)
-            )
-            if descent.weight >= TAUT and norm(moved) ** 2 < NO_STEP:
+            if descent.weight >= TAUT and _is_least(problem, descent, step):
                 descent.is_settled = True
                 return descent
             if descent.weight <= LOOSE or loosened == MOST_LOOSENINGS:
@@ -422,6 +421,21 @@ def descend(problem: FitProblem, start: FitPoint, weight: float = LOOSE) -> FitD
             descent.weight = min(descent.weight * FIRMER, FIRM)
     descent.reason = f"{MOST_STEPS} steps were not enough"
     return descent
+
+
+def _is_least(problem: FitProblem, descent: FitDescent, step: FitStep) -> bool:
+    """Return whether the step, which makes nothing better, is none.
+
+    A least misfit may be a kink, where an impact meets a sample: the step with derivatives between
+    both sides is none there.
+    """
+    point, weight = descent.point, descent.weight
+    bent = FitStep.of(problem, replace(point, equations=point.loose), weight)
+    for some, limit in ((step, NO_STEP), (bent, AT_KINK)):
+        moved = matmul(some.triangle[:, :-1], some.parameters(problem, point.values, 0.0))
+        if norm(moved) ** 2 < limit:
+            return True
+    return False
 
 
 def _tried(
