@@ -266,3 +266,48 @@ def test_accelerations_at_a_dashpot_are_on_the_side_of_the_motion() -> None:
         distances += [(value - true) / error for value, true, error in found]
     # Of 24 distances with a normal law the root of the mean square is 1 +- 0.15.
     assert math.sqrt(np.mean(np.square(distances))) < 1.5
+
+
+def test_the_end_is_the_least_sum_of_squares_of_the_motion_itself() -> None:
+    """With derivatives between both sides of an impact it lay 0.17 standard errors beside it."""
+    from scipy.optimize import least_squares
+
+    t = np.arange(240) * math.pi / 40
+    x, _ = pc.simulate(rig(), pc.cosine(2), v0=0.5, t_end=float(t[-1]))(t)
+    data = {"t": t, "displacement": x + 0.01 * np.random.default_rng(0).standard_normal(240)}
+    fit = fitted(data, 2, (0.22, 0.75, 0.055), noise=0.01)
+    assert isinstance(fit.start, pc.Start)
+    own = np.array([*fit.values.values(), fit.start.x0, fit.start.v0], dtype=float)
+
+    def residuals(p: Floats) -> Floats:
+        run = pc.simulate(rig(*p[:3].tolist()), pc.cosine(2), x0=p[3], v0=p[4], t_end=float(t[-1]))
+        return np.asarray((run(t)[0] - data["displacement"]) / 0.01)
+
+    found = least_squares(residuals, own, x_scale=[0.1, 0.5, 0.05, 0.1, 0.5], diff_step=1e-6)
+    assert np.square(residuals(own)).sum() == pytest.approx(2.0 * found.cost, abs=1e-4)
+    errors = np.sqrt(np.diag(np.linalg.inv(found.jac.T @ found.jac)))[:3]
+    np.testing.assert_allclose(own[:3], found.x[:3], rtol=0, atol=0.01 * errors.min())
+    np.testing.assert_allclose([*fit.errors.values()], errors, rtol=0.01)
+
+
+def test_a_search_that_creeps_comes_to_its_end() -> None:
+    """It was given up after 60 steps."""
+    truth, guess, omega = (
+        (0.2811, 107.2149, 0.3609, 0.0888),
+        (0.3056, 117.6274, 0.4469, 0.1123),
+        2.1392,
+    )
+    t = np.arange(640) * 2.0 * math.pi / omega / 16
+    x = pc.simulate(soft_rig(*truth), pc.cosine(omega), v0=0.5, t_end=float(t[-1]))(t)[0]
+    noise = 0.1 * float(np.std(x))
+    data = {"t": t, "displacement": x + noise * np.random.default_rng(11).standard_normal(640)}
+    free = dict(zip(SOFT, guess, strict=True))
+    assert pc.fit(data, soft_rig(*guess), pc.cosine(omega), free=free, noise=noise).converged
+
+
+def test_a_least_misfit_may_be_a_kink() -> None:
+    """There no step makes the misfit smaller, which was the reason why it was none."""
+    data, noise = measured("displacement", 2.5, 60, 184)
+    fit = fitted(data, 2.5, (0.196, 0.784, 0.049), noise=noise)
+    assert fit.converged
+    assert is_near(fit)

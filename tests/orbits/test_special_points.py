@@ -80,3 +80,20 @@ def test_whether_a_point_is_located_does_not_hang_on_the_unit(unit: float) -> No
 
     (corner,) = (point for point in branch.special_points if point.kind == "corner")
     assert (corner.value, corner.status) == (0.5 * unit, "bracketed")
+
+
+def test_where_a_soft_stop_is_left_without_velocity_no_multiplier_is_one() -> None:
+    """The formal branch turns there, as motions of either sign meet; it was a fold."""
+    stops = pc.SoftStop("0.46", "above", "6.69"), pc.Wall("0.632", "above", "0.68")
+    osc, force = pc.Oscillator(1, "0.6", stops), pc.cosine("1.7757", amplitude="1.82", phase="1.43")
+    omega = "forcing.omega"
+
+    branch = pc.continue_orbit(pc.find_orbit(osc, force, 1, 1), over={omega: (0.5, 3.5)})
+
+    left = [point for point in branch.special_points if "left without velocity" in point.detail]
+    assert [round(point.value, 6) for point in left] == [0.711025, 0.641404]
+    assert {point.kind for point in left} == {"grazing"}
+    assert not any(point.admissible for point in left)
+    assert not any(point.kind == "fold" for point in branch.special_points)
+    with pytest.raises(pc.ParameterError, match="the graze coincides with another event"):
+        pc.continue_curve(left[0], {omega: (0.5, 3.5), "forcing.constant": (-1, 1)})

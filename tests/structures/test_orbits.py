@@ -613,30 +613,6 @@ def test_points_on_two_curves_are_found_on_both_under_one_name() -> None:
         )
 
 
-def test_two_multipliers_of_minus_one_are_a_resonance_and_a_neutral_saddle_is_nothing() -> None:
-    """Both were named points where a torus point meets a doubling."""
-    stops: list[pc.Stop] = [
-        pc.SoftStop("0.355", "above", "44.24", "0.455", on=(1, -1)),
-        pc.Wall("-0.5325", "below", "0.7", on=0),
-    ]
-    two = pc.chain(["1.05", "0.83"], ["1.961", "1.504", 0], "0.05", stops)
-    orbit = pc.find_orbit(two, pc.Loads({0: pc.cosine("1.768", amplitude="0.33")}))
-    branch = pc.continue_orbit(
-        orbit, over={"loads.0.omega": ("1.5028", "2.0332")}, largest_step=0.1
-    )
-    (doubling,) = (point for point in branch.special_points if point.kind == "period_doubling")
-    ranges = {"loads.0.omega": ("1.2376", "2.2984"), "loads.0.amplitude": ("0.165", "0.495")}
-
-    curve = pc.continue_curve(doubling, ranges, largest_step=0.1)
-
-    assert [point.kind for point in curve.special_points] == ["resonance_1_2", "resonance_1_2"]
-    for point in curve.special_points:
-        assert (np.abs(point.orbit.multipliers + 1.0) < 1e-4).sum() == 2
-    # On the way two others pass where each is the inverse of the other, both real.
-    products = [np.real(orbit.multipliers[0] * orbit.multipliers[2]) for orbit in curve.orbits]
-    assert min(products) < 1.0 < max(products)
-
-
 def test_a_closed_family_of_three_periods_is_followed_once() -> None:
     """Once round it is the same orbit one period of the loads later."""
     mass = np.diag([2.0, 1.0, 1.0])

@@ -204,3 +204,30 @@ def test_curves_of_orbits_that_meet_walls_keep_their_multipliers(kind: str) -> N
         else:
             pairs = found.multipliers[np.abs(found.multipliers.imag) > 1e-6]
             assert np.abs(np.abs(pairs) - 1.0).min() < 1e-7
+
+
+def test_curves_of_folds_and_doublings_meet_that_of_torus_points_in_strong_resonances() -> None:
+    """A neutral saddle, two real multipliers whose product is 1, is no point of theirs."""
+    structure = pc.chain((1, 0.486), (1, 0.6, 0), 0.1, (pc.Wall(0.283, "above", 0.618, on=1),))
+    loads = pc.Loads({0: pc.cosine(1.324, amplitude=0.576)})
+    amplitude, omega = "loads.0.harmonics.0.amplitude", "loads.0.harmonics.0.omega"
+    orbit = pc.find_orbit(structure, loads)
+    branch = pc.continue_orbit(orbit, over={amplitude: (0.173, 0.6)})
+    ranges = {amplitude: (0.19, 0.26), omega: (1.15, 1.55)}
+
+    special = {
+        point.kind: pc.continue_curve(point, ranges, largest_step=0.05).special_points
+        for point in branch.special_points
+        if point.kind != "grazing"
+    }
+
+    places = {
+        kind: {point.kind: point.values for point in found} for kind, found in special.items()
+    }
+    assert set(places["torus"]) >= {"resonance_1_1", "resonance_1_2"}
+    assert [point.kind for point in special["period_doubling"]].count("doubling_torus") == 0
+    assert [point.kind for point in special["fold"]].count("fold_torus") == 0
+    doubled = places["period_doubling"]["resonance_1_2"]
+    assert doubled == pytest.approx(places["torus"]["resonance_1_2"], abs=1e-7)
+    folds = [point.values for point in special["fold"] if point.kind == "resonance_1_1"]
+    assert any(each == pytest.approx(places["torus"]["resonance_1_1"], abs=1e-7) for each in folds)

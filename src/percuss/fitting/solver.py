@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -51,7 +51,7 @@ KEPT, GOOD = 0.5, 2.0
 # A search ends where a step moves nothing by more than this part of its standard error, squared.
 CLOSE = 1e-6
 # Most steps, and trials of a step; and how often links are loosened again.
-MOST_STEPS, MOST_TRIALS, MOST_LOOSENINGS = 60, 10, 4
+MOST_STEPS, MOST_TRIALS, MOST_LOOSENINGS = 150, 10, 4
 # The width of a kink, in intervals between samples.
 KINK = 0.1
 # By so much, in these intervals, the instant of an event at a soft stop may be off in the end. More
@@ -59,6 +59,8 @@ KINK = 0.1
 LATE = 0.03
 # Where no step makes the misfit smaller, one below this part of a standard error, squared, is none.
 NO_STEP = 0.01
+# The same at a kink, from which derivatives between both sides lead a little.
+AT_KINK = 0.1
 # Singular values below this part of the largest one count as zero.
 WEAK = 1e-11
 # The end of a search whose motions cost more and more.
@@ -176,8 +178,8 @@ class FitPoint:
     """Values of the parameters with the runs from all nodes.
 
     In ``loose`` equations a sample within an interval of an event is on the side that suits it
-    better, for the instant of the event may be off by as much; in the others so only where jumps
-    at walls tell the side.
+    better, for the instant of the event may be off by as much, and derivatives pass from one side
+    to the other; in the others the former only where jumps at walls tell the side.
     """
 
     values: Floats
@@ -212,16 +214,16 @@ def point_at(problem: FitProblem, values: Floats, nodes: Floats) -> FitPoint | N
     shots = problem.shoot(values, nodes)
     if shots is None:
         return None
-    loose = equations_of(problem, shots, 1.0)
     has_walls_alone = all(isinstance(stop, Wall) for stop in problem.osc.stops)
-    equations = loose if has_walls_alone else equations_of(problem, shots, LATE)
-    return FitPoint(values, shots, equations, loose)
+    equations = equations_of(problem, shots, 1.0 if has_walls_alone else LATE, 0.0)
+    return FitPoint(values, shots, equations, equations_of(problem, shots, 1.0, KINK))
 
 
-def equations_of(problem: FitProblem, shots: Shots, near: float) -> FitEquations:
+def equations_of(problem: FitProblem, shots: Shots, near: float, kink: float) -> FitEquations:
     """Return the residuals of all samples and impacts.
 
-    Samples ``near`` an event, in intervals between samples, are on the side that suits them better.
+    Samples ``near`` an event, in intervals between samples, are on the side that suits them better;
+    the derivatives of those within a ``kink`` are between both sides.
     """
     defects = np.zeros_like(shots.ends)
     linked = np.flatnonzero(problem.linked)
@@ -235,7 +237,7 @@ def equations_of(problem: FitProblem, shots: Shots, near: float) -> FitEquations
         own = slice(sample, sample + len(some))
         counts = np.diff(layout.first)
         segments.append(np.repeat(np.arange(node, node + len(layout)), counts))
-        parts = _sided(some, shots, own, near, problem.is_continuous(some))
+        parts = _sided(some, shots, own, (near, kink), problem.is_continuous(some))
         rights.append(parts[0])
         rows.append(parts[1])
         impacts = layout.record.impacts
@@ -254,13 +256,18 @@ def equations_of(problem: FitProblem, shots: Shots, near: float) -> FitEquations
 
 
 def _sided(
-    some: MeasuredSamples, shots: Shots, own: slice, near: float, is_continuous: Flags
+    some: MeasuredSamples,
+    shots: Shots,
+    own: slice,
+    reaches: tuple[float, float],
+    is_continuous: Flags,
 ) -> tuple[Floats, Floats]:
     """Return residuals and rows of samples, those near events on the side that fits better.
 
     What is continuous is the same on both sides, but its derivatives are not: next to the event
     they pass from one to the other, or a search would oscillate across the kink.
     """
+    near, kink = reaches
     both = (some.values[:, None] - shots.values[own]) / some.noise[:, None]
     rows = shots.rows[own] / some.noise[:, None, None]
     right, row = both[:, 0].copy(), rows[:, 0].copy()
@@ -270,9 +277,9 @@ def _sided(
     better = np.abs(both[near_event, 1]) < np.abs(both[near_event, 0])
     other = near_event[jumps & better & (away <= near)]
     right[other], row[other] = both[other, 1], rows[other, 1]
-    bent = ~jumps & (away < KINK)
-    kink, share = near_event[bent], 0.5 - 0.5 * away[bent] / KINK
-    row[kink] += share[:, None] * (rows[kink, 1] - rows[kink, 0])
+    bent = ~jumps & (away < kink)
+    beside, share = near_event[bent], 0.5 - 0.5 * away[bent] / (kink or 1.0)
+    row[beside] += share[:, None] * (rows[beside, 1] - rows[beside, 0])
     return right, row
 
 
@@ -384,10 +391,7 @@ def descend(problem: FitProblem, start: FitPoint, weight: float = LOOSE) -> FitD
             descent.reason = SPENT
             return descent
         if trial is None:
-            moved = matmul(
-                step.triangle[:, :-1], step.parameters(problem, descent.point.values, 0.0)
-            )
-            if descent.weight >= TAUT and norm(moved) ** 2 < NO_STEP:
+            if descent.weight >= TAUT and _is_least(problem, descent, step):
                 descent.is_settled = True
                 return descent
             if descent.weight <= LOOSE or loosened == MOST_LOOSENINGS:
@@ -417,6 +421,21 @@ def descend(problem: FitProblem, start: FitPoint, weight: float = LOOSE) -> FitD
             descent.weight = min(descent.weight * FIRMER, FIRM)
     descent.reason = f"{MOST_STEPS} steps were not enough"
     return descent
+
+
+def _is_least(problem: FitProblem, descent: FitDescent, step: FitStep) -> bool:
+    """Return whether the step, which makes nothing better, is none.
+
+    A least misfit may be a kink, where an impact meets a sample: the step with derivatives between
+    both sides is none there.
+    """
+    point, weight = descent.point, descent.weight
+    bent = FitStep.of(problem, replace(point, equations=point.loose), weight)
+    for some, limit in ((step, NO_STEP), (bent, AT_KINK)):
+        moved = matmul(some.triangle[:, :-1], some.parameters(problem, point.values, 0.0))
+        if norm(moved) ** 2 < limit:
+            return True
+    return False
 
 
 def _tried(

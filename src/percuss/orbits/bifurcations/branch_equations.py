@@ -264,12 +264,26 @@ class OrbitEquations:
         itinerary = Itinerary.of_vector(self.events, vector, self.n_periods)
         return orbit_of_solution(system, Solution(itinerary, largest, True, True))
 
+    def leaves_slowly(self, orbit: PeriodicOrbit) -> bool:
+        """Return whether a soft stop is left without velocity, by the formal motion from beyond it.
+
+        Velocities of either sign are two such motions: the branch turns, whatever the multipliers.
+        """
+        events, _ = orbit.record
+        met = {row for row, *_ in self.entries}
+        exits = [i or self.n for i in range(self.n) if i not in met and not self.walls[i]]
+        speeds = np.abs(events[exits, 2])
+        entries = np.abs(self.into_stops(orbit)).min(initial=np.inf)
+        return bool(speeds.min(initial=np.inf) < SLOW * self.scale[-1] < entries)
+
     def into_stops(self, orbit: PeriodicOrbit) -> Floats:
         """Return the velocity into each stop that is met; negative ones are formal."""
         events, _ = orbit.record
         return np.array([sign * events[i or self.n, 2] for i, _, sign in self.entries])
 
 
+# Velocities below this part of the scale are zero where a branch turns.
+SLOW = 1e-6
 # Scaled residuals that need not become smaller.
 ENOUGH = 1e-15
 # Where another family crosses, Newton's method gains a factor of two a step only.

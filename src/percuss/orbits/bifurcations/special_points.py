@@ -329,6 +329,8 @@ def _meaning(
             return "period_doubling", TWO_FOLD
         if origin == "mirrored" and not a.orbit.symmetric:
             return "symmetry_breaking", MIRRORS
+        if family.leaves_slowly(orbit):
+            return "grazing", "a soft stop is left without velocity"
         return "fold", "two orbits meet and end"
     if orbit.symmetric and family.n % 2 == 0 and _breaks(orbit):
         return "symmetry_breaking", "a multiplier of the map over half the symmetric orbit is -1"

@@ -208,8 +208,10 @@ class _CurveDetector:
         values = multipliers_of_matrix(self.map_of(orbit)).tolist()
         for name, double in (("resonance_1_1", 1.0), ("resonance_1_2", -1.0)):
             if sum(abs(value - double) < DOUBLE for value in values) > 1:
-                # The angle of the pair tells of it on a curve of torus points.
-                return None if self.own == "torus" else name
+                # On a curve of torus points the angle of the pair tells of it. Of a symmetric orbit
+                # the multipliers are those of half of it.
+                others = {"torus": None, "symmetry_breaking": kind}
+                return others.get(self.own, name)
         return kind if self.own == "torus" or _pair_on_circle(values)[0].imag != 0.0 else None
 
     def between(
