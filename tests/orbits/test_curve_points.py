@@ -343,3 +343,18 @@ def test_a_curve_of_grazing_goes_over_no_flights_of_negative_duration() -> None:
     assert any("impacts coincide" in curve.end_reason for curve in curves)
     for curve in curves:
         assert all(orbit.itinerary.durations.min(initial=0.0) > -1e-6 for orbit in curve)
+
+
+def test_a_curve_that_begins_at_a_double_graze_says_so() -> None:
+    """The motion without impacts between two walls grazes both, until a constant force is added."""
+    walls = pc.Wall("0.5", "above", "0.7"), pc.Wall("-0.5", "below", "0.7")
+    calm = pc.find_orbit(pc.Oscillator(1, "0.05", walls), pc.cosine(2, amplitude=1), 0)
+    (graze,) = points(pc.continue_orbit(calm, over={AMPLITUDE: (0.5, 3)}), "grazing")
+
+    aside = pc.continue_curve(graze, {AMPLITUDE: (0.5, 3), "forcing.constant": (-0.2, 0.2)})
+    both = pc.continue_curve(graze, {AMPLITUDE: (0.5, 3), OMEGA: (1.5, 2.5)})
+
+    (double,) = aside.special_points
+    assert double.kind == "double_grazing"
+    assert double.values == (graze.value, 0.0)
+    assert not any(point.kind == "double_grazing" for point in both.special_points)

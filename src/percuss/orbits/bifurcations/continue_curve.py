@@ -21,7 +21,13 @@ from percuss.orbits.bifurcations.branch_equations import (
     own_value,
     ranges_of_curve,
 )
-from percuss.orbits.bifurcations.curve import Curve, CurveDetector, CurveKind, CurveRow
+from percuss.orbits.bifurcations.curve import (
+    Curve,
+    CurveDetector,
+    CurveKind,
+    CurveRow,
+    with_point_at_start,
+)
 from percuss.orbits.bifurcations.curve_equations import (
     CurveEquations,
     HalfEquations,
@@ -153,7 +159,7 @@ def continue_curve(
     towards = sign * math.copysign(1.0, leading)
     rows, why = follow_both_ways(start, towards, CurveDetector(kind), steps, reported)
     reported.close()
-    return _curve(kind, equations, rows, why)
+    return _curve(kind, equations, with_point_at_start(kind, rows, start), why)
 
 
 def _checked(point: SpecialPoint, over: Mapping[str, tuple[Phase, Phase]]) -> tuple[Ranges, float]:

@@ -28,7 +28,15 @@ if TYPE_CHECKING:
     # A second of import.
     from xarray import Dataset
 
-__all__ = ["Curve", "CurveDetector", "CurveKind", "CurvePoint", "CurvePointKind", "CurveRow"]
+__all__ = [
+    "Curve",
+    "CurveDetector",
+    "CurveKind",
+    "CurvePoint",
+    "CurvePointKind",
+    "CurveRow",
+    "with_point_at_start",
+]
 
 CurveKind: TypeAlias = Literal["fold", "period_doubling", "symmetry_breaking", "grazing"]
 CurvePointKind: TypeAlias = Literal[
@@ -301,6 +309,24 @@ def _points_of_piece(kind: CurveKind, a: CurvesPoint, b: CurvesPoint) -> Iterato
         last = _point(equations, kind_of_zero, detail, zero, orbit), point
     if last is not None:
         yield last
+
+
+def with_point_at_start(
+    kind: CurveKind, rows: list[CurveRow], start: CurvesPoint
+) -> list[CurveRow]:
+    """Return the rows of a curve with the point of codimension two that its start is, if it is one.
+
+    A function that is zero all along the curve tells nothing.
+    """
+    k = next(k for k, (point, _) in enumerate(rows) if point is start)
+    others = [point.tests for point, _ in rows[max(k - 1, 0) : k + 2] if point is not start]
+    for name, value in start.tests.items():
+        if value == 0.0 and any(tests[name] != 0.0 for tests in others):
+            meaning = _meaning(start.problem, kind, name)
+            zero = Zero(0.0, start.z, start.orbit, (start.z, start.z), goes_through=True)
+            special = _point(start.problem, *meaning, zero, start.orbit)
+            return [*rows[:k], (start, special), *rows[k + 1 :]]
+    return rows
 
 
 def _met_stop(a: CurvesPoint, b: CurvesPoint) -> str:
