@@ -381,6 +381,37 @@ def test_the_acceleration_is_that_of_a_structure_of_one_mass_and_of_an_oscillato
     assert np.abs(own - exact)[free].max() < 1e-10
 
 
+def test_accelerations_and_reactions_under_a_record_are_those_of_the_equation_of_motion() -> None:
+    """The slope of the record between its knots was left out."""
+    knots, values = [0, 2, 3, 9, 30], [0, 1, -2, 1.5, 0]
+    stops = (
+        pc.SoftStop("0.3", "above", 40, "0.5", on=1),
+        pc.Wall("-0.2", "below", "0.3", on=0),
+    )
+    two = pc.chain([1, 2], [1, "0.5", 0], "0.1", stops)
+    wave = pc.cosine("1.3", amplitude="0.2")
+    t = np.linspace(0.01, 29, 997)
+
+    run = pc.simulate(two, pc.Loads({0: pc.record(knots, values), 1: wave}), t_end=30)
+
+    x, v = run(t)
+    pressed = np.where(x[:, 1] > 0.3, 40 * (x[:, 1] - 0.3) + 0.5 * v[:, 1], 0.0)
+    stiffness = np.array([[1.5, -0.5], [-0.5, 0.5]])
+    free = np.stack([np.interp(t, knots, values), 0.2 * np.cos(1.3 * t)], axis=1)
+    free -= x @ stiffness + v @ np.asarray(two.damping, dtype=np.float64)
+    free[:, 1] -= pressed
+    (start,), (release,) = run.contacts.start, run.contacts.release
+    held = (t >= start) & (t <= release)
+    assert 10 < held.sum() < 100
+    own = np.stack([run.acceleration(0, t), 2 * run.acceleration(1, t)], axis=1)
+    assert np.abs(own - free)[~held].max() < 1e-13
+    assert np.abs(own[held, 0]).max() == 0.0
+    assert np.abs(own - free)[held, 1].max() < 1e-13
+    reaction = run.forces(t).stops.values[1]
+    assert np.abs(reaction + free[:, 0])[held].max() < 1e-13
+    assert reaction[held].min() > 0.0
+
+
 @pytest.mark.parametrize(("restitution", "omega"), [("0.4", "0.9"), ("0", "1.7")])
 def test_extremes_are_those_of_the_motion_after_a_wall_lets_go(
     restitution: str, omega: str

@@ -99,8 +99,9 @@ def observe_at(run: StructureRun, gauge: Gauge, instants: Floats, after: bool, o
         flight_after(run, row)
         flight = gauge_flight(run, gauge, b)
         gauge.values[OBSERVED] = value_of(flight, OBSERVED)
-        move(flight, (instants[k] - run.events[row, EVENT_T]) - run.events[row, EVENT_T_LOW])
-        out[k] = derivatives(flight, OBSERVED, 0.0, False)[0]
+        s = (instants[k] - run.events[row, EVENT_T]) - run.events[row, EVENT_T_LOW]
+        move(flight, s)
+        out[k] = derivatives(flight, OBSERVED, s, False)[0]
 
 
 @kernel
