@@ -97,3 +97,16 @@ def test_where_a_soft_stop_is_left_without_velocity_no_multiplier_is_one() -> No
     assert not any(point.kind == "fold" for point in branch.special_points)
     with pytest.raises(pc.ParameterError, match="the graze coincides with another event"):
         pc.continue_curve(left[0], {omega: (0.5, 3.5), "forcing.constant": (-1, 1)})
+
+
+def test_a_formal_entry_without_velocity_ends_a_branch_with_a_sentence() -> None:
+    """The impact on the wall behind the soft stop was taken for the exit: a StopIteration."""
+    stops = pc.SoftStop("0.27", "above", "4.427"), pc.Wall("0.5075", "above", "0.403")
+    osc = pc.Oscillator(1, "0.05", stops)
+    force = pc.cosine("2.6405", amplitude="1.4218", phase="3.474")
+    orbits = [each for each in pc.find_orbits(osc, force, 2, 2) if each.n_impacts == 2]
+    assert orbits
+
+    for orbit in orbits:
+        branch = pc.continue_orbit(orbit, over={"forcing.omega": (0.5, 3.5)})
+        assert "the orbit does not meet soft stop 0" in branch.end_reason
