@@ -584,6 +584,35 @@ def test_a_curve_of_torus_points_has_its_strong_resonances() -> None:
     assert np.abs(resonance.orbit.multipliers - 1j).min() < 1e-7
 
 
+def test_points_on_two_curves_are_found_on_both_under_one_name() -> None:
+    """Of torus points and doublings, or folds, those on the curve of torus points were missing."""
+    stop = pc.SoftStop("0.223", "above", "39.48", "0.364", on=(1, -1))
+    two = pc.chain(["1.645", "1.935"], ["1.137", "1.316", 0], dashpots="0.05", stops=[stop])
+    orbit = pc.find_orbit(two, pc.Loads({0: pc.cosine("0.661", amplitude="0.44")}))
+    branch = pc.continue_orbit(
+        orbit, over={"loads.0.omega": ("0.56185", "0.76015")}, largest_step=0.1
+    )
+    found = []
+    cases = (("fold", 0.6203188, ("0.3955", "0.445")), ("torus", 0.6239615, ("0.22", "0.66")))
+    for kind, value, amplitudes in cases:
+        (point,) = (
+            point
+            for point in branch.special_points
+            if point.kind == kind and abs(point.value - value) < 1e-6
+        )
+        ranges = {"loads.0.omega": ("0.46", "0.86"), "loads.0.amplitude": amplitudes}
+        curve = pc.continue_curve(point, ranges, largest_step=0.3)
+        found.append([(place.kind, place.values) for place in curve.special_points])
+
+    (folds, others) = found
+    assert {kind for kind, _ in folds} == {"fold_torus", "resonance_1_1"}
+    for kind, values in folds:
+        assert (
+            min(np.abs(np.subtract(values, place)).max() for also, place in others if also == kind)
+            < 1e-9
+        )
+
+
 def test_a_closed_family_of_three_periods_is_followed_once() -> None:
     """Once round it is the same orbit one period of the loads later."""
     mass = np.diag([2.0, 1.0, 1.0])

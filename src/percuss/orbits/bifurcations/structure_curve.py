@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, cast
 
@@ -24,7 +24,6 @@ from percuss.orbits.bifurcations.structure_branch import (
     StructureSpecialPoint,
     begun_anew,
     structure_parameter,
-    tests_of,
     tests_of_matrix,
 )
 from percuss.orbits.bifurcations.wall_equations import (
@@ -43,6 +42,7 @@ from percuss.orbits.continuation.problem import Point
 from percuss.orbits.orbit.structure_orbit import (
     StructureOrbit,
     map_between,
+    multipliers_of_matrix,
 )
 from percuss.orbits.orbit.symmetry import SYMMETRY_LOST, is_symmetric_structure, keep_symmetry
 from percuss.progress import Progress, Report
@@ -63,12 +63,11 @@ CONDITIONS = {
 # Cosines of the angle of a pair on the unit circle at strong resonances 1:q.
 RESONANCES = {"resonance_1_1": 1.0, "resonance_1_2": -1.0, "resonance_1_3": -0.5,
               "resonance_1_4": 0.0}  # fmt: skip
-# Where a second multiplier comes to that of a curve; the largest distance of both from it, as a
-# double root is known to half of the digits, and least distance of a pair from the real axis.
-DOUBLED = {"fold": "resonance_1_1", "doubling": "resonance_1_2"}
-ON_EDGE = 1e-3
 OTHERS = {"multiplier 1": "fold", "multiplier -1": "doubling", "torus": "torus"}
 CUSP = "cusp"
+# Multipliers nearer to 1 or -1 than this are two of them there: a double one moves as the root of
+# what a point is off.
+DOUBLE = 1e-3
 # A clearance that is none where a curve stops, as a part of the unit of lengths: next to a graze
 # the multipliers change as its square root, and steps end a little before it.
 TOUCHED = 1e-5
@@ -88,9 +87,9 @@ class StructureCurvePoint:
     Attributes
     ----------
     kind
-        "cusp" (two curves of folds meet and end); "resonance_1_3", "resonance_1_4" and
-        "resonance_1_2", "resonance_1_1" where the pair of a torus point has that angle, the last
-        two also on curves of doublings and folds;
+        "cusp" (two curves of folds meet and end); "resonance_1_3" and "resonance_1_4" where the
+        pair of a torus point has that angle, "resonance_1_1" and "resonance_1_2" where two
+        multipliers are 1, or -1: a curve of torus points meets one of folds, or doublings, there;
         "fold_doubling", "fold_torus", "doubling_torus", "fold_symmetry_breaking",
         "torus_symmetry_breaking", "fold_grazing", "doubling_grazing" and "torus_grazing" where two
         conditions hold together: at grazes those of the orbit without the impact that begins, where
@@ -168,11 +167,10 @@ class SymmetricEquations(StructureEquations):
     is_half = True
 
 
-def tests_of_half(orbit: StructureOrbit) -> Mapping[str, float]:
-    """Return the tests of a symmetric orbit's map over half of it, mirrored."""
+def half_map(orbit: StructureOrbit) -> Floats:
+    """Return the derivative of the map over half a symmetric orbit, mirrored."""
     state, half = np.concatenate([orbit.x0, orbit.v0]), 0.5 * orbit.period
-    mapped = map_between(orbit.run.system, state, (0.0, half), "half of it")
-    return tests_of_matrix(-mapped.derivative)
+    return -map_between(orbit.run.system, state, (0.0, half), "half of it").derivative
 
 
 class _CurveDetector:
@@ -181,22 +179,40 @@ class _CurveDetector:
     def __init__(self, kind: str) -> None:
         self.condition = CONDITIONS[kind]
         self.own = kind if kind in ORDER else OTHERS[self.condition]
-        self.tests_of = tests_of_half if kind == "symmetry_breaking" else tests_of
+
+    def map_of(self, orbit: StructureOrbit) -> Floats:
+        """Return the derivative of the map whose multipliers are looked at."""
+        return half_map(orbit) if self.own == "symmetry_breaking" else orbit.monodromy
 
     def tests(self, orbit: StructureOrbit) -> Mapping[str, float]:
         """Return functions that are zero at such points: by kind."""
-        tests = self.tests_of(orbit)
+        tests, functions = tests_of_matrix(self.map_of(orbit)), {}
         if self.condition == "torus":
-            z = _on_circle(orbit.multipliers)
-            functions = {kind: z.real - cosine for kind, cosine in RESONANCES.items()}
-        else:
-            functions = {}
+            # Of two real ones the mean goes on smoothly.
+            mean = 0.5 * sum(_pair_on_circle(orbit.multipliers.tolist())).real
+            functions = {kind: mean - cosine for kind, cosine in RESONANCES.items()}
         for name, other in OTHERS.items():
-            if self.condition not in (name, "torus"):
-                # A double root of the other kind is a zero of the torus' test too.
+            if self.condition != name:
                 pair = sorted((self.own, other), key=ORDER.index)
                 functions["_".join(pair)] = tests[name]
         return functions
+
+    def kind_of(self, kind: str, orbit: StructureOrbit) -> str | None:
+        """Return the kind of a point at which the test of a kind is zero, None if it is none.
+
+        The test for torus points is zero where two multipliers are 1, or -1, too, and at a neutral
+        saddle; on a curve of torus points the others are zero at strong resonances.
+        """
+        if "torus" not in kind:
+            return kind
+        values = multipliers_of_matrix(self.map_of(orbit)).tolist()
+        for name, double in (("resonance_1_1", 1.0), ("resonance_1_2", -1.0)):
+            if sum(abs(value - double) < DOUBLE for value in values) > 1:
+                # On a curve of torus points the angle of the pair tells of it. Of a symmetric orbit
+                # the multipliers are those of half of it.
+                others = {"torus": None, "symmetry_breaking": kind}
+                return others.get(self.own, name)
+        return kind if self.own == "torus" or _pair_on_circle(values)[0].imag != 0.0 else None
 
     def between(
         self, here: Point[StructureEquations], new: Point[StructureEquations]
@@ -208,7 +224,7 @@ class _CurveDetector:
         if self.condition == "multiplier 1":
             side = null_vectors(equations.closure(here.z)[1])[0]
             before[CUSP], after[CUSP] = (bend(equations, p.z, side) for p in (here, new))
-        rows = []
+        rows, is_astray = [], False
         for kind, value in before.items():
             ends = value, after[kind]
             if not changes_sign(*ends):
@@ -221,33 +237,18 @@ class _CurveDetector:
 
             zero = locate(here, new, test, ends)
             if zero is None or not zero.goes_through:
+                is_astray = True
                 continue
-            own_kind = self._own_kind(kind, zero.orbit)
-            if not own_kind:
+            found = self.kind_of(kind, zero.orbit)
+            if found is None:
                 continue
             values = cast("tuple[float, float]", equations.values(zero.z))
             paths = cast("tuple[str, str]", equations.paths)
-            special = StructureCurvePoint(own_kind, paths, values, zero.orbit, -1)
+            special = StructureCurvePoint(found, paths, values, zero.orbit, -1)
             point = Point(zero.z, new.tangent, zero.orbit, new.tests, equations)
             rows.append((zero.part, point, special))
         rows.sort(key=lambda row: row[0])
-        return Segment([(point, special) for _, point, special in rows])
-
-    def _own_kind(self, kind: str, orbit: StructureOrbit) -> str:
-        """Return the kind of a zero: the condition of a torus is met by other pairs, too.
-
-        Two multipliers at 1 or -1 are a strong resonance, where a curve of torus points ends; a
-        real pair, each the inverse of the other, is no point, "".
-        """
-        if self.condition == "torus" or "torus" not in kind:
-            return kind
-        z = _on_circle(orbit.multipliers)
-        doubled = DOUBLED.get(self.own, "")
-        if doubled and abs(z - RESONANCES[doubled]) < ON_EDGE:
-            return doubled
-        # Two multipliers -1 of the map over half of it are two at 1 of a symmetric orbit.
-        is_double = self.own == "symmetry_breaking" and abs(z - 1.0) < ON_EDGE
-        return kind if is_double or abs(z.imag) > ON_EDGE else ""
+        return Segment([(point, special) for _, point, special in rows], is_astray=is_astray)
 
     def stopped(
         self, here: Point[StructureEquations], reason: str
@@ -305,15 +306,12 @@ def bend(equations: StructureEquations, z: Floats, side: Floats) -> float:
     return math.copysign(1.0, dot(left, side)) * second
 
 
-def _on_circle(multipliers: Complexes) -> complex:
-    """Return the multiplier nearest to the unit circle whose conjugate or double is one too."""
-    values = multipliers.tolist()
-    pairs = [
-        (abs(abs(a * b) - 1.0) + abs((a * b).imag), a)
-        for i, a in enumerate(values)
-        for b in values[i + 1 :]
-    ]
-    return complex(min(pairs, key=lambda pair: pair[0])[1])
+def _pair_on_circle(values: Sequence[complex]) -> tuple[complex, complex]:
+    """Return the two multipliers whose product is nearest to 1."""
+    pairs = ((a, b) for i, a in enumerate(values) for b in values[i + 1 :])
+    return min(
+        pairs, key=lambda pair: abs(abs(pair[0] * pair[1]) - 1.0) + abs((pair[0] * pair[1]).imag)
+    )
 
 
 def continue_structure_curve(
