@@ -10,6 +10,9 @@ import pytest
 import percuss as pc
 from percuss.orbits import Branch
 from percuss.orbits.bifurcations.branch_equations import BranchEquations
+from percuss.orbits.bifurcations.multiple_covers import orbit_of_itinerary
+from percuss.orbits.bifurcations.soft_grazing import start_beyond
+from percuss.orbits.orbit.itinerary import Itinerary
 
 AMPLITUDE, OMEGA = "forcing.amplitude", "forcing.omega"
 
@@ -97,3 +100,34 @@ def test_where_a_soft_stop_is_left_without_velocity_no_multiplier_is_one() -> No
     assert not any(point.kind == "fold" for point in branch.special_points)
     with pytest.raises(pc.ParameterError, match="the graze coincides with another event"):
         pc.continue_curve(left[0], {omega: (0.5, 3.5), "forcing.constant": (-1, 1)})
+
+
+def test_a_formal_entry_without_velocity_ends_a_branch_with_a_sentence() -> None:
+    """The impact on the wall behind the soft stop was taken for the exit: a StopIteration."""
+    stops = pc.SoftStop("0.27", "above", "4.427"), pc.Wall("0.5075", "above", "0.403")
+    osc = pc.Oscillator(1, "0.05", stops)
+    force = pc.cosine("2.6405", amplitude="1.4218", phase="3.474")
+    orbits = [each for each in pc.find_orbits(osc, force, 2, 2) if each.n_impacts == 2]
+    assert orbits
+
+    for orbit in orbits:
+        branch = pc.continue_orbit(orbit, over={"forcing.omega": (0.5, 3.5)})
+        assert "the orbit does not meet soft stop 0" in branch.end_reason
+
+
+def test_no_family_begins_among_flights_of_negative_duration() -> None:
+    """Visits that begin at a graze came before the first event: a KeyError."""
+    stops = pc.SoftStop("0.3246", "above", "59.5"), pc.SoftStop("-0.3246", "below", "9.49")
+    osc, amplitude = pc.Oscillator(1, "0.05", stops), 2.37331
+    calm = pc.find_orbit(osc, pc.cosine("2.8821", amplitude=amplitude), 0)
+    early, instants = 2.7e-6, calm.turning_points.t[:2]
+    events = np.array([[2, 4, 6], [2, 6, 4], [1, 4, 2], [1, 2, 4]])
+    half = 0.5 * calm.period
+    durations = np.array([-early, half + early, -early, half + early])
+    speeds = 3.6e-6 * np.array([-1.0, 1.0, 1.0, -1.0])
+    formal = orbit_of_itinerary(
+        calm, Itinerary(events, float(instants.min()), durations, speeds, 1)
+    )
+    family = BranchEquations(formal, "forcing.amplitude", 2.3, 2.5)
+
+    assert start_beyond(family, formal, amplitude) is None

@@ -14,6 +14,7 @@ from percuss.orbits.bifurcations.border_collision import Border, border_reached,
 from percuss.orbits.bifurcations.branch_equations import BranchEquations, fastest
 from percuss.orbits.bifurcations.soft_grazing import start_beyond
 from percuss.orbits.bifurcations.special_points import (
+    LEFT,
     TWO_FOLD,
     SpecialPoint,
     coincidence_point,
@@ -97,7 +98,7 @@ class BranchDetector:
         for k, (point, special) in enumerate(rows):
             if special is None:
                 continue
-            is_graze = special.kind == "grazing"
+            is_graze = special.kind == "grazing" and special.detail != LEFT
             if is_graze and reversed_ and family.is_coincidence(point.z, reversed_):
                 return Segment(rows[: k + 1], f"at {point.text} {COINCIDENCE}")
             if is_graze and change:

@@ -183,7 +183,10 @@ def without(orbit: PeriodicOrbit, contacts: Sequence[GrazingContact]) -> Periodi
         return steady_orbit(orbit.system, contacts[0].region)
     # An orbit begins with an event that meets a stop.
     entries = entries_of(orbit.system, itinerary.events)
-    first = next(row for row, _ in entries if row not in removed)
+    first = next((row for row, _ in entries if row not in removed), None)
+    if first is None:
+        reason = "without its grazing contacts the motion leaves a stop that it does not meet"
+        raise ConvergenceError(reason, None, np.nan, "look at another graze")
     return settled(orbit, itinerary.without(removed, first))
 
 

@@ -85,6 +85,9 @@ def start_beyond(
     met = [contact for contact in contacts if contact.events]
     if not contacts or len(met) not in (0, len(contacts)):
         return None
+    if not met and (np.diff(orbit.itinerary.instants) < 0.0).any():
+        # Among formal flights of negative duration other events have no place.
+        return None
     try:
         if met:
             return _without_entries(family, without(orbit, met), value, met)

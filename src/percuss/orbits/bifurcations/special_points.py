@@ -35,6 +35,7 @@ from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.symmetry import half_multipliers
 
 __all__ = [
+    "LEFT",
     "LOCATED",
     "TWO_FOLD",
     "SpecialPoint",
@@ -67,6 +68,7 @@ EDGES, ON_EDGE = {"multiplier 1": 1.0, "multiplier -1": -1.0}, 1e-3
 # Special points nearer than this are one.
 SAME = 1e-9
 TWO_FOLD = "the orbit is the two-fold cover of one that doubles here: switch_branch returns it"
+LEFT = "a soft stop is left without velocity"
 # Depths and durations below this part of the size of a grazing orbit belong to the graze.
 GRAZED = 1e-9
 
@@ -330,7 +332,7 @@ def _meaning(
         if origin == "mirrored" and not a.orbit.symmetric:
             return "symmetry_breaking", MIRRORS
         if family.leaves_slowly(orbit):
-            return "grazing", "a soft stop is left without velocity"
+            return "grazing", LEFT
         return "fold", "two orbits meet and end"
     if orbit.symmetric and family.n % 2 == 0 and _breaks(orbit):
         return "symmetry_breaking", "a multiplier of the map over half the symmetric orbit is -1"
