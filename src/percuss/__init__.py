@@ -137,6 +137,7 @@ if TYPE_CHECKING:
     from percuss.orbits import follow_cascade as follow_cascade
     from percuss.orbits import impact_map as impact_map
     from percuss.orbits import manifolds as manifolds
+    from percuss.orbits import orbits_at as orbits_at
     from percuss.orbits import response_curve as response_curve
     from percuss.orbits import section_map as section_map
     from percuss.orbits import singularity_set as singularity_set
@@ -277,6 +278,7 @@ _HOMES = {
         "follow_cascade",
         "impact_map",
         "manifolds",
+        "orbits_at",
         "response_curve",
         "section_map",
         "singularity_set",

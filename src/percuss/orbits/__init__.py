@@ -12,6 +12,7 @@ from percuss.orbits.bifurcations.curve import Curve as Curve
 from percuss.orbits.bifurcations.curve import CurvePoint as CurvePoint
 from percuss.orbits.bifurcations.grazing import GrazeAnalysis as GrazeAnalysis
 from percuss.orbits.bifurcations.grazing import analysed_graze as analysed_graze
+from percuss.orbits.bifurcations.orbits_at import orbits_at as orbits_at
 from percuss.orbits.bifurcations.special_points import SpecialPoint as SpecialPoint
 from percuss.orbits.bifurcations.structure_branch import StructureBranch as StructureBranch
 from percuss.orbits.bifurcations.structure_branch import (

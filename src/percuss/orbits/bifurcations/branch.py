@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,7 +59,13 @@ class OrbitRows(Generic[O]):
         """Return the table in a line, from its name and the ends of its values."""
         counts = Counter(point.kind for point in self.special_points)
         special = ", ".join(f"{n} {kind}" for kind, n in counts.items()) or "none"
-        return f"<{name}: {len(self)} orbits, {ends}; special points: {special}; {self.end_reason}>"
+        # A column of one class, and a property of another.
+        n_formal = int(np.count_nonzero(~cast("Any", self).admissible))
+        formal = f", {'all' if n_formal == len(self) else n_formal} formal" if n_formal else ""
+        return (
+            f"<{name}: {len(self)} orbits{formal}, {ends}; special points: {special}; "
+            f"{self.end_reason}>"
+        )
 
 
 class BranchRows(OrbitRows[O], HasPicture):

@@ -43,7 +43,7 @@ FLAT = 1e-4
 STEP = 1e-5
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class GrazeAnalysis:
     """The effect of a graze, where an orbit touches a stop at zero velocity.
 
