@@ -144,7 +144,7 @@ def test_csv_of_a_branch_holds_its_floats_to_the_bit(branch: Branch, tmp_path: P
     columns = {
         branch.path: branch.values,
         "impact_velocity_0": branch.impact_velocity[:, 0],
-        "multiplier_1_imag": branch.multipliers[:, 1].imag,
+        "multiplier_imag_1": branch.multipliers[:, 1].imag,
         "grazing_margin": branch.grazing_margin,
     }
     for name, values in columns.items():

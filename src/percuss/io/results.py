@@ -280,7 +280,7 @@ def _kinds_in_rows(followed: Branch | StructureBranch | StructureCurve) -> NDArr
 
 def _of_multipliers(multipliers: Complexes) -> dict[str, NDArray[Any]]:
     return {
-        f"multiplier_{i}_{part}": np.asarray(getattr(multipliers[:, i], part))
+        f"multiplier_{part}_{i}": np.asarray(getattr(multipliers[:, i], part))
         for i in range(multipliers.shape[1])
         for part in ("real", "imag")
     }
