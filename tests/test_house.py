@@ -220,26 +220,11 @@ def test_a_type_is_found_wherever_it_stands() -> None:
     assert list(type_names(text)) == ["Floats", "_Real", "A", "B"]
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        "",
-        *(
-            [
-                "certified",
-                "ensembles",
-                "errors",
-                "io",
-                "model",
-                "motion",
-                "optimization",
-                "orbits",
-                "plotting",
-                "studies",
-            ]
-        ),
-    ],
-)
+SUBPACKAGES = ("certified", "ensembles", "errors", "io", "model", "motion", "optimization", "orbits",
+               "plotting", "studies")  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ["", *SUBPACKAGES])
 def test_a_prompt_completes_public_names_alone(name: str) -> None:
     package = importlib.import_module(f"percuss.{name}".rstrip("."))
     names = dir(package)

@@ -41,6 +41,14 @@ def half(orbit: pc.StructureOrbit, step: float = 1e-6) -> np.ndarray:
     return np.array(columns).T
 
 
+def between_walls(amplitudes: tuple[str, str]) -> pc.StructureCurve:
+    """Return the curve of two masses of which one goes between two walls."""
+    two = structure(["1.042", "0.754"], ["1.713", "1.781"], pc.Wall("0.578", "above", "0.54", on=0))
+    (point, *_) = breakings(two, "0.827", "0.37", ("0.6616", "0.9924"))
+    ranges = {"loads.0.omega": ("0.5789", "1.0751"), "loads.0.amplitude": amplitudes}
+    return pc.continue_curve(point, ranges, largest_step=0.1)
+
+
 def test_the_symmetry_breaks_along_the_curve_of_the_oscillator() -> None:
     walls = pc.Wall("0.5", "above", "0.6"), pc.Wall("-0.5", "below", "0.6")
     osc = pc.Oscillator(stiffness=1, damping="0.05", stops=walls)
@@ -89,14 +97,7 @@ def test_folds_of_symmetric_orbits_meet_the_curve() -> None:
 
 def test_a_curve_goes_on_where_a_slow_impact_passes_the_beginning_of_the_period() -> None:
     """It ended with "there is no such system", next to no graze."""
-    two = structure(["1.042", "0.754"], ["1.713", "1.781"], pc.Wall("0.578", "above", "0.54", on=0))
-    (point, *_) = breakings(two, "0.827", "0.37", ("0.6616", "0.9924"))
-
-    curve = pc.continue_curve(
-        point,
-        {"loads.0.omega": ("0.5789", "1.0751"), "loads.0.amplitude": ("0.28", "0.38")},
-        largest_step=0.1,
-    )
+    curve = between_walls(("0.28", "0.38"))
 
     assert curve.end_reason.count("reached") == 2
     first = np.array([(orbit.run.impacts.t / orbit.period).min() for orbit in curve.orbits])
@@ -111,14 +112,7 @@ def test_a_curve_goes_on_where_a_slow_impact_passes_the_beginning_of_the_period(
 
 
 def test_a_curve_says_at_which_stop_its_orbits_graze_at_its_end() -> None:
-    two = structure(["1.042", "0.754"], ["1.713", "1.781"], pc.Wall("0.578", "above", "0.54", on=0))
-    (point, *_) = breakings(two, "0.827", "0.37", ("0.6616", "0.9924"))
-
-    curve = pc.continue_curve(
-        point,
-        {"loads.0.omega": ("0.5789", "1.0751"), "loads.0.amplitude": ("0.36", "0.555")},
-        largest_step=0.1,
-    )
+    curve = between_walls(("0.36", "0.555"))
 
     ends = [end for end in curve.end_reason.split("; at the other end ") if "reached" not in end]
     assert [end.rpartition("; ")[2] for end in ends] == ["the orbit grazes stop 0 there"]
