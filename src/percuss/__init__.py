@@ -91,6 +91,7 @@ if TYPE_CHECKING:
     from percuss.motion import classify_impact_times as classify_impact_times
     from percuss.motion import eigenset as eigenset
     from percuss.motion import eigenset_motion as eigenset_motion
+    from percuss.motion import force_at as force_at
     from percuss.motion import gradient as gradient
     from percuss.motion import growth as growth
     from percuss.motion import harmonic_critical_velocity as harmonic_critical_velocity
@@ -228,6 +229,7 @@ _HOMES = {
         "classify_impact_times",
         "eigenset",
         "eigenset_motion",
+        "force_at",
         "gradient",
         "growth",
         "harmonic_critical_velocity",

@@ -290,3 +290,33 @@ def test_every_table_is_a_dataset_of_its_columns(name: str) -> None:
     frame = table.to_pandas()
     assert list(frame.columns) == list(dataset)
     assert len(frame) == len(table)
+
+
+def test_a_force_by_itself_is_its_harmonics_and_records() -> None:
+    knots, values = [0, 1, 3, 4], [0, 2, -1, 0]
+    t = np.array([[-1.0, 0.0, 0.5], [2.0, 3.5, 7.25]])
+    wave = 0.5 + 2 * np.cos(3 * t) + np.sin(1.5 * t)
+    sum_of_both = pc.cosine(3, amplitude=2, constant="0.5") + pc.sine("1.5")
+    line = np.interp(t, knots, values)
+    again = np.interp(t % 4, knots, values)
+
+    for record, expected in (
+        (pc.record(knots, values), line),
+        (pc.record(knots, values, outside="zero"), np.where((t >= 0) & (t <= 4), line, 0.0)),
+        (pc.record(knots, values, repeat=True), again),
+        (pc.record(knots, values, kind="hold"), np.take([0, 2, -1, 0], [[0, 0, 0], [1, 2, 3]])),
+    ):
+        own = pc.force_at(record + sum_of_both, t)
+        assert own.shape == t.shape
+        assert np.abs(own - wave - expected).max() < 1e-14
+
+    assert pc.force_at(pc.cosine(2), 0.0) == 1.0
+    # In the force's own dimension, with or without a mass that it moves.
+    osc = pc.Oscillator.from_mass(4, stiffness=1, damping_coefficient=0)
+    run = pc.simulate(osc, sum_of_both, t_end=10)
+    times = np.linspace(0, 10, 11)
+    assert np.abs(pc.force_at(sum_of_both, times) - run.forces(times).forcing).max() < 1e-14
+    with pytest.raises(pc.ParameterError, match="t = nan: not a finite time"):
+        pc.force_at(sum_of_both, [0.0, np.nan])
+    with pytest.raises(pc.ParameterError, match="not a forcing; of loads give one"):
+        pc.force_at(pc.Loads({0: sum_of_both}), 0.0)  # type: ignore[arg-type]

@@ -11,6 +11,7 @@ from percuss.motion.eigenset_forms import eigenset_motion as eigenset_motion
 from percuss.motion.eigenset_forms import harmonic_critical_velocity as harmonic_critical_velocity
 from percuss.motion.eigenset_forms import subset_critical_velocity as subset_critical_velocity
 from percuss.motion.eigenset_forms import subset_forcing as subset_forcing
+from percuss.motion.energetics import force_at as force_at
 from percuss.motion.extremes import Extrema as Extrema
 from percuss.motion.gradients import gradient as gradient
 from percuss.motion.growth import Growth as Growth

@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from percuss.arrays import Flags, Floats, row_of
+from percuss.errors import ParameterError
 from percuss.kernels.law_columns import N_HARMONICS
 from percuss.kernels.sample import drive
 from percuss.model.exact import as_float
-from percuss.model.oscillator import SoftStop, Stop
+from percuss.model.forcing import Forcing
+from percuss.model.oscillator import Oscillator, SoftStop, Stop
 from percuss.model.system import System
 from percuss.motion.tables import Contacts
 
 __all__ = ["energy_at", "force_at", "forces_at"]
+
+# What moves as a force pushes: its acceleration is the force.
+FREE = Oscillator(stiffness=0)
 
 
 def forces_at(
@@ -22,7 +28,7 @@ def forces_at(
     oscillator, mass = system.of_unit_mass.oscillator, system.mass
     spring = -as_float(oscillator.stiffness) * x
     damping = -2.0 * as_float(oscillator.damping) * v
-    driving = force_at(system, t)
+    driving = _driving_at(system, t)
     stops = np.zeros((len(oscillator.stops), len(t)))
     for i, stop in enumerate(oscillator.stops):
         if isinstance(stop, SoftStop):
@@ -58,8 +64,43 @@ def _is_beyond(stop: Stop, depth: Floats) -> Flags:
     return depth > 0.0 if stop.side == "above" else depth < 0.0
 
 
-def force_at(system: System, t: Floats) -> Floats:
-    """Return the forcing at times t, per unit mass."""
+def force_at(force: Forcing, t: ArrayLike) -> Floats:
+    """Return the value of a force at times t.
+
+    Parameters
+    ----------
+    force
+        The forcing; those of loads are its ``forcings``.
+    t
+        Times, of any shape [time].
+
+    Returns
+    -------
+    array
+        Of t's shape, in the force's own dimension; where it jumps, the value after the jump.
+
+    Raises
+    ------
+    ParameterError
+        If it is no forcing, or a time is not finite.
+
+    Examples
+    --------
+    >>> import percuss as pc
+    >>> pc.force_at(pc.cosine(2, constant=1) + pc.record([0, 1, 4], [0, 3, 0]), [0.0, 2.0])
+    array([2.        , 2.34635638])
+    """
+    if not isinstance(force, Forcing):
+        raise ParameterError("force", force, "not a forcing; of loads give one of their forcings")
+    times = np.asarray(t, dtype=np.float64)
+    if not np.isfinite(times).all():
+        wrong = times[~np.isfinite(times)]
+        raise ParameterError("t", float(wrong[0]), "not a finite time")
+    return _driving_at(System(FREE, force), times.reshape(-1)).reshape(times.shape)
+
+
+def _driving_at(system: System, t: Floats) -> Floats:
+    """Return the forcing at times t (n,), per unit mass."""
     if system.forcing is None:
         return np.zeros_like(t)
     harmonic = np.empty_like(t)

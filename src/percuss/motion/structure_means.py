@@ -10,8 +10,7 @@ from percuss.kernels.record import EVENT_T
 from percuss.kernels.structure import basis as at
 from percuss.kernels.structure.run import StructureRun
 from percuss.model.acting_sets import StructureSystem
-from percuss.model.oscillator import On, Oscillator
-from percuss.model.system import System
+from percuss.model.oscillator import On
 from percuss.motion.energetics import force_at
 from percuss.motion.structure_observables import observable_at
 from percuss.numerics import gauss_legendre
@@ -44,13 +43,13 @@ def mean_power_of_run(
     system: StructureSystem, run: StructureRun, span: tuple[float, float]
 ) -> float:
     """Return the mean power of all loads over a span of time, that of f c along c . x'."""
-    loads, free = system.loads, Oscillator(stiffness=0, damping=0)
+    loads = system.loads
     directions = loads.directions(system.structure)
     total = 0.0
     for times, weights in _nodes(run, span):
         for c, forcing in zip(directions, loads.forcings, strict=True):
             v = observable_at(system, run, times, "velocity", on=tuple(c.tolist()))
-            total += float((weights * force_at(System(free, forcing), times) * v).sum())
+            total += float((weights * force_at(forcing, times) * v).sum())
     return total / (span[1] - span[0])
 
 

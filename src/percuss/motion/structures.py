@@ -17,11 +17,10 @@ from percuss.kernels.structure.sample import evaluate
 from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import Exact, Phase, as_float, reals, whole
 from percuss.model.loads import Loads
-from percuss.model.oscillator import On, Oscillator, SoftStop
+from percuss.model.oscillator import On, SoftStop
 from percuss.model.periods import require_period
 from percuss.model.structure import Structure
 from percuss.model.structure_start import StructureStart
-from percuss.model.system import System
 from percuss.motion.energetics import force_at
 from percuss.motion.extremes import Extrema, QuantityName
 from percuss.motion.instants import check_limit, span_within, strobes, times_within
@@ -494,11 +493,9 @@ class StructureTrajectory(HasPicture):
         flat = row_of(times_within(times, self.t0, self.t_end))
         stiffness, damping = self.structure.stiffness_matrix, self.structure.damping_matrix
         loads = np.zeros_like(x)
-        # What drives a free unit mass is the load itself.
-        free = Oscillator(stiffness=0, damping=0)
         directions = self.loads.directions(self.structure)
         for c, forcing in zip(directions, self.loads.forcings, strict=True):
-            loads += force_at(System(free, forcing), flat)[:, None] * c
+            loads += force_at(forcing, flat)[:, None] * c
         stops = np.zeros((len(self.structure.stops), len(flat)))
         scratch = scratch_run(self._run)
         for i in range(len(stops)):
