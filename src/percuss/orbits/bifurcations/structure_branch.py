@@ -573,10 +573,11 @@ def begun_anew(here: Point[StructureEquations]) -> Point[StructureEquations] | N
             return 0.0
         return float(np.abs((events - part + 0.5) % 1.0 - 0.5).min(initial=1.0))
 
-    if distance(equations.begin) > STROBED:
+    begin = max(PHASES, key=distance)
+    if distance(equations.begin) > STROBED or distance(begin) <= STROBED:
         return None
     other = copy.copy(equations)
-    other.begin = max(PHASES, key=distance)
+    other.begin = begin
     other.take_scale(equations.scale)
     try:
         point = other.started(here.orbit, equations.values(here.z))
