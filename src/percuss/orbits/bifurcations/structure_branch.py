@@ -245,20 +245,24 @@ class StructureEquations:
     The unknowns are the state at a phase of the loads, ``begin`` periods after t = 0, in units of
     the first orbit's size, and the parameters, scaled so that their ranges go from 0 to 1. With a
     condition, one of `tests_of` that is to be zero, there is one parameter more.
+
+    Those of symmetric orbits may be of the half: half an orbit later the state is mirrored. Where a
+    multiplier of that map is -1 the symmetry breaks; all of the orbit has the square of the map, and
+    with it 1, at a point where no family of symmetric orbits turns (Swift & Wiesenfeld 1984).
     """
 
     order = 3
     begin = 0.0
-    # Whether half an orbit is mapped and mirrored, in place of all of it.
-    is_half = False
 
     def __init__(
         self,
         orbit: StructureOrbit,
         ranges: Mapping[str, tuple[float, float]],
         condition: str | None = None,
+        *,
+        is_half: bool = False,
     ) -> None:
-        self.first, self.condition = orbit, condition
+        self.first, self.condition, self.is_half = orbit, condition, is_half
         self.noun = "branch" if condition is None else "curve"
         self.paths = tuple(ranges)
         self.lows, self.highs = zip(*ranges.values(), strict=True)

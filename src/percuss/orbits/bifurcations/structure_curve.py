@@ -157,16 +157,6 @@ class StructureCurve(StructureRows, CurveRows[StructureOrbit]):
         )
 
 
-class SymmetricEquations(StructureEquations):
-    """The equations of symmetric orbits: half an orbit later the state is mirrored.
-
-    Where a multiplier of this map is -1 the symmetry breaks: all of the orbit has the square of the
-    map as its own, whose multiplier 1 no orbits pass through (Swift & Wiesenfeld 1984).
-    """
-
-    is_half = True
-
-
 def half_map(orbit: StructureOrbit) -> Floats:
     """Return the derivative of the map over half a symmetric orbit, mirrored."""
     state, half = np.concatenate([orbit.x0, orbit.v0]), 0.5 * orbit.period
@@ -253,7 +243,7 @@ class _CurveDetector:
     def stopped(
         self, here: Point[StructureEquations], reason: str
     ) -> Segment[StructureEquations, StructureCurvePoint]:
-        """Return what is beyond the last point: the same curve where an event is at t = 0."""
+        """Return what is beyond the last point: the same curve where an event is at its state."""
         if self.condition != GRAZE:
             stop = _touched_stop(here.problem, here.orbit)
             reason += "" if stop is None else f"; the orbit grazes stop {stop} there"
@@ -349,7 +339,7 @@ def continue_structure_curve(
     if point.kind == "symmetry_breaking":
         if not orbit.admissible:
             raise ParameterError("point", point, FORMAL)
-        equations = SymmetricEquations(orbit, ranges, condition)
+        equations = StructureEquations(orbit, ranges, condition, is_half=True)
 
         def is_symmetric(values: tuple[float, ...]) -> bool:
             system = equations.system_at(values)
