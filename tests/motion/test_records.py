@@ -26,6 +26,7 @@ from tests.oracle.random_problems import (
 import percuss as pc
 from percuss.arrays import Floats
 from percuss.kernels.pieces import next_knot, record_at
+from percuss.kernels.record import CROSSING, EVENT_T, KIND, KNOT
 from percuss.model.force_record import RecordKind
 from percuss.model.system import law
 
@@ -362,6 +363,58 @@ def test_the_force_of_a_wall_in_contact_has_its_extremes_at_knots() -> None:
     jumps = pc.record([0.0, 1.0, 2.0, 3.0], [-1.0, -4.0, -2.0, -3.0], "hold")
     extrema = pc.simulate(pc.impact_oscillator(0.5), jumps, t_end=2.5).extremes("stop_force")
     assert (extrema.minimum, extrema.maximum) == (1.0, 4.0)
+
+
+def test_the_force_of_a_wall_has_its_extremes_at_the_end_of_a_window_too() -> None:
+    """Under a record alone the end of a contact, or of the window in it, was left out."""
+    held = pc.Oscillator(stops=(pc.Wall(0, "above", 0),))
+    push = pc.record([0, 10], [1, 5])
+    run = pc.simulate(held, push, t_end=8)
+    for between, least, most in (((1, 3), -2.2, -1.4), ((0, 8), -4.2, -1.0)):
+        extrema = run.extremes("stop_force", between=between)
+        assert (extrema.minimum, extrema.maximum) == pytest.approx((least, most), rel=1e-15)
+        assert (extrema.t_minimum, extrema.t_maximum) == between[::-1]
+    data = pc.sweep("peak_stop_force", held, push, over={}, between=(1, 3))
+    assert float(data.peak_stop_force) == pytest.approx(2.2, rel=1e-15)
+    peak, moved = run.sensitivity(["forcing.record.amplitude"]).measured("peak_stop_force")
+    assert (peak, moved[0]) == pytest.approx((4.2, 4.2), rel=1e-15)
+
+
+def test_a_wall_never_pulls_where_the_jump_of_a_force_ends_a_contact() -> None:
+    """The force after the jump was the wall's in some of them, by rounding."""
+    held = pc.Oscillator(stiffness="1.5", stops=(pc.Wall("-0.1", "below", 0),))
+    n = 0
+    for omega in np.linspace(1.2, 1.7, 11):
+        force = pc.square_wave(omega, "2.2") + pc.cosine("2.6", amplitude="0.2")
+        run = pc.simulate(held, force, t0=1000, t_end=1030)
+        n += len(run.contacts)
+        assert run.extremes("stop_force").minimum == 0.0
+    assert n > 40
+
+
+@pytest.mark.parametrize("mass", [None, 2])
+def test_forces_at_an_event_are_those_after_it(mass: int | None) -> None:
+    """Of a dashpot at its entry, and of a wave at its jump, rounding chose the side."""
+    stops = (pc.SoftStop("0.3", "above", 20, "0.8"), pc.SoftStop("-0.4", "below", 9, "1.5"))
+    osc = pc.Oscillator(1, "0.1", stops=stops)
+    if mass is not None:
+        osc = pc.Oscillator.from_mass(mass, 1, "0.1", stops=stops)
+    one = pc.Structure([2], [1], ["0.1"], [*stops])
+    wave = pc.square_wave("0.7", "1.5") + pc.cosine("1.9")
+    for run in (pc.simulate(osc, wave, t_end=60), pc.simulate(one, pc.Loads({0: wave}), t_end=60)):
+        marks = run.record.marks if isinstance(run, pc.StructureTrajectory) else run.record[1]
+        events = run.record.events if isinstance(run, pc.StructureTrajectory) else run.record[0]
+        t = events[np.isin(marks[:, KIND], [CROSSING, KNOT]), EVENT_T]
+        assert len(run.crossings) > 20
+        assert len(t) > len(run.crossings) + 10
+        here, after = run.forces(t), run.forces(t + 1e-10)
+        for name in ("forcing" if isinstance(run, pc.Trajectory) else "loads", "stops"):
+            assert np.abs(here[name].values - after[name].values).max() < 1e-7
+        both = np.array([t, t + 1e-10])
+        own = (
+            run.acceleration(both) if isinstance(run, pc.Trajectory) else run.acceleration(0, both)
+        )
+        assert np.abs(own[1] - own[0]).max() < 1e-7
 
 
 def test_before_and_after_a_record_its_ends_hold_or_nothing_acts() -> None:

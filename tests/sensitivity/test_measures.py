@@ -256,3 +256,22 @@ def test_one_path_in_the_place_of_a_list_is_told_under_its_name() -> None:
         pc.gradient("max_displacement", osc, wrt="start.v0", start=(0, 3), t_end=4)
     with pytest.raises(pc.ParameterError, match=r"paths = 'start\.v0': no list of paths"):
         pc.simulate(osc, v0=3, t_end=4).sensitivity("start.v0")
+
+
+def test_a_motion_that_a_wall_lets_go_between_two_knots() -> None:
+    """At the next knot the velocity jumped, as after a release by that knot."""
+    osc = pc.Oscillator(0, "0.1", stops=(pc.Wall("-0.656", "below", 0),))
+
+    def run_at(omega: float) -> pc.Trajectory:
+        force = pc.triangle_wave(omega, "-0.893") + pc.cosine("0.675", amplitude="0.269", phase=6)
+        return pc.simulate(osc, force, v0="0.192", t0="3.25", t_end="11.25")
+
+    run, step = run_at(2.143), 1e-5
+    (release,) = run.contacts.release
+    t = np.array([6.2, 7.6, 8.2, 9.2, 11.2])
+    assert t[0] < release < t[1]
+    moved = run.sensitivity(["forcing.record.omega"])(t)
+    near = [run_at(2.143 + k * step)(t) for k in (-1, 1)]
+    for k in range(2):
+        difference = (near[1][k] - near[0][k]) / (2.0 * step)
+        assert np.abs(moved[k][:, 0] - difference).max() < 1e-7

@@ -516,3 +516,57 @@ def test_walls_that_are_struck_at_one_instant() -> None:
     d = run.sensitivity(["start.v0.0", "start.t0"])
     assert np.isnan(d(1.5)[1][:, 0]).all()
     assert np.isfinite(d(1.5)[1][:, 1]).all()
+
+
+@pytest.mark.parametrize("jump", [f"{k / 70:.3f}" for k in range(1, 13)])
+def test_an_acceleration_that_is_largest_at_the_jump_of_a_load(jump: str) -> None:
+    """Where the end of a flight rounds otherwise than the event, the other side was taken."""
+    force = pc.record([-8, jump, 5], [1, "0.2", 0], "hold") + pc.cosine("0.2", phase="-0.5")
+    paths = ["forcing.constant", "forcing.record.amplitude"]
+    begin = (0, "0.3", "-7.3")
+    one = pc.simulate(pc.Oscillator(0), force, start=begin, t_end=1)
+    run = pc.simulate(pc.Structure([1], [0]), pc.Loads({0: force}), start=begin, t_end=1)
+    for motion in (one, run):
+        assert motion.extremes("acceleration").t_maximum == float(jump)
+    found = run.sensitivity([path.replace("forcing", "loads.0") for path in paths])
+    assert_close(found.of("peak_acceleration"), one.sensitivity(paths).of("peak_acceleration"))
+
+
+@pytest.mark.parametrize("path", ["amplitude", "constant"])
+def test_an_acceleration_that_is_largest_as_a_chatter_ends(path: str) -> None:
+    """In its summed tail the largest value moves with the last impact."""
+    structure = pc.Structure(
+        [["2.14", "0.2", 0], ["0.2", "0.5", 0], [0, 0, "0.74"]],
+        [["3.3", "-1.35", 0], ["-1.35", "2.16", "-0.81"], [0, "-0.81", "0.81"]],
+        [["0.53", "-0.135", 0], ["-0.135", "0.216", "-0.081"], [0, "-0.081", "0.081"]],
+        [
+            pc.Wall("0.612", "above", "0.53", on=1),
+            pc.Wall("0.638", "above", "0.4", on=(0, 1, -1)),
+        ],
+    )
+    on = ("-0.3", "-0.58", "-1.11")
+
+    def run(changed: float = 0.0) -> pc.StructureTrajectory:
+        push, force = 0.0, pc.record(["1.394", "4.167"], ["3.017", "0.564"])
+        if path == "amplitude":
+            force = (1.0 + changed) * force
+        else:
+            push = changed
+        waves = pc.cosine("0.975", amplitude="0.422", phase="3.12")
+        waves += pc.cosine("2.176", amplitude="0.361", phase="2.07")
+        loads = pc.Loads(
+            {
+                1: waves + force + pc.Forcing(constant=push),
+                0: pc.cosine("2.519", amplitude="-0.201", phase="4.54"),
+            }
+        )
+        return pc.simulate(structure, loads, v0=["-0.197", "0.459", "1.793"], t0="3.25", t_end=6)
+
+    extrema = run().extremes("acceleration", on=on)
+    (start,) = run().contacts.start
+    assert run().impacts.t[-1] < extrema.t_maximum < start
+    assert extrema.maximum == extrema.peak
+    of = f"loads.0.{'record.amplitude' if path == 'amplitude' else 'constant'}"
+    found = run().sensitivity([of]).of("peak_acceleration", on)
+    near = [run(h).extremes("acceleration", on=on).maximum for h in (-1e-5, 1e-5)]
+    assert_close(found, np.array([(near[1] - near[0]) / 2e-5]), 1e-5)

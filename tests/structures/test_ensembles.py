@@ -610,3 +610,15 @@ def test_all_branches_of_a_diagram_share_the_systems_of_its_values(
 
     assert len(made) == 7 + 7
     assert np.array_equal(data.x.sel(branch="start 0"), alone.x.sel(branch="start 0"))
+
+
+def test_a_wall_never_pulls_where_the_jump_of_a_load_ends_a_contact() -> None:
+    """The force after the jump was the wall's until it let go, which it does at once."""
+    structure = pc.Structure([1], [1], ["0.1"], [pc.Wall("0.1", "above", 0)])
+    loads = pc.Loads({0: pc.square_wave("0.9")})
+    run = pc.simulate(structure, loads, t_end=30)
+    assert len(run.contacts) > 3
+    peak = run.extremes("stop_force").peak
+    assert peak == pytest.approx(0.9, rel=1e-14)
+    data = pc.sweep("peak_stop_force", structure, loads, over={}, between=(0, 30))
+    assert float(data.peak_stop_force) == pytest.approx(peak, rel=1e-14)

@@ -478,7 +478,7 @@ def extremes_in_contact(
     The wall of the observable bears all other forces; its extremes are the zeros of the force's
     derivative, which are found as a release is. After a period they repeat themselves.
     """
-    law, region, start, phases, arrival = flight
+    law, region, start, _, _ = flight
     a = observable.weights[0]
     s, until = span
     if bound != observable.bound:
@@ -495,15 +495,9 @@ def extremes_in_contact(
     while s + to_knot <= until + rounding:
         end = s + to_knot
         extremes_of_wall(flight, force, observable.derived, begin, (s, end), best)
-        # At a knot the force of the wall may jump: its limit from before.
         instant = later(begin[0], begin[1], s)
         knot = next_knot(law, instant[0], instant[1])
-        set_phases(law, instant[0], instant[1], phases)
-        set_phases(law, knot[0], knot[1], arrival)
-        for j in range(arrival.shape[0]):
-            if is_record(law, j):
-                arrival[j, 0] = phases[j, 0] + phases[j, 1] * to_knot
-        note_value(best, -(force + force_and_slopes(law, arrival)[0]), knot[0])
+        note_end_of_wall(flight, force, instant, knot, best)
         until -= (knot[0] - begin[0]) + (knot[1] - begin[1])
         begin = knot
         s = 0.0
@@ -511,24 +505,39 @@ def extremes_in_contact(
         if not until > rounding:
             return
     extremes_of_wall(flight, force, observable.derived, begin, (s, until), best)
+    instant = later(begin[0], begin[1], s)
+    note_end_of_wall(flight, force, instant, later(begin[0], begin[1], until), best)
+
+
+@kernel
+def note_end_of_wall(flight: Flight, force: float, begin: Pair, end: Pair, best: Floats) -> None:
+    """Note what a wall bears at the end of a piece of a record: where that jumps, from before."""
+    law, _, _, phases, arrival = flight
+    set_phases(law, begin[0], begin[1], phases)
+    set_phases(law, end[0], end[1], arrival)
+    for j in range(arrival.shape[0]):
+        if is_record(law, j):
+            since = (end[0] - begin[0]) + (end[1] - begin[1])
+            arrival[j, 0] = phases[j, 0] + phases[j, 1] * since
+    note_value(best, -(force + force_and_slopes(law, arrival)[0]), end[0])
 
 
 @kernel
 def extremes_of_wall(
     flight: Flight, force: float, derived: Law, start: Pair, span: Pair, best: Floats
 ) -> None:
-    """Note what a wall bears of a constant force and the drive, within one piece of a record.
+    """Note what a wall bears of a constant force and the drive, in one piece without its end.
 
     ``span`` is counted from the instant ``start``.
     """
     law, arrival = flight.law, flight.arrival
     s, until = span
-    while True:
+    while s < until:
         instant = later(start[0], start[1], s)
         set_phases(law, instant[0], instant[1], arrival)
         note_value(best, -(force + force_and_slopes(law, arrival)[0]), instant[0])
         bend = derived[0, FORCE_BOUND + 2]
-        if not s < until or not bend > 0.0:
+        if not bend > 0.0:
             return
         # A record's slope is the force of the derived law.
         set_phases(derived, instant[0], instant[1], arrival)

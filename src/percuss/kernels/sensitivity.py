@@ -319,7 +319,7 @@ def pass_knot(
     record, change = varied.record, varied.change
     law, events, marks = record.law, record.events, record.marks
     t = events[n, EVENT_T]
-    if marks[n - 1, KIND] == RELEASE:
+    if marks[n - 1, KIND] == RELEASE and time_since_event(events, n) == 0.0:
         # Held up to the knot, by a wall that cancelled the force.
         jump = -force
     elif abs(jump) <= FORCE_ROUNDING * law[0, FORCE_BOUND]:

@@ -5,36 +5,50 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from percuss.arrays import Flags, Floats, row_of
+from percuss.arrays import Flags, Floats, Integers, row_of
 from percuss.errors import ParameterError
-from percuss.kernels.law_columns import N_HARMONICS
+from percuss.kernels import record as columns
+from percuss.kernels.flight import force_and_slopes, set_phases
+from percuss.kernels.law_columns import N_HARMONICS, NUMBER, STOP_FIRST, STOP_LAST
 from percuss.kernels.sample import drive
 from percuss.model.exact import as_float
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator, SoftStop, Stop
-from percuss.model.system import System
+from percuss.model.system import System, stop_rows
 from percuss.motion.tables import Contacts
 
-__all__ = ["energy_at", "force_at", "forces_at"]
+__all__ = ["energy_at", "force_at", "force_in_run", "forces_at"]
 
 # What moves as a force pushes: its acceleration is the force.
 FREE = Oscillator(stiffness=0)
 
 
 def forces_at(
-    system: System, contacts: Contacts, t: Floats, x: Floats, v: Floats
+    system: System,
+    contacts: Contacts,
+    t: Floats,
+    x: Floats,
+    v: Floats,
+    record: tuple[Floats, Integers] | None = None,
 ) -> dict[str, tuple[str | tuple[str, str], Floats]]:
-    """Return spring, damping, forcing (n,) and stops (n_stops, n) as xarray variables."""
+    """Return spring, damping, forcing (n,) and stops (n_stops, n) as xarray variables.
+
+    With the record of the motion, its events and marks, they are those after an event at its very
+    instant; without it a soft stop acts where the mass is beyond it.
+    """
     oscillator, mass = system.of_unit_mass.oscillator, system.mass
     spring = -as_float(oscillator.stiffness) * x
     damping = -2.0 * as_float(oscillator.damping) * v
-    driving = _driving_at(system, t)
+    driving = _driving_at(system, t, None if record is None else record[0])
     stops = np.zeros((len(oscillator.stops), len(t)))
     for i, stop in enumerate(oscillator.stops):
         if isinstance(stop, SoftStop):
             depth = x - as_float(stop.at)
             push = -as_float(stop.stiffness) * depth - 2.0 * as_float(stop.damping) * v
-            stops[i] = np.where(_is_beyond(stop, depth), push, 0.0)
+            presses = _is_beyond(stop, depth)
+            if record is not None:
+                presses = _is_pressed(system, i, record, t)
+            stops[i] = np.where(presses, push, 0.0)
     # A mass in contact does not accelerate: the wall balances all other forces.
     others = spring + damping + driving + stops.sum(axis=0)
     for wall, start, release in zip(contacts.stop, contacts.start, contacts.release, strict=True):
@@ -62,6 +76,15 @@ def energy_at(system: System, x: Floats, v: Floats) -> Floats:
 
 def _is_beyond(stop: Stop, depth: Floats) -> Flags:
     return depth > 0.0 if stop.side == "above" else depth < 0.0
+
+
+def _is_pressed(system: System, stop: int, record: tuple[Floats, Integers], t: Floats) -> Flags:
+    """Return whether a soft stop acts after each of times t, by the regions of a record."""
+    events, marks = record
+    rows = np.searchsorted(events[:, columns.EVENT_T], t, side="right") - 1
+    numbers = system.law[marks[np.maximum(rows, 0), columns.NEXT_REGION], NUMBER]
+    row = stop_rows(system.oscillator)[stop]
+    return np.asarray((row[STOP_FIRST] <= numbers) & (numbers <= row[STOP_LAST]))
 
 
 def force_at(force: Forcing, t: ArrayLike) -> Floats:
@@ -99,12 +122,25 @@ def force_at(force: Forcing, t: ArrayLike) -> Floats:
     return _driving_at(System(FREE, force), times.reshape(-1)).reshape(times.shape)
 
 
-def _driving_at(system: System, t: Floats) -> Floats:
-    """Return the forcing at times t (n,), per unit mass."""
+def force_in_run(force: Forcing, t: Floats, events: Floats) -> Floats:
+    """Return a force at times t (n,) of a run, at the very instant of one of its events that after it."""
+    return _driving_at(System(FREE, force), t, events)
+
+
+def _driving_at(system: System, t: Floats, events: Floats | None = None) -> Floats:
+    """Return the forcing at times t (n,), per unit mass; after a jump at the instant of an event."""
     if system.forcing is None:
         return np.zeros_like(t)
-    harmonic = np.empty_like(t)
-    drive(system.law, row_of(t), np.empty((int(system.law[0, N_HARMONICS]), 2)), harmonic)
-    force = system.of_unit_mass.forcing
+    law, force = system.law, system.of_unit_mass.forcing
     assert force is not None
-    return as_float(force.constant) + harmonic
+    phases = np.empty((int(law[0, N_HARMONICS]), 2))
+    varying = np.empty_like(t)
+    drive(law, row_of(t), phases, varying)
+    if events is not None and force.record is not None:
+        rows = np.searchsorted(events[:, columns.EVENT_T], t, side="right") - 1
+        # The instant of a knot is a sum of two floats, of which an event's time is the first.
+        at_event = events[rows, columns.EVENT_T] == t
+        for i in np.flatnonzero(at_event).tolist():
+            set_phases(law, t[i], events[rows[i], columns.EVENT_T_LOW], phases)
+            varying[i] = force_and_slopes(law, phases)[0]
+    return as_float(force.constant) + varying

@@ -26,16 +26,25 @@ from percuss.kernels.linear_observables import (
     stop_weights,
 )
 from percuss.kernels.passages import crossings_of_level
-from percuss.kernels.record import MotionRecord
+from percuss.kernels.record import EVENT_T, MotionRecord
 from percuss.model.exact import as_float, whole
 from percuss.model.oscillator import stops_in_words
 from percuss.model.system import System, stop_rows
 
-__all__ = ["Extrema", "QuantityName", "extremes_of_motion", "level_crossings", "observable_of"]
+__all__ = [
+    "Extrema",
+    "QuantityName",
+    "extremes_of_motion",
+    "level_crossings",
+    "observable_of",
+    "told_instant",
+]
 
 QuantityName = Literal["displacement", "velocity", "acceleration", "stop_force", "spring_force"]
 # Searches of one call of the kernels, some 0.1 s, and crossings that it writes.
 AT_ONCE = 100_000
+# Instants that differ by less than this part of them are one.
+SAME_INSTANT = 4.0 * 2.0**-52
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +120,20 @@ def extremes_of_motion(
         pass
     least, t_least, most, t_most = (float(best[i]) for i in (LEAST, T_LEAST, GREATEST, T_GREATEST))
     factor = system.mass if of.endswith("force") else 1.0
+    t_least, t_most = (told_instant(record.events, span, t) for t in (t_least, t_most))
     return Extrema(factor * least, t_least, factor * most, t_most)
+
+
+def told_instant(events: Floats, span: tuple[float, float], t: float) -> float:
+    """Return the instant of an event, or an end of the span, within rounding of t, else t.
+
+    The end of a flight is its begin and its duration, which rounds otherwise than the event.
+    """
+    of_events = events[:, EVENT_T]
+    instants = np.concatenate([of_events, span])
+    nearest = float(instants[np.argmin(np.abs(instants - t))])
+    begin = float(of_events[max(int(np.searchsorted(of_events, min(t, nearest))) - 1, 0)])
+    return nearest if abs(nearest - t) <= SAME_INSTANT * max(abs(t), abs(begin)) else t
 
 
 def level_crossings(system: System, record: MotionRecord, level: float, t_end: float) -> Floats:

@@ -14,6 +14,7 @@ from percuss.kernels.structure import sensitivity as engine
 from percuss.kernels.structure.basis import QUICKEST
 from percuss.kernels.structure.columns import unit_records
 from percuss.kernels.structure.run import load_at
+from percuss.kernels.structure.sample import tail_after
 from percuss.model.exact import as_float
 from percuss.model.oscillator import On, SoftStop, Wall
 from percuss.motion.extremes import Extrema, QuantityName
@@ -75,9 +76,14 @@ class _MeasuredStructure:
         d = self.derivative
         rows = np.flatnonzero(d.run.record.events[:, events_of.EVENT_T] == t)
         if len(rows) == 0:
-            return [_quantity(d, self.direction, (of, stop), (t, True), self.longer)]
-        sides = [True] if rows[0] == 0 else [True, False]
-        return [_quantity(d, self.direction, (of, stop), (t, side), self.longer) for side in sides]
+            limits = [(t, True)]
+            if _is_in_tail(d, t):
+                # In a hop, which lasts no time, the structure moves as before the last impact.
+                before = d.run.record.events[flight_at(d.run.record.events, t, True)]
+                limits.append((float(before[events_of.EVENT_T]), False))
+        else:
+            limits = [(t, True)] if rows[0] == 0 else [(t, True), (t, False)]
+        return [_quantity(d, self.direction, (of, stop), side, self.longer) for side in limits]
 
     def stretch(self, of: str, row: int, span: tuple[float, float]) -> MovedStretch:
         d, record = self.derivative, self.derivative.run.record
@@ -109,6 +115,12 @@ class _MeasuredStructure:
         return mean
 
 
+def _is_in_tail(d: MovedStructureMotion, t: float) -> bool:
+    """Return whether an instant lies in the summed tail of a chatter, which moves as one."""
+    record = d.run.record
+    return tail_after(record, flight_at(record.events, t, True)) > 0.0
+
+
 def _quantity(
     d: MovedStructureMotion,
     c: Floats,
@@ -126,6 +138,8 @@ def _quantity(
         late = d.columns.instants[rows[-1] if after else rows[0], engine.DT]
     elif longer is not None and t == run.t_end:
         late = longer
+    elif _is_in_tail(d, t):
+        late = d.columns.instants[flight_at(record.events, t, True), engine.DT]
     orders, moved, force = _taylor(d, t, after, stop)
     # Along with the event: each order moves by the next one.
     moved = moved + orders[1:, :, None] * late

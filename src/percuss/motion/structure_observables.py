@@ -10,7 +10,6 @@ import numpy as np
 from percuss.arrays import Floats
 from percuss.errors import ParameterError
 from percuss.kernels.law_columns import FIRST_HARMONIC, OMEGA
-from percuss.kernels.record import EVENT_T
 from percuss.kernels.structure import basis as at
 from percuss.kernels.structure import observe
 from percuss.kernels.structure.basis import Sets
@@ -20,7 +19,7 @@ from percuss.kernels.structure.run import StructureRun
 from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import as_float, whole
 from percuss.model.oscillator import On, SoftStop
-from percuss.motion.extremes import Extrema, QuantityName
+from percuss.motion.extremes import Extrema, QuantityName, told_instant
 
 __all__ = ["displacement_form", "extremes_of_run", "observable_at", "part_at", "passages_of_run"]
 
@@ -29,8 +28,6 @@ AT_ONCE = 16_384
 # A part of an observable below this many units of rounding of its terms is none: what a wall holds
 # does not move.
 CLEAN = 64.0 * 2.0**-52
-# Instants that differ by less than this part of them are one.
-SAME_INSTANT = 4.0 * 2.0**-52
 # Values that differ by less than this part of the largest are one.
 PLATEAU = 64.0 * 2.0**-52
 
@@ -78,20 +75,10 @@ def extremes_of_run(
     slack = PLATEAU * max(abs(least), abs(most))
     return Extrema(
         least,
-        _told_instant(run, span, float(t[np.argmax(values <= least + slack)])),
+        told_instant(run.events, span, float(t[np.argmax(values <= least + slack)])),
         most,
-        _told_instant(run, span, float(t[np.argmax(values >= most - slack)])),
+        told_instant(run.events, span, float(t[np.argmax(values >= most - slack)])),
     )
-
-
-def _told_instant(run: StructureRun, span: tuple[float, float], t: float) -> float:
-    """Return the instant of an event, or an end of the span, within rounding of t, else t.
-
-    The end of a flight is its begin and its duration, which rounds otherwise than the event.
-    """
-    instants = np.concatenate([run.events[:, EVENT_T], span])
-    nearest = float(instants[np.argmin(np.abs(instants - t))])
-    return nearest if abs(nearest - t) <= SAME_INSTANT * max(abs(t), abs(nearest)) else t
 
 
 def passages_of_run(

@@ -21,7 +21,7 @@ from percuss.model.oscillator import On, SoftStop
 from percuss.model.periods import require_period
 from percuss.model.structure import Structure
 from percuss.model.structure_start import StructureStart
-from percuss.motion.energetics import force_at
+from percuss.motion.energetics import force_in_run
 from percuss.motion.extremes import Extrema, QuantityName
 from percuss.motion.instants import check_limit, span_within, strobes, times_within
 from percuss.motion.moved_structure_motion import scratch_run
@@ -495,7 +495,7 @@ class StructureTrajectory(HasPicture):
         loads = np.zeros_like(x)
         directions = self.loads.directions(self.structure)
         for c, forcing in zip(directions, self.loads.forcings, strict=True):
-            loads += force_at(forcing, flat)[:, None] * c
+            loads += force_in_run(forcing, flat, self._run.events)[:, None] * c
         stops = np.zeros((len(self.structure.stops), len(flat)))
         scratch = scratch_run(self._run)
         for i in range(len(stops)):

@@ -467,7 +467,7 @@ class Trajectory(HasPicture):
         xarray.Dataset
             `spring`, `damping`, `forcing` over t and `stops` over (stop, t) [mass
             length/time^2]: a soft stop's force, and a wall's reaction in contact (its impulses
-            are in `impacts`).
+            are in `impacts`). At the instant of an event they are those after it.
 
         Raises
         ------
@@ -483,7 +483,7 @@ class Trajectory(HasPicture):
         """
         times = np.atleast_1d(np.asarray(t, dtype=np.float64))
         x, v = self(times)
-        data = forces_at(self.system, self.contacts, times, x, v)
+        data = forces_at(self.system, self.contacts, self.within(times), x, v, self.record)
         stops = np.arange(len(self.oscillator.stops))
         return self._dataset(data, {"t": times, "stop": stops})
 

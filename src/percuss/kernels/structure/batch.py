@@ -420,7 +420,9 @@ def observe_stretch(
     if options.with_views:
         start = (viewer.events[row, EVENT_T], viewer.events[row, EVENT_T_LOW])
         span = (max(0.0, plan[SINCE] - start[0]), (t - start[0]) + (t_low - start[1]))
-        observe_views(viewer, views, row, span, values)
+        # Between two events of one instant there is no motion.
+        if span[1] > 0.0 or before > t:
+            observe_views(viewer, views, row, span, values)
 
 
 @kernel

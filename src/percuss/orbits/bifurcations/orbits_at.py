@@ -52,6 +52,7 @@ def orbits_at(branch: Branch | StructureBranch, value: Phase) -> list[Any]:
     >>> branch = pc.continue_orbit(orbit, over={"forcing.omega": (2.5, 2.8)})
     >>> [other] = pc.orbits_at(branch, 2.7)
     >>> other.multipliers.real.round(4), other.is_stable
+    (array([-1.729 , -0.3702]), False)
     """
     wanted = as_float(value)
     found = []
