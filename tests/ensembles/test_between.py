@@ -120,3 +120,14 @@ def test_a_sweep_beyond_the_samples_of_a_record_says_what_acts_there() -> None:
     data = pc.sweep("contact_share", OSC, RECORD, over={}, between=(5.0, 31.0))
     assert data.attrs["record"] == "the record lasts from t = 0 to 9, its end values hold beyond"
     assert "record" not in pc.sweep("contact_share", OSC, RECORD, over={}, between=(5, 9)).attrs
+
+
+def test_a_sweep_of_a_structure_beyond_a_record_says_so_too() -> None:
+    two = pc.chain([1, 1], [1, 1, 1], "0.1")
+    loads = pc.Loads({0: pc.cosine(1), 1: RECORD})
+
+    data = pc.sweep("max_displacement", two, loads, over={}, on=0, between=(5.0, 31.0))
+
+    run = pc.simulate(two, loads, t_end=31)
+    assert data.attrs["record"] == run.beyond_record
+    assert run.beyond_record.startswith("loads.1: the record lasts from t = 0 to 9")

@@ -252,7 +252,7 @@ def span_of(between: object, t0: float, names: Sequence[str] = ()) -> tuple[floa
 
 def _beyond_record(grid: Grid, window: Window) -> str:
     """Return what acts beyond the samples of a record, if motions are followed so far."""
-    if window.between is None or not isinstance(grid.force, Forcing):
+    if window.between is None:
         return ""
     return beyond_record_of(grid.force, float(as_float(grid.start.t0)), window.between[1])
 

@@ -160,11 +160,7 @@ class StructureTrajectory(HasPicture):
         >>> pc.simulate(pair, loads, t_end=2).beyond_record
         'loads.0: the record lasts from t = 0 to 1, its end values hold beyond'
         """
-        texts = [
-            (i, beyond_record_of(forcing, self.t0, self.t_end))
-            for i, forcing in enumerate(self.loads.forcings)
-        ]
-        return "; ".join(f"loads.{i}: {text}" for i, text in texts if text)
+        return beyond_record_of(self.loads, self.t0, self.t_end)
 
     def __call__(self, t: ArrayLike, limit: Limit = "after") -> tuple[Floats, Floats]:
         """Return (x, v) at times t, from the closed form.

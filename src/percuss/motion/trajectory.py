@@ -19,6 +19,7 @@ from percuss.kernels.sample import evaluate, impact_columns
 from percuss.model.exact import Exact, Phase, as_float, reals, whole
 from percuss.model.faults import raise_first
 from percuss.model.forcing import Forcing
+from percuss.model.loads import Loads
 from percuss.model.oscillator import Oscillator, mass_of
 from percuss.model.periods import require_period
 from percuss.model.start import Start, wall_faults
@@ -210,7 +211,7 @@ class Trajectory(HasPicture):
         >>> pc.simulate(pc.Oscillator(), push, t_end=5).beyond_record
         'the record lasts from t = 0 to 2, its end values hold beyond'
         """
-        return "" if self.forcing is None else beyond_record_of(self.forcing, self.t0, self.t_end)
+        return beyond_record_of(self.forcing, self.t0, self.t_end)
 
     def __call__(self, t: ArrayLike, limit: Limit = "after") -> tuple[Floats, Floats]:
         """Return (x, v) at times t, from the closed form.
@@ -550,9 +551,12 @@ class Trajectory(HasPicture):
         return run_dataset(data, coords, self.outcome.value, self.oscillator.units)
 
 
-def beyond_record_of(forcing: Forcing, t0: float, t_end: float) -> str:
-    """Return what acts beyond the samples of a force's record, if a run goes there."""
-    record = forcing.record
+def beyond_record_of(force: Forcing | Loads | None, t0: float, t_end: float) -> str:
+    """Return what acts beyond the samples of a force's records, if a run goes there."""
+    if isinstance(force, Loads):
+        texts = (beyond_record_of(each, t0, t_end) for each in force.forcings)
+        return "; ".join(f"loads.{i}: {text}" for i, text in enumerate(texts) if text)
+    record = None if force is None else force.record
     if record is None or record.repeat:
         return ""
     pace = 1.0 if record.omega is None else as_float(record.omega)
