@@ -12,7 +12,7 @@ from tests.orbits.kinds import points
 import percuss as pc
 from percuss.arrays import Floats
 from percuss.orbits import Branch, SpecialPoint
-from percuss.orbits.bifurcations.branch_equations import own_value
+from percuss.orbits.bifurcations.parameter_ranges import own_value
 
 Complex = NDArray[np.complex128]
 

@@ -11,7 +11,7 @@ from percuss.kernels import record as columns
 from percuss.kernels.flight import force_and_slopes, set_phases
 from percuss.kernels.law_columns import N_HARMONICS, NUMBER, STOP_FIRST, STOP_LAST
 from percuss.kernels.sample import drive
-from percuss.model.exact import as_float
+from percuss.model.exact import as_float, reals
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator, SoftStop, Stop
 from percuss.model.system import System, stop_rows
@@ -115,7 +115,7 @@ def force_at(force: Forcing, t: ArrayLike) -> Floats:
     """
     if not isinstance(force, Forcing):
         raise ParameterError("force", force, "not a forcing; of loads give one of their forcings")
-    times = np.asarray(t, dtype=np.float64)
+    times = reals("t", t)
     if not np.isfinite(times).all():
         wrong = times[~np.isfinite(times)]
         raise ParameterError("t", float(wrong[0]), "not a finite time")

@@ -8,9 +8,10 @@ from percuss.arrays import Floats
 from percuss.errors import ConvergenceError, ParameterError
 from percuss.kernels.law_columns import REPEAT
 from percuss.numerics import dot
-from percuss.orbits.bifurcations.branch_equations import BranchEquations, own_value, range_around
+from percuss.orbits.bifurcations.branch_equations import BranchEquations
 from percuss.orbits.bifurcations.force_jumps import Crossing
 from percuss.orbits.bifurcations.multiple_covers import orbit_of_itinerary, primitive_orbit
+from percuss.orbits.bifurcations.parameter_ranges import own_value, range_around
 from percuss.orbits.continuation.correct import tangent_of
 from percuss.orbits.continuation.problem import along_parameter
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit

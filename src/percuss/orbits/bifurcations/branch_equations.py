@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import cached_property, lru_cache
 from typing import Self
 
@@ -16,14 +16,14 @@ from percuss.errors import ConvergenceError, ParameterError, PercussError
 from percuss.kernels.flight import acceleration_and_jerk, constant_force, place, set_phases
 from percuss.kernels.law_columns import N_HARMONICS, PERIOD, Law
 from percuss.kernels.shooting import AT, ShootingProblem, shoot
-from percuss.model.exact import Phase, as_float
+from percuss.model.exact import as_float
 from percuss.model.expression import Expression
-from percuss.model.faults import check_mapping
 from percuss.model.paths import get_parameter, moved_fields, replace_parameters
 from percuss.model.system import System
 from percuss.numerics import dot, norm
 from percuss.orbits.bifurcations.borders import Bordered
 from percuss.orbits.bifurcations.force_jumps import Crossing, ForceJumps
+from percuss.orbits.bifurcations.parameter_ranges import Ranges, own_value
 from percuss.orbits.continuation.correct import WEAK, corrected, tangent_of
 from percuss.orbits.continuation.problem import Point, along_parameter
 from percuss.orbits.orbit.itinerary import Itinerary, entries_of, entry, is_plastic, is_wall
@@ -35,20 +35,10 @@ __all__ = [
     "NO_TIME",
     "BranchEquations",
     "OrbitEquations",
-    "Ranges",
-    "checked_range",
     "fastest",
-    "own_value",
-    "range_about",
-    "range_around",
-    "ranges_of_curve",
     "stops_that_are_moved",
 ]
 
-Ranges = Mapping[str, tuple[float, float]]
-
-# Half the range of a parameter in which another family is looked for, as a part of its value.
-HALF_RANGE = 0.01
 # Instants at which the largest velocity of an orbit is taken.
 INSTANTS = 65
 # Systems that are kept: the differences by two parameters take five.
@@ -611,83 +601,6 @@ class BranchEquations(OrbitEquations, Bordered):
     def solution(self, z: Floats) -> PeriodicOrbit:
         """Return the orbit of a point."""
         return self.orbit_at(z[:-1], self.values(z))
-
-
-def own_value(orbit: PeriodicOrbit, path: str) -> float:
-    """Return the value that a parameter has in the system of an orbit."""
-    return as_float(get_parameter(*orbit.system, None, path))
-
-
-def range_about(
-    value: float, path: str, given: tuple[Phase, Phase], whose: str
-) -> tuple[float, float]:
-    """Return the ends of the range of a parameter, which has to contain its own value."""
-    try:
-        first, last = (as_float(end) for end in given)
-    except (TypeError, ValueError) as error:
-        raise ParameterError(path, given, "not a range of two numbers") from error
-    if first == last or not min(first, last) <= value <= max(first, last):
-        reason = f"no range that holds the {whose}'s own value {value:.12g}"
-        raise ParameterError(path, given, reason)
-    return first, last
-
-
-def range_around(value: float) -> tuple[float, float]:
-    """Return the range of a parameter in which another family is looked for, and the unit of steps."""
-    half = HALF_RANGE * abs(value) or HALF_RANGE
-    return value - half, value + half
-
-
-def ranges_of_curve(
-    over: Mapping[str, tuple[Phase, Phase]], names: list[str], values: list[float]
-) -> tuple[Ranges, float]:
-    """Return the ranges of two parameters, upwards, and the direction along the first.
-
-    Parameters
-    ----------
-    over
-        The parameters by their paths, and the first and last value of each.
-    names, values
-        Their long forms, and their values at the point of the curve.
-
-    Raises
-    ------
-    ParameterError
-        If they are one parameter, or a range does not hold the value.
-    """
-    if names[0] == names[1]:
-        raise ParameterError("over", tuple(over), f"twice the same parameter, {names[0]}")
-    ranges, signs = {}, []
-    for (path, given), value in zip(over.items(), values, strict=True):
-        first, last = range_about(value, path, given, "point")
-        ranges[path] = min(first, last), max(first, last)
-        signs.append(math.copysign(1.0, last - first))
-    return ranges, signs[0]
-
-
-def checked_range(
-    orbit: PeriodicOrbit, over: Mapping[str, tuple[Phase, Phase]], *, may_stick: bool = False
-) -> tuple[str, float, float, float]:
-    """Return the path, the range and the orbit's own value.
-
-    Raises
-    ------
-    ParameterError
-        If it is no orbit, there is no such parameter, the range does not hold the orbit's value, or
-        the orbit is one of a family in one system or sticks, where it may not.
-    """
-    if not isinstance(orbit, PeriodicOrbit):
-        raise ParameterError("orbit", orbit, "not a periodic orbit; find_orbit() finds one")
-    check_mapping("over", over, "one parameter and its range", 1)
-    ((path, given),) = over.items()
-    value = own_value(orbit, path)
-    first, last = range_about(value, path, given, "orbit")
-    if math.isinf(orbit.n_impacts) and not may_stick:
-        reason = "it sticks, and after a release nothing doubles; continue_orbit follows it"
-        raise ParameterError("orbit", orbit, reason)
-    if not orbit.isolated:
-        raise ParameterError("orbit", orbit, "one of a family in one system; nothing tells which")
-    return path, first, last, value
 
 
 def stops_that_are_moved(system: System, path: str) -> tuple[str, dict[int, Expression]]:

@@ -12,8 +12,9 @@ from percuss.arrays import Floats
 from percuss.errors import ConvergenceError, ParameterError
 from percuss.model.exact import Phase
 from percuss.numerics import solve_linear
-from percuss.orbits.bifurcations.branch_equations import BranchEquations, checked_range, own_value
+from percuss.orbits.bifurcations.branch_equations import BranchEquations
 from percuss.orbits.bifurcations.detector import BranchDetector
+from percuss.orbits.bifurcations.parameter_ranges import checked_range, own_value
 from percuss.orbits.bifurcations.special_points import SpecialPoint
 from percuss.orbits.bifurcations.switching import switch_branch
 from percuss.orbits.continuation.follow import StepLimits, follow

@@ -15,12 +15,7 @@ from percuss.model.exact import Phase
 from percuss.model.faults import check_mapping
 from percuss.model.paths import long_form
 from percuss.orbits.bifurcations.bifurcation_origin import ONE_AND_THE_SAME
-from percuss.orbits.bifurcations.branch_equations import (
-    OrbitEquations,
-    Ranges,
-    own_value,
-    ranges_of_curve,
-)
+from percuss.orbits.bifurcations.branch_equations import OrbitEquations
 from percuss.orbits.bifurcations.curve import (
     Curve,
     CurveDetector,
@@ -46,6 +41,7 @@ from percuss.orbits.bifurcations.grazing_curves import (
     others_of,
 )
 from percuss.orbits.bifurcations.multiple_covers import primitive_orbit
+from percuss.orbits.bifurcations.parameter_ranges import Ranges, own_value, ranges_of_curve
 from percuss.orbits.bifurcations.special_points import SpecialPoint
 from percuss.orbits.bifurcations.structure_branch import StructureSpecialPoint
 from percuss.orbits.bifurcations.structure_curve import StructureCurve, continue_structure_curve

@@ -11,9 +11,10 @@ import numpy as np
 from percuss.arrays import Floats
 from percuss.model.exact import Phase
 from percuss.orbits.bifurcations.branch import Branch, branch_of
-from percuss.orbits.bifurcations.branch_equations import BranchEquations, checked_range
+from percuss.orbits.bifurcations.branch_equations import BranchEquations
 from percuss.orbits.bifurcations.continue_structure import continue_structure_orbit
 from percuss.orbits.bifurcations.detector import BranchDetector
+from percuss.orbits.bifurcations.parameter_ranges import checked_range
 from percuss.orbits.bifurcations.sticking_branch import sticking_branch
 from percuss.orbits.bifurcations.structure_branch import StructureBranch
 from percuss.orbits.continuation.follow import StepLimits, follow_both_ways

@@ -20,8 +20,8 @@ from percuss.orbits.bifurcations.bifurcation_origin import (
     Origin,
 )
 from percuss.orbits.bifurcations.border_collision import border_reached, effect_of
-from percuss.orbits.bifurcations.branch_equations import range_about
 from percuss.orbits.bifurcations.detector import COINCIDENCE
+from percuss.orbits.bifurcations.parameter_ranges import range_about
 from percuss.orbits.bifurcations.special_points import SpecialPointKind
 from percuss.orbits.bifurcations.structure_branch import (
     StructureBranch,

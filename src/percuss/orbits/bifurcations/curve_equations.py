@@ -19,7 +19,8 @@ from percuss.arrays import Floats, Integers
 from percuss.errors import ConvergenceError
 from percuss.kernels.law_columns import Law
 from percuss.numerics import directions, dot, matmul, norm
-from percuss.orbits.bifurcations.branch_equations import OrbitEquations, Ranges
+from percuss.orbits.bifurcations.branch_equations import OrbitEquations
+from percuss.orbits.bifurcations.parameter_ranges import Ranges
 from percuss.orbits.continuation.correct import Broyden, corrected, solved, tangent_of
 from percuss.orbits.continuation.problem import BorderError, Point, along_parameter
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit

@@ -16,8 +16,8 @@ from percuss.model.faults import check_mapping
 from percuss.model.paths import long_form
 from percuss.numerics import directions, dot, matmul
 from percuss.orbits.bifurcations.branch import CurveRows
-from percuss.orbits.bifurcations.branch_equations import ranges_of_curve
 from percuss.orbits.bifurcations.open_flights import graze_of
+from percuss.orbits.bifurcations.parameter_ranges import ranges_of_curve
 from percuss.orbits.bifurcations.structure_branch import (
     StructureEquations,
     StructureRows,

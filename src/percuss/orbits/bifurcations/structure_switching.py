@@ -8,7 +8,7 @@ from percuss.errors import ConvergenceError, ParameterError, PercussError
 from percuss.model.exact import as_float
 from percuss.model.paths import get_parameter
 from percuss.numerics import directions
-from percuss.orbits.bifurcations.branch_equations import range_around
+from percuss.orbits.bifurcations.parameter_ranges import range_around
 from percuss.orbits.bifurcations.structure_branch import StructureEquations, StructureSpecialPoint
 from percuss.orbits.orbit.structure_orbit import StructureOrbit, covered_twice
 

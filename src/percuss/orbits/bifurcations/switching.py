@@ -11,7 +11,7 @@ from percuss.arrays import Floats
 from percuss.errors import ConvergenceError, ParameterError, PercussError
 from percuss.numerics import directions, matmul, norm
 from percuss.orbits.bifurcations.border_doubling import doubled_at_border
-from percuss.orbits.bifurcations.branch_equations import BranchEquations, own_value, range_around
+from percuss.orbits.bifurcations.branch_equations import BranchEquations
 from percuss.orbits.bifurcations.grazing_contact import (
     GrazingContact,
     grazing_contacts,
@@ -19,6 +19,7 @@ from percuss.orbits.bifurcations.grazing_contact import (
     without,
 )
 from percuss.orbits.bifurcations.multiple_covers import orbit_of_itinerary, primitive_orbit
+from percuss.orbits.bifurcations.parameter_ranges import own_value, range_around
 from percuss.orbits.bifurcations.soft_grazing import is_soft, orbit_beyond
 from percuss.orbits.bifurcations.special_points import SpecialPoint
 from percuss.orbits.bifurcations.structure_branch import StructureSpecialPoint
