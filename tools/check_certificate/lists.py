@@ -13,14 +13,14 @@ from fractions import Fraction
 from typing import Any
 
 from arithmetic import Interval, NotProvenError, nearest, of, product
-from flights import LONGEST, SHORTEST, Flight, Law, State, met
+from flights import Flight, Law, State, met
 from orbits import check_different, check_inside, contracted, inverse, proven_orbit
 from parts import Rectangle, Side, proven_on_parts
 from words import counted, told
 
 # Boxes are not made smaller than this part of the region, and steps of flights in which some of
-# them may have an impact not shorter than this.
-SMALLEST_BOX, FINEST_STEP = Fraction(1, 2**24), Fraction(1, 64)
+# them may have an impact not shorter than this part of the longest one.
+SMALLEST_BOX, FINEST_STEP = Fraction(1, 2**24), Fraction(1, 32)
 # There are no lists of more impacts or periods.
 MOST_RETURNS = 100
 
@@ -110,21 +110,21 @@ class Returns:
             speed = -self.r * v * self.off
             apart = (x - self.at).least > 0 or (speed * self.off - begin.v).least > 0
             return bool(apart or speed.high < self.slow or speed.low > self.fast)
-        tau, h = Fraction(0), LONGEST
+        tau, (h, shortest, longest) = Fraction(0), flight.numbers.steps
         while (start.t + of(tau)).low <= end.high:
             try:
                 x, v, since = flight.on_step(tau, h)
             except NotProvenError:
                 h /= 2
-                if h < SHORTEST:
+                if h < shortest:
                     return False
                 continue
             inside = (since if tau == 0 else x - self.at) * self.off
             speed = -self.r * v * self.off
             if inside.low <= 0 and speed.high >= self.slow:
-                if h > FINEST_STEP or tau == 0:
+                if h > longest * FINEST_STEP or tau == 0:
                     h /= 2
-                    if h < SHORTEST:
+                    if h < shortest:
                         return False
                     continue
                 left = Interval(max(speed.low, self.slow), min(speed.high, self.fast))
@@ -134,7 +134,7 @@ class Returns:
                         return False
                 if ((flight.at(of(tau + h))[0] - self.at) * self.off).high < 0:
                     return True
-            tau, h = tau + h, min(2 * h, LONGEST)
+            tau, h = tau + h, min(2 * h, longest)
         return True
 
 

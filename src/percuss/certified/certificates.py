@@ -23,7 +23,7 @@ from percuss.certified.chaos import CertifiedChaos, growth_of_loops
 from percuss.certified.fold import OrbitCurve
 from percuss.certified.graze_end import GrazeEnd
 from percuss.certified.march import Ending
-from percuss.certified.numbers import exact_value, precision
+from percuss.certified.numbers import exact_value, largest_abs, precision
 from percuss.certified.orbit_list import CompleteList
 from percuss.certified.orbit_result import CertifiedOrbit
 from percuss.certified.proven_basins import CertifiedBasins
@@ -255,7 +255,10 @@ def _orbit(orbit: CertifiedOrbit) -> Json:
         )
     if not orbit.events:
         raise _NoCertificateError("the orbit meets no stop")
-    width = Fraction(1, 10**orbit.wanted_digits)
+    # Digits are those of the period and the greatest velocity, whatever their units are.
+    speeds = [v.arb for v in orbit.impacts.v_before] + [v for _, (_, v) in orbit.events]
+    sizes = Fraction(largest_abs(orbit.period.arb)), Fraction(max(map(largest_abs, speeds)))
+    instants, velocities = (size / 10**orbit.wanted_digits for size in sizes)
     system = system_of(orbit.oscillator, orbit.forcing)
     return {
         "kind": "orbit",
@@ -265,8 +268,8 @@ def _orbit(orbit: CertifiedOrbit) -> Json:
             {
                 "bound": event.bound,
                 "region": event.after,
-                "t": _claim(t, width),
-                "v": _claim(v, width),
+                "t": _claim(t, instants),
+                "v": _claim(v, velocities),
             }
             for event, (t, v) in orbit.events
         ],
