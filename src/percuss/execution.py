@@ -75,7 +75,9 @@ def folder_of_parts(store: Path) -> Path:
     >>> folder_of_parts(Path("run.zarr")).name
     'run.zarr.parts'
     """
-    return store.with_name(f"{store.name}.parts")
+    # The name of the folder that one is in, as "." and ".." are none.
+    store = store if store.name not in ("", "..") else store.resolve()
+    return store.parent / f"{store.name}.parts"
 
 
 @dataclass(frozen=True, slots=True)

@@ -407,7 +407,11 @@ def phase_problem(value: object) -> str | None:
     if multiple is None:
         problem = number_problem(value)
         return NOT_A_PHASE if problem == NOT_A_NUMBER else problem
-    return range_problem(multiple.times) or range_problem(multiple.plus)
+    times, plus = multiple.times, multiple.plus
+    problem = range_problem(times) or range_problem(plus)
+    # Two floats, but their sum may be none.
+    is_in_range = problem is not None or math.isfinite(4.0 * float(times) + float(plus))
+    return problem if is_in_range else OUT_OF_RANGE
 
 
 def _multiple_in_text(value: object) -> PiTimes | None:

@@ -175,9 +175,17 @@ entered
 
 
 def limit_faults(
-    t0: object, t_end: object = None, max_impacts: object = None, *, run: str | None = None
+    t0: object,
+    t_end: object = None,
+    max_impacts: object = None,
+    periods: object = None,
+    *,
+    run: str | None = None,
 ) -> list[Fault]:
-    """Return the faults of the limits of a run; parameters as in `start_faults`, t0 as it is."""
+    """Return the faults of the limits of a run; parameters as in `start_faults`, t0 as it is.
+
+    Where t_end follows from a number of periods, its faults are told of that number.
+    """
     t_end, max_impacts = plain(t_end), plain(max_impacts)
     name = dotted(run, "t_end")
     if t_end is None and max_impacts is None:
@@ -188,6 +196,9 @@ def limit_faults(
         is_known = not problems and phase_problem(t0) is None
         if is_known and as_float(cast("Phase", t_end)) <= as_float(cast("Phase", t0)):
             problems.append(Fault(name, t_end, f"not after t0 = {t0}"))
+        if periods is not None:
+            end = dotted(run, "periods"), periods
+            problems = [Fault(*end, f"the end is {each.reason}") for each in problems]
     if max_impacts is not None:
         problems += _count_faults(dotted(run, "max_impacts"), max_impacts)
     return problems

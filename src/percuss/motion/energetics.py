@@ -23,6 +23,8 @@ __all__ = ["energy_at", "force_at", "force_in_run", "forces_at"]
 FREE = Oscillator(stiffness=0)
 
 
+# Forces and energies beyond the largest double are infinite, sums of them no number.
+@np.errstate(over="ignore", invalid="ignore")
 def forces_at(
     system: System,
     contacts: Contacts,
@@ -62,6 +64,7 @@ def forces_at(
     }
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def energy_at(system: System, x: Floats, v: Floats) -> Floats:
     """Return the kinetic energy and that of all springs."""
     oscillator = system.of_unit_mass.oscillator

@@ -208,7 +208,7 @@ def simulate(
     if periods is not None:
         raise_first(periods_faults(force, periods, t_end))
         t_end = end_after_periods(cast("Forcing", force), begins.t0, periods)
-    raise_first(limit_faults(begins.t0, t_end, max_impacts))
+    raise_first(limit_faults(begins.t0, t_end, max_impacts, periods))
     if any(isinstance(value, Expression) for value in (x0, v0, t0, t_end, periods)):
         parameters_in(*system, begins, t_end, periods)  # one name has one value
     limit = MOST_IMPACTS if max_impacts is None else min(int(max_impacts), 2**62)

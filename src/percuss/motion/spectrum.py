@@ -428,9 +428,9 @@ def _fast(
     values = motion[0] if of == "displacement" else motion[1]
     if window == "hann":
         values = values * (0.5 - 0.5 * cos(2.0 * math.pi * place))
-    omega = 2.0 * math.pi / (high - low) * np.arange(n // 2 + 1, dtype=np.float64)
-    # The sum of displacements near the largest double has no number.
+    # Displacements near the largest double have a sum, and moments a frequency, without a number.
     with np.errstate(over="ignore", invalid="ignore"):
+        omega = 2.0 * math.pi / (high - low) * np.arange(n // 2 + 1, dtype=np.float64)
         transform = times(np.fft.rfft(values) * ((high - low) / n), phasor(-omega * low))
     return omega, transform
 
