@@ -38,9 +38,11 @@ if TYPE_CHECKING:
 
 __all__ = [
     "BEHIND_A_WALL",
+    "MOST_PERIODS",
     "NO_COMMON_PERIOD",
     "Start",
     "end_after_periods",
+    "late_problem",
     "limit_faults",
     "periods_faults",
     "start_faults",
@@ -49,6 +51,8 @@ __all__ = [
 ]
 
 NO_COMMON_PERIOD = "the loads have no common period; give loads.period, or t_end instead"
+# Phases are reduced to one turn exactly up to 2**51 quarter turns.
+MOST_PERIODS = 10**14
 # What to do where a position lies inside a wall.
 BEHIND_A_WALL = "start on its other side, or use a SoftStop, which can be entered"
 
@@ -172,6 +176,19 @@ entered
         *phase_faults(dotted(start, "t0"), t0),
         *limit_faults(t0, t_end, max_impacts, run=run),
     ]
+
+
+def late_problem(time: float, fastest: float) -> str | None:
+    """Return why phases have no digits left at a time, with the most turns in a unit of time.
+
+    Examples
+    --------
+    >>> late_problem(1e15, 0.5)
+    'more than 1e+14 periods of 2; count time from nearer by'
+    """
+    if abs(time) * fastest <= MOST_PERIODS:
+        return None
+    return f"more than {MOST_PERIODS:g} periods of {1.0 / fastest:.3g}; count time from nearer by"
 
 
 def limit_faults(
