@@ -79,8 +79,7 @@ def test_find_orbits_refuses_them_too() -> None:
         pc.find_orbits(OSC, FORCE, 3, 10**6)
 
 
-# The second one is more than the kernels count up to.
-@pytest.mark.parametrize("n_impacts", [100_001, 10**22])
+@pytest.mark.parametrize("n_impacts", [100_001, 10**15])
 def test_orbits_of_too_many_impacts_are_refused(n_impacts: int) -> None:
     reason = "_impacts = .*: orbits of up to 100,000 impacts are searched for"
     with pytest.raises(pc.ParameterError, match=f"n{reason}"):

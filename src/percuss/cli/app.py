@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import io
+import os
 import shlex
 import sys
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, TextIO
 
 import typer
 
@@ -91,11 +92,23 @@ app = typer.Typer(
 
 def main() -> None:
     """Run the command line."""
+    # A program that was begun without a stream writes into nothing.
+    sys.stdout, sys.stderr = sys.stdout or _nothing(), sys.stderr or _nothing()
     for stream in (sys.stdout, sys.stderr):
         # Letters of a title that the code page of the terminal lacks are replaced.
         if isinstance(stream, io.TextIOWrapper) and stream.errors == "strict":
             stream.reconfigure(errors="replace")
-    app(prog_name="percuss")
+    try:
+        app(prog_name="percuss")
+    except OSError as error:
+        # Of the stream: what is wrong with files is an OutputError. Nothing more is written to it.
+        with _nothing() as nothing:
+            os.dup2(nothing.fileno(), 1)
+        sys.exit(f"the output cannot be written: {(error.strerror or str(error)).lower()}")
+
+
+def _nothing() -> TextIO:
+    return Path(os.devnull).open("w", encoding="utf-8")
 
 
 @contextmanager
@@ -224,6 +237,8 @@ def prove(
             given = load_study(study, changes=tuple(changes or ()))
             asked: dict[str, Any] = {"orbits": orbits, "speeds": speeds, "point": point}
             result = proven(given, digits, progress, chaos=chaos, **asked)
+            # Of what was not proven to its end there is no certificate.
+            progress.raise_if_stopped()
         typer.echo(result)
         save_certificate(result, file, force=force)
         checked = f"python tools/check_certificate {shlex.quote(str(file))}"
