@@ -344,7 +344,7 @@ def find_orbits(
     )
     system = System.of(osc, force)
     _check(system, max_impacts if osc.stops else 0, None)
-    check_length(system.law, max_impacts, max_periods)
+    check_length(system.law, max_impacts, max_periods, given="max")
     batch_counts = check_effort(effort)
     budget = SearchBudget(system.law, progress, starts_of(system, batch_counts[1]))
     unseen = Unseen()
