@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -9,7 +10,7 @@ from typing import Any
 from percuss.errors import ParameterError
 from percuss.progress import Report
 
-__all__ = ["ArrayPart", "Execution", "folder_of_parts"]
+__all__ = ["ArrayPart", "Execution", "folder_of", "folder_of_parts"]
 
 # More parts than this are a mistyped number.
 MOST_PARTS = 1_000_000
@@ -67,6 +68,20 @@ class ArrayPart:
         return f"{self.number}/{self.count}"
 
 
+def folder_of(store: object) -> Path:
+    """Return the folder of a store.
+
+    Examples
+    --------
+    >>> folder_of(3)
+    Traceback (most recent call last):
+    percuss.errors.ParameterError: store = 3: not the path of a folder, such as "run.zarr"
+    """
+    if not isinstance(store, str | os.PathLike) or store == "":
+        raise ParameterError("store", store, 'not the path of a folder, such as "run.zarr"')
+    return Path(store)
+
+
 def folder_of_parts(store: Path) -> Path:
     """Return the folder in which the parts of a store lie until they are merged.
 
@@ -75,7 +90,8 @@ def folder_of_parts(store: Path) -> Path:
     >>> folder_of_parts(Path("run.zarr")).name
     'run.zarr.parts'
     """
-    return store.with_name(f"{store.name}.parts")
+    named = store if store.name else store.absolute()  # the folder "." has no name
+    return named.parent / f"{named.name}.parts"
 
 
 @dataclass(frozen=True, slots=True)

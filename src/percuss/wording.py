@@ -54,7 +54,10 @@ def shown(value: object) -> str:
     >>> shown("2.8"), len(shown("2" * 10_000))
     ("'2.8'", 224)
     """
-    text = repr(value)
+    try:
+        text = repr(value)
+    except ValueError:  # a whole number of more digits than Python writes
+        text = f"{type(value).__name__} of too many digits"
     if len(text) <= MOST_SHOWN:
         return text
     return f"{text[:MOST_SHOWN]} ... ({len(text):,} characters)"

@@ -42,7 +42,7 @@ def test_a_folder_that_is_not_empty_is_refused_without_force() -> None:
     assert paper("--only", "fig9", "--out", "out") == (
         2,
         "",
-        "out: the folder is not empty; --force (force=True) writes into it\n",
+        "out: the folder is not empty; --force writes into it\n",
     )
     assert paper("--only", "fig9", "--out", "out", "--force")[0] == 0
     assert Path("out/mine").read_text() == "mine"

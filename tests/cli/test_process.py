@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -14,6 +15,7 @@ from tests.children import begun, finished, interrupt
 import percuss as pc
 from percuss.cli.app import main
 from percuss.io import load_netcdf, load_record
+from percuss.studies.templates import template_text
 
 PERCUSS = [sys.executable, "-m", "percuss"]
 
@@ -52,6 +54,26 @@ def test_the_module_is_the_command(tmp_path: Path) -> None:
     assert (done.returncode, done.stdout) == (0, f"percuss {pc.__version__}\n")
 
 
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="a device of Linux")
+def test_a_full_output_is_one_sentence(tmp_path: Path) -> None:
+    done = finished(["sh", "-c", shlex.join([*PERCUSS, "cite"]) + " > /dev/full"], cwd=tmp_path)
+
+    assert done.returncode == 1
+    assert done.stderr == "the output cannot be written: no space left on device\n"
+
+
+@pytest.mark.skipif(os.name == "nt", reason="of shells")
+def test_a_run_without_an_error_stream_writes_its_files(tmp_path: Path) -> None:
+    text = template_text("impact").replace("g = true", "g = false")
+    (tmp_path / "study.toml").write_text(text, encoding="utf-8")
+    done = finished(
+        ["sh", "-c", shlex.join([*PERCUSS, "run", "study.toml"]) + " 2>&-"], cwd=tmp_path
+    )
+
+    assert done.returncode == 0
+    assert (tmp_path / "study" / "motion.nc").exists()
+
+
 def test_bad_input_ends_with_status_2_and_without_a_traceback(tmp_path: Path) -> None:
     (tmp_path / "bad.toml").write_text("[start]\nx0 = nan\nv0 = 'x'\n[run\n")
 
@@ -83,6 +105,21 @@ def test_ctrl_c_keeps_what_was_done_and_ends_with_status_130(tmp_path: Path) -> 
 
 @pytest.mark.nightly  # test_pipelines.py sends the signal inside one process
 @pytest.mark.skipif(os.name != "posix", reason="Windows ends a process at once")
+def test_ctrl_c_ends_a_proof_with_status_130_and_no_certificate(tmp_path: Path) -> None:
+    # The motion is there at once, its proof takes minutes.
+    text = template_text("impact").replace("periods = 20 ", "periods = 20000 ")
+    (tmp_path / "long.toml").write_text(text, encoding="utf-8")
+    with begun([*PERCUSS, "prove", "long.toml"], cwd=tmp_path) as process:
+        assert process.stderr is not None
+        assert any(line.startswith("proving") for line in process.stderr)
+        interrupt(process)
+        _, err = process.communicate(timeout=120)
+
+    assert process.returncode == 130
+    assert err == "interrupted; nothing was written\n"
+    assert [path.name for path in tmp_path.iterdir()] == ["long.toml"]
+
+
 def test_sigterm_keeps_what_was_done_and_ends_with_status_143(tmp_path: Path) -> None:
     (tmp_path / "long.toml").write_text(LONG)
     with begun([*PERCUSS, "run", "long.toml"], cwd=tmp_path) as process:

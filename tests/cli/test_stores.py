@@ -135,6 +135,9 @@ def test_status_shows_no_time_left_where_nothing_runs(tmp_path: Path) -> None:
         (["status", "nothing"], "nothing: no store there"),
         (["export", "nothing", "a.nc"], "nothing: no store there"),
         (["export", "nothing", "a.txt"], "neither .nc (NetCDF) nor .csv"),
+        # The folder that one is in, and one without a name.
+        (["merge", "."], ".parts: no parts there"),
+        (["merge", "/"], ".parts: no parts there"),
     ],
 )
 def test_what_cannot_be_is_one_line_and_status_2(arguments: list[str], message: str) -> None:

@@ -161,6 +161,11 @@ def test_other_texts_with_pi_are_no_phase(text: str) -> None:
     assert phase_problem(text) is not None
 
 
+def test_so_many_pi_that_they_are_no_float_are_no_phase() -> None:
+    with pytest.raises(ParameterError, match=r"beyond the range of floats, 5e-324 to 1\.8e308"):
+        as_float(pi_times(10**308))
+
+
 def test_sums_and_differences_of_phases_are_exact() -> None:
     quarter: Phase = pi_times(1, 2)
 

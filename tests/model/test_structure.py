@@ -360,7 +360,7 @@ BAD: list[tuple[Callable[[], object], str]] = [
     (lambda: pc.chain([1, 0], [1, 1, 1]), "masses.1 = 0: not positive"),
     (lambda: pc.impact_pair([1], 1), "masses = (1,): 1 masses; a pair has two"),
     (lambda: pc.impact_pair([1, 1], 0), "gap = 0: not positive; the walls leave no room"),
-    (lambda: pc.cantilever(0), "n_modes = 0: not a whole number of at least 1"),
+    (lambda: pc.cantilever(0), "n_modes = 0: not a whole number from 1 to 1000"),
     (lambda: pc.cantilever(2, points={"tip": "1.5"}),
      "points.tip = '1.5': above 1; it is a part of the length, from 0 to 1"),
     (lambda: pc.cantilever(2, points={"root": 0}), "points.root = 0: at the clamp"),

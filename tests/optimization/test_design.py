@@ -334,7 +334,8 @@ FAULTS: dict[str, tuple[dict[str, Any], str]] = {
     "limits": ({"subject_to": {"max_displacement": 1.2}}, "least, largest"),
     "limits crossed": ({"subject_to": {"max_displacement": (2, 1)}}, "above the largest"),
     "limit of a run": ({"t_end": 5}, 'on="run"'),
-    "restarts": ({"restarts": -1}, "less than none"),
+    "restarts": ({"restarts": -1}, "not a whole number from 0 to 100000"),
+    "too many restarts": ({"restarts": 10**22}, "not a whole number from 0 to 100000"),
     "where": ({"on": "motion"}, "neither"),
 }
 

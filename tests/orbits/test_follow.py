@@ -44,6 +44,7 @@ class Circle:
     paths: tuple[str, ...] = ("p",)
     order: int = 1
     n_periods: int = 1
+    cyclic = slice(0, 0)
 
     def values(self, z: Floats) -> tuple[float, ...]:
         return (float(z[-1]),)
@@ -143,6 +144,31 @@ def test_a_closed_curve_is_followed_round_its_folds_until_it_closes(dimension: i
     assert 0.0 < steps.min() <= steps.max() <= math.hypot(1.0, 0.5) * STEPS.largest
     assert steps.sum() == pytest.approx(2.0 * math.pi * circle.radius, rel=0.05)
     assert np.linalg.norm(rows[-1][0].z - circle.start().z) < 0.05
+
+
+class Wave(Circle):
+    """p = 1/2 + 1/5 sin(2 pi u): the same again where u has grown by 1."""
+
+    def residual(self, z: Floats) -> Floats:
+        return np.array([z[1] - 0.5 - 0.2 * math.sin(2.0 * math.pi * z[0])])
+
+    def slope(self, z: Floats) -> Floats:
+        return np.array([[-0.4 * math.pi * math.cos(2.0 * math.pi * z[0]), 1.0]])
+
+    def start(self) -> Point[Circle]:
+        u = 0.125
+        return self.at(np.array([u, 0.5 + 0.2 * math.sin(2.0 * math.pi * u)]), np.array([0.0, 1.0]))
+
+
+@pytest.mark.parametrize("is_instant", [False, True])
+def test_only_instants_are_the_same_whole_periods_later(is_instant: bool) -> None:
+    wave = Wave(0.2)
+    wave.cyclic = slice(0, int(is_instant))
+
+    rows, _, closed = follow(wave.start(), 1.0, Folds(), dataclasses.replace(STEPS, max_points=100))
+
+    assert closed == is_instant
+    assert (rows[-1][0].z[0] > 1.5) == (not is_instant)
 
 
 def test_both_ways_end_at_the_ends_of_the_range() -> None:

@@ -75,8 +75,17 @@ def test_orbits_that_last_too_long_are_refused(n_impacts: float) -> None:
 
 
 def test_find_orbits_refuses_them_too() -> None:
-    with pytest.raises(pc.ParameterError, match="swings"):
+    with pytest.raises(pc.ParameterError, match=r"max_periods = .*swings"):
         pc.find_orbits(OSC, FORCE, 3, 10**6)
+
+
+@pytest.mark.parametrize("n_impacts", [100_001, 10**15])
+def test_orbits_of_too_many_impacts_are_refused(n_impacts: int) -> None:
+    reason = "_impacts = .*: orbits of up to 100,000 impacts are searched for"
+    with pytest.raises(pc.ParameterError, match=f"n{reason}"):
+        pc.find_orbit(OSC, FORCE, n_impacts)
+    with pytest.raises(pc.ParameterError, match=f"max{reason}"):
+        pc.find_orbits(OSC, FORCE, n_impacts, 1)
 
 
 def test_a_search_that_takes_too_much_ends_and_says_so(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -244,7 +244,7 @@ def test_to_xarray_holds_all_points() -> None:
     ("osc", "force", "options", "words"),
     [
         (pc.impact_oscillator(0.0), pc.cosine(2.5), {"n_iterates": 2}, "restitution 0"),
-        (WALL, pc.cosine(2.5), {"n_iterates": 0}, "not a whole number of at least 1"),
+        (WALL, pc.cosine(2.5), {"n_iterates": 0}, "not a whole number from 1 to 1000"),
         (WALL, pc.cosine(2.5), {"stop": 1}, "the oscillator has 1 stop"),
         (WALL, pc.cosine(2.5), {"touched": 3}, "the oscillator has 1 stop"),
         (WALL, pc.cosine(2.5), {"spacing": 0.0}, "not positive"),

@@ -61,6 +61,24 @@ def test_a_stop_is_left_whose_entry_comes_first() -> None:
     assert np.isnan(branch.impact_velocity).any()
 
 
+def test_a_mass_that_a_force_holds_in_a_stop_leaves_it_beyond_a_graze() -> None:
+    """The orbit begins inside, and leaves the stop before it enters it."""
+    osc = pc.Oscillator(1, "0.1", (pc.SoftStop(0, "below", 8),))
+    orbit = pc.find_orbit(osc, pc.cosine(2, amplitude="0.5", constant=-2), 0)
+    branch = pc.continue_orbit(orbit, over={"forcing.constant": (-2, -0.2)})
+
+    # Within the stop the stiffness is 9.
+    amplitude = 0.5 / abs(9 - 4 + 2j * 0.1 * 2)
+    (graze,) = values(branch, "grazing")
+    assert graze == pytest.approx(-9 * amplitude, rel=1e-11)
+    assert [branch[k].n_impacts for k in (0, -1)] == [0, 1]
+    assert branch[-1].admissible
+    run = pc.simulate(osc, branch[-1].forcing, v0=0.3, periods=300)
+    last = run.extremes("displacement", between=(run.t_end - np.pi, run.t_end))
+    own = branch[-1].trajectory().extremes("displacement")
+    assert (own.minimum, own.maximum) == pytest.approx((last.minimum, last.maximum), abs=1e-9)
+
+
 def test_a_doubling_just_beyond_a_graze_is_found_from_both_sides() -> None:
     """The multipliers change with the root of the distance: the doubling is 1.3e-4 away."""
     stops = (pc.SoftStop("0.468", "above", 9), pc.SoftStop("-1.177", "below", 3, "0.1"))

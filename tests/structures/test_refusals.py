@@ -60,6 +60,12 @@ def test_pictures_of_a_run_take_an_orbit(orbit: pc.StructureOrbit) -> None:
         assert len(own.get_children()) == len(other.get_children()) > 10
 
 
+@pytest.mark.parametrize("given", [{"n_impacts": 0}, {"sequence": [0]}, {"formal": True}])
+def test_how_orbits_of_structures_are_found_takes_no_more(given: dict[str, Any]) -> None:
+    with pytest.raises(pc.ParameterError, match="of a structure the orbit near a guess is found"):
+        pc.find_orbit(TWO, LOADS, **given)
+
+
 def test_what_structures_lack_is_one_sentence() -> None:
     pair = pc.Structure([1, 1], [[2, -1], [-1, 2]])
     with pytest.raises(pc.ParameterError, match=r"t_end = None: needed for a structure"):

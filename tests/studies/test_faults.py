@@ -8,6 +8,7 @@ from tests.studies.texts import HEAD, RUN, faults_of
 from percuss.errors import StudyError
 from percuss.studies import StudyFault, parse_study
 
+HARMONIC = "[[forcing.harmonics]]\namplitude = 1\nomega = 2.8\n"
 TWO_HARMONICS = "".join(
     f"[[forcing.harmonics]]\namplitude = 1\nomega = {omega}\n" for omega in ('"4.2"', '"2.9"')
 )
@@ -81,6 +82,17 @@ TWO_HARMONICS = "".join(
         (HEAD, "s.toml: run: missing; a table [run] is needed"),
         (HEAD + "[run]", "s.toml:5: run: missing a limit; give t_end, periods or max_impacts"),
         (HEAD + "[run]\nt_end = 0", "s.toml:6: run.t_end = 0: not after t0 = 0.0"),
+        (
+            HEAD + "[run]\nperiods = 1e308\n" + HARMONIC,
+            (
+                "s.toml:6: run.periods = 1e+308: the end is beyond the range of floats, 5e-324 "
+                "to 1.8e308"
+            ),
+        ),
+        (
+            HEAD.replace("v0 = 1", "v0 = 1\nt0 = 1e308") + "[run]\nperiods = 3\n" + HARMONIC,
+            "s.toml:7: run.periods = 3: the end is not after t0 = 1e+308",
+        ),
         (
             HEAD + "[run]\nperiods = 3",
             "s.toml:6: run.periods = 3: without harmonics there is no period; give t_end",

@@ -305,6 +305,24 @@ t0 = "0.3"
 """
 
 
+@pytest.mark.parametrize("zero", ["stiffness", "amplitude"])
+def test_a_response_that_is_stopped_before_any_branch_or_at_rest_has_all_its_files(
+    zero: str, tmp_path: Path
+) -> None:
+    text = re.sub(f"(?m)^{zero} = .*", f"{zero} = 0", template_text("response"))
+    result = run_study(parse_study(text), tmp_path, progress=lambda *_: False)
+
+    assert not result.is_whole
+    assert all(file.exists() for file in result.files)
+
+
+def test_forces_beyond_the_largest_double_are_written_without_a_warning(tmp_path: Path) -> None:
+    text = template_text("backlash").replace("at = -1 ", "at = -1e308 ")
+    study = parse_study(text.replace("png = true", "png = false").replace("svg = true", ""))
+
+    assert run_study(study, tmp_path).is_whole
+
+
 def test_basins_over_numbers_of_the_start_are_those_of_their_short_forms() -> None:
     study = parse_study(kind_of("basins") + MODEL + OVER_STARTS)
     data = study.question.answer(study, Execution())

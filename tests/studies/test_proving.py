@@ -27,7 +27,9 @@ from percuss.studies import (
     Sweep,
     parse_study,
     run_study,
+    template_text,
 )
+from percuss.studies.proving import proven
 from percuss.studies.tables import Draw
 
 pytest.importorskip("flint")
@@ -241,3 +243,17 @@ def test_a_grazing_orbit_is_one_of_the_formal_equations(tmp_path: Path) -> None:
     )
     assert "with these events;" in reported
     assert reported.endswith("is open; stability undecided")
+
+
+def test_a_proof_of_a_motion_asks_whether_to_go_on() -> None:
+    asked: list[float] = []
+
+    def progress(done: float, _: float) -> bool:
+        asked.append(done)
+        # The motion itself is there with the first two calls.
+        return len(asked) < 5
+
+    run = proven(parse_study(template_text("impact")), 12, progress)
+
+    assert "interrupted" in str(run)
+    assert len(asked) == 5

@@ -71,7 +71,7 @@ def test_a_folder_is_written_once(folder: Path) -> None:
     assert "/static/" not in (folder / "index.html").read_text()
     refused = CliRunner().invoke(app, ["site", "--out", str(folder)])
     assert refused.exit_code == 2
-    assert "not empty; --force replaces" in refused.output
+    assert "not empty; --force writes into it" in refused.output
     written = CliRunner().invoke(app, ["site", "--out", str(folder), "--force"])
     assert written.exit_code == 0
     assert "index.html" in written.output
@@ -290,3 +290,31 @@ def test_the_bits_of_a_motion_in_the_browser_are_those_of_python(page: Page) -> 
     for row, bits in zip(presets(), found, strict=True):
         events, _ = followed(study_of(row.tables)).run.record
         assert np.array(bits, dtype=np.int64).tobytes() == events.tobytes()
+
+
+def test_a_folder_that_a_site_cannot_be_written_to_is_one_sentence(tmp_path: Path) -> None:
+    report = tmp_path / "paper"
+    report.mkdir()
+    (report / "index.html").write_text("mine", encoding="utf-8")
+    told = {
+        ("--out", str(report)): "the folder is not empty; --force writes into it",
+        ("--out", str(report / "index.html")): "is a file, not a folder",
+        # Its own first page would replace that of the report.
+        ("--out", str(report), "--force", "--report", str(report)): "lies in the report",
+        ("--out", str(report / "site"), "--report", str(report)): "lies in the report",
+    }
+    for arguments, words in told.items():
+        result = CliRunner().invoke(app, ["site", *arguments])
+        assert result.exit_code == 2
+        assert words in result.stderr
+        assert result.stderr.count("\n") == 1
+    assert (report / "index.html").read_text(encoding="utf-8") == "mine"
+
+
+def test_a_site_is_written_about_the_report_that_lies_in_it(tmp_path: Path) -> None:
+    report = tmp_path / "report"
+    report.mkdir()
+    (report / "index.html").write_text("mine", encoding="utf-8")
+
+    assert report / "index.html" in write_site(tmp_path, report=report, force=True)
+    assert (report / "index.html").read_text(encoding="utf-8") == "mine"

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import io
+import os
 import shlex
 import sys
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, TextIO
 
 import typer
 
@@ -91,21 +92,28 @@ app = typer.Typer(
 
 def main() -> None:
     """Run the command line."""
+    # A program that was begun without a stream writes into nothing.
+    sys.stdout, sys.stderr = sys.stdout or _nothing(), sys.stderr or _nothing()
     for stream in (sys.stdout, sys.stderr):
         # Letters of a title that the code page of the terminal lacks are replaced.
         if isinstance(stream, io.TextIOWrapper) and stream.errors == "strict":
             stream.reconfigure(errors="replace")
-    app(prog_name="percuss")
+    try:
+        app(prog_name="percuss")
+    except OSError as error:
+        # Of the stream: what is wrong with files is an OutputError. Nothing more is written to it.
+        with _nothing() as nothing:
+            os.dup2(nothing.fileno(), 1)
+        sys.exit(f"the output cannot be written: {(error.strerror or str(error)).lower()}")
+
+
+def _nothing() -> TextIO:
+    return Path(os.devnull).open("w", encoding="utf-8")
 
 
 @contextmanager
-def faults_on_stderr(
-    written: str = "nothing was written", instead: str = "--force replaces it"
-) -> Iterator[None]:
-    """Turn the errors of percuss into one line a fault and the exit status 2.
-
-    `instead` is the advice where a file exists already.
-    """
+def faults_on_stderr(written: str = "nothing was written") -> Iterator[None]:
+    """Turn the errors of percuss into one line a fault and the exit status 2."""
     try:
         with warnings.catch_warnings():
             # The sentence alone, without the place in the code.
@@ -114,7 +122,7 @@ def faults_on_stderr(
     except PercussError as error:
         message = str(error)
         if isinstance(error, OutputError):
-            message = message.replace("force=True replaces it", instead)
+            message = message.replace("force=True", "--force")
         typer.echo(message, err=True)
         raise typer.Exit(BAD_INPUT) from error
     except KeyboardInterrupt as error:
@@ -229,9 +237,12 @@ def prove(
             given = load_study(study, changes=tuple(changes or ()))
             asked: dict[str, Any] = {"orbits": orbits, "speeds": speeds, "point": point}
             result = proven(given, digits, progress, chaos=chaos, **asked)
+            # Of what was not proven to its end there is no certificate.
+            progress.raise_if_stopped()
         typer.echo(result)
         save_certificate(result, file, force=force)
-        typer.echo(f"wrote {file}; check it with: python tools/check_certificate {file}")
+        checked = f"python tools/check_certificate {shlex.quote(str(file))}"
+        typer.echo(f"wrote {file}; check it with: {checked}")
 
 
 def _log_to_stderr(*, is_verbose: bool) -> None:
@@ -396,7 +407,8 @@ def _rows_of_parts(store: Path) -> dict[str, str]:
     complete = sum(state["points_done"] == state["points"] for state in states)
     done, total = (sum(state[name] for state in states) for name in ("points_done", "points"))
     return {
-        "store": f"{folder_of_parts(store)}, which percuss merge {store} puts together",
+        "store": f"{folder_of_parts(store)}, which percuss merge {shlex.quote(str(store))} puts "
+        "together",
         "parts": f"{len(parts):,} of {count:,} are there, {complete:,} of them complete",
         "done": f"{done / total:.1%}: {done:,} of {total:,} points of these",
         "impacts": f"{sum(state['n_impacts'] for state in states):,}",
@@ -442,7 +454,8 @@ def serve(
     study: Annotated[
         Path | None,
         typer.Argument(
-            help="A study to begin with: a motion, diagram, response, basins, fit or design."
+            help="A study to begin with: a motion, diagram, response, basins, fit, design or sweep "
+            "over two parameters."
         ),
     ] = None,
     *,
@@ -473,7 +486,7 @@ def site(
         Path | None, typer.Option("--report", help="Folder of a report of percuss paper.")
     ] = None,
     force: Annotated[
-        bool, typer.Option("--force", help="Write into a folder that is not empty.")
+        bool, typer.Option("--force", "-f", help="Write into a folder that is not empty.")
     ] = False,
 ) -> None:
     """Write the workbench as static files, which need no server: for a web host or a stick."""

@@ -115,6 +115,11 @@ class ProgressBar:
             self._bar.update(self._task, description=self._what(), completed=done, total=total)
         return not self.is_stopped
 
+    def raise_if_stopped(self) -> None:
+        """Raise what a signal has left to the end of the work; nothing without any."""
+        if self.is_stopped:
+            raise _interruption(self.signal)
+
     def writing(self, file: Path) -> None:
         """Show that the run is over and that a file is being written."""
         self._is_writing = True
@@ -186,9 +191,13 @@ class ProgressBar:
         if self._is_writing and is_first and number == signal.SIGTERM:
             self._console.print(WRITING)
         elif self._is_writing or self._of_chunks or not is_first:
-            raise Terminated if number == signal.SIGTERM else KeyboardInterrupt
+            raise _interruption(number)
         else:
             self.is_stopped = True
+
+
+def _interruption(number: int) -> type[KeyboardInterrupt]:
+    return Terminated if number == signal.SIGTERM else KeyboardInterrupt
 
 
 def print_report(study: Study, result: StudyResult) -> None:

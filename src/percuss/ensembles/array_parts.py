@@ -31,7 +31,7 @@ from percuss.ensembles.store import (
     stores_of_study,
 )
 from percuss.errors import OutputError
-from percuss.execution import ArrayPart, folder_of_parts
+from percuss.execution import ArrayPart, folder_of, folder_of_parts
 from percuss.progress import Progress, Report
 from percuss.version import __version__
 
@@ -177,7 +177,7 @@ def merge_parts(store: str | Path, *, progress: Report = None) -> int:
     >>> n_points, data.identical(pc.sweep("mean_power", **call))
     (3, True)
     """
-    path = Path(store)
+    path = folder_of(store)
     parts = parts_of_array(path)
     with store_faults(path):
         names = [inner.name if inner != parts[0] else "" for inner in stores_of_study(parts[0])]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -33,7 +34,7 @@ from percuss.ensembles.basins import (
 from percuss.ensembles.classification import STAGE, Arrays, Classification, Rules
 from percuss.ensembles.datasets import attributes_of, coordinates_of, with_units
 from percuss.ensembles.engines import Engine
-from percuss.ensembles.grid import Grid, make_grid, off_the_walls, whole
+from percuss.ensembles.grid import Grid, check_driven, make_grid, off_the_walls, whole
 from percuss.ensembles.groups import AnyGroup, Group, StructureGroup, walls_of
 from percuss.ensembles.job import Answer, Dimension
 from percuss.ensembles.run_job import execution_of, keep, run_job
@@ -45,10 +46,10 @@ from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads, loads_of
 from percuss.model.oscillator import On, Oscillator
 from percuss.model.periods import require_period
-from percuss.model.start import Start
+from percuss.model.start import Start, late_problem
 from percuss.model.structure import Structure
 from percuss.model.structure_start import StructureStart
-from percuss.model.system import law
+from percuss.model.system import law, turns_of
 from percuss.progress import Report
 
 if TYPE_CHECKING:
@@ -156,9 +157,12 @@ def basin_fractions(
         force = loads_of(osc, force)
     elif on is not None:
         raise ParameterError("on", on, "given for an oscillator, which has one displacement")
+    check_driven(osc, force)
     require_period(force, "basins need a periodic forcing")
     periods, n_starts = whole("periods", periods, STAGE), whole("n_starts", n_starts, 1)
-    seed, escape = whole("seed", seed, 0), real("escape", escape)
+    seed, escape = whole("seed", seed, 0, math.inf), real("escape", escape)
+    if not escape > 0.0:
+        raise ParameterError("escape", escape, "not a finite distance above 0")
     x0_range, v0_range, t0 = start_ranges(start, x0, v0, t0)
     begin = _begin(osc, t0)
     grid = make_grid(osc, force, begin, over, VALUES, on)
@@ -265,6 +269,10 @@ class Scattered:
                 groups.append(self._of_structure(system, places[numbers], t0, rows, faults))
                 continue
             own_law = law(osc, force)
+            problem = late_problem(t0, max(itertools.chain(*turns_of(own_law))))
+            if problem is not None:
+                faults |= {int(row): f"t0 = {t0}: {problem}" for row in rows}
+                continue
             walls = walls_of(own_law[np.newaxis])
             inside = (places[numbers, 0] < walls[0][0]) | (places[numbers, 0] > walls[1][0])
             faults |= {int(row): "inside a wall" for row in rows[inside]}

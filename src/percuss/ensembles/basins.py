@@ -30,7 +30,7 @@ from percuss.ensembles.datasets import (
 )
 from percuss.ensembles.decisions import NO_START, fraction_of
 from percuss.ensembles.engines import Engine
-from percuss.ensembles.grid import Grid, make_grid, whole
+from percuss.ensembles.grid import Grid, check_driven, make_grid, whole
 from percuss.ensembles.groups import AnyGroup
 from percuss.ensembles.job import Answer, Dimension, spans_of
 from percuss.ensembles.measures import MEASURES, Window, measure_group
@@ -172,6 +172,7 @@ def basins(
     execution = execution_of(store, engine, n_workers, progress, part)
     if isinstance(osc, Structure):
         force = loads_of(osc, force)
+    check_driven(osc, force)
     require_period(force, "basins need a periodic forcing")
     periods = whole("periods", periods, STAGE)
     escape = real("escape", escape)
@@ -266,6 +267,7 @@ def _grid(
     t0: Phase,
 ) -> tuple[Grid, int | None]:
     """Return the grid of the starts, and the wall at which they lie, None elsewhere."""
+    stop = whole("stop", stop, 0)
     if (places[0] is None) != (places[1] is None) or (impacts[0] is None) != (impacts[1] is None):
         raise ParameterError("x0", places[0], "give x0 and v0, or cycle and v")
     if (places[0] is None) == (impacts[0] is None):
@@ -273,7 +275,7 @@ def _grid(
     if places[0] is not None:
         over = {"start.x0": places[0], "start.v0": places[1]}
         return make_grid(osc, force, Start(0.0, 0.0, t0), over, VALUES), None
-    if not 0 <= stop < len(osc.stops) or not isinstance(osc.stops[stop], Wall):
+    if stop >= len(osc.stops) or not isinstance(osc.stops[stop], Wall):
         raise ParameterError("stop", stop, "the number of no wall; give x0 and v0")
     if isinstance(impacts[0], tuple) and len(impacts[0]) == 2 and as_float(impacts[0][1]) == 1.0:
         # The end of a whole cycle is its beginning.

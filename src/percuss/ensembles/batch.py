@@ -345,12 +345,16 @@ def exponents_of(result: BatchResult, plan: Plan) -> tuple[Floats, Floats, Float
     Returns
     -------
     tuple of (n,) arrays
-        In 1/time; -inf where there was a contact, with an error of 0.
+        In 1/time; -inf where there was a contact, with an error of 0, and the smallest and the sum
+        where an impact had no restitution.
     """
     out = np.empty((len(result.points), EXPONENT_COLUMNS))
     points, durations = np.ascontiguousarray(result.points), plan.until - plan.since
     many_exponents(points, durations, plan.every, np.empty(BLOCKS), out)
     largest, smallest, error, total = out.T
+    # An impact without restitution takes one direction, and with it the whole area.
+    flat = np.isneginf(points[:, -1, observables.SECOND])
+    smallest[flat] = total[flat] = -np.inf
     return largest, smallest, error, total
 
 

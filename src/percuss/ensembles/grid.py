@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -18,18 +19,27 @@ from percuss.model.acting_sets import StructureSystem, within_walls
 from percuss.model.dimensions import dimensions_of, dimensions_of_named
 from percuss.model.exact import Phase, as_float, phase_problem, plain, real, whole
 from percuss.model.expression import Expression
-from percuss.model.faults import check_mapping
+from percuss.model.faults import check_mapping, is_row
 from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads, loads_of
 from percuss.model.oscillator import On, Oscillator, Wall
 from percuss.model.paths import long_form, moved_fields, replace_parameters
-from percuss.model.start import BEHIND_A_WALL, Start, start_of
+from percuss.model.start import BEHIND_A_WALL, MOST_PERIODS, Start, late_problem, start_of
 from percuss.model.structure import Structure
 from percuss.model.structure_start import StructureStart, check_start, structure_start
-from percuss.model.system import law, stop_rows
+from percuss.model.system import law, stop_rows, turns_of
 from percuss.model.units import in_units
 
-__all__ = ["POINTS", "Axis", "Grid", "make_grid", "off_the_walls", "values_of", "whole"]
+__all__ = [
+    "POINTS",
+    "Axis",
+    "Grid",
+    "check_driven",
+    "make_grid",
+    "off_the_walls",
+    "values_of",
+    "whole",
+]
 
 
 _OF_START = ("x0", "v0", "t0")
@@ -273,6 +283,7 @@ class Grid:
             laws = np.stack([own_law for (own_law, _), _ in group])
             stops = np.stack([own_stops for (_, own_stops), _ in group])
             inside = _between(laws, which, rows, starts, faults)
+            inside &= _in_time(laws, which, rows, starts, faults)
             return Group(laws, which[inside], starts[rows[inside]], rows[inside], stops)
         systems = tuple(system for system, _ in group)
         inside = off_the_walls(systems, which, rows, starts, faults)
@@ -334,6 +345,20 @@ def _between(
             reason = f"{side} the wall at x = {wall[i]}; {BEHIND_A_WALL}"
             faults[int(rows[i])] = f"x0 = {x0[i]}: {reason}"
     return np.asarray(~((x0 < low) | (x0 > high)))
+
+
+def _in_time(
+    laws: Floats, which: Integers, rows: Integers, starts: Floats, faults: dict[int, str]
+) -> Flags:
+    """Return which starts are no later than phases are exact, and add the faults of the others."""
+    t0 = starts[rows, 2]
+    if not t0.any():
+        return np.ones(len(rows), dtype=np.bool_)
+    fastest = np.array([max(itertools.chain(*turns_of(own_law))) for own_law in laws])[which]
+    late = np.abs(t0) * fastest > MOST_PERIODS
+    for i in np.flatnonzero(late):
+        faults[int(rows[i])] = f"t0 = {t0[i]}: {late_problem(t0[i], fastest[i])}"
+    return np.asarray(~late)
 
 
 def off_the_walls(
@@ -421,11 +446,7 @@ def make_grid(
         if on is not None or osc.n == 1:
             direction = tuple(osc.direction(on).tolist())
     else:
-        if not isinstance(osc, Oscillator):
-            reason = "no oscillator, such as pc.impact_oscillator() returns"
-            raise ParameterError("osc", osc, reason)
-        if force is not None and not isinstance(force, Forcing):
-            raise ParameterError("force", force, "no forcing, such as pc.cosine(2.5), nor None")
+        check_driven(osc, force)
         if on is not None:
             raise ParameterError("on", on, "given for an oscillator, which has one displacement")
         begin = start_of(start)
@@ -441,6 +462,16 @@ def make_grid(
         axis = _axis(osc, force, begin, name, values_of(path, values, points))
         axes.append(replace(axis, asked=path))
     return Grid(osc, force, begin, tuple(axes), direction)
+
+
+def check_driven(osc: object, force: object) -> None:
+    """Raise a `ParameterError` unless these are an oscillator and its forcing, or a structure."""
+    if isinstance(osc, Structure):
+        return
+    if not isinstance(osc, Oscillator):
+        raise ParameterError("osc", osc, "no oscillator, such as pc.impact_oscillator() returns")
+    if force is not None and not isinstance(force, Forcing):
+        raise ParameterError("force", force, "no forcing, such as pc.cosine(2.5), nor None")
 
 
 def _axis_along(osc: object, direction: tuple[Any, ...], values: tuple[Phase, ...]) -> Axis:
@@ -491,7 +522,7 @@ def values_of(path: str, values: object, points: int = POINTS) -> tuple[Phase, .
     ParameterError
         If there are no values, or some are not finite.
     """
-    if isinstance(values, str) or not hasattr(values, "__len__") or not hasattr(values, "__iter__"):
+    if not is_row(values) or not hasattr(values, "__len__"):
         raise ParameterError(path, values, "not a list of values, nor a range (low, high)")
     if isinstance(values, np.ndarray) and values.ndim != 1:
         raise ParameterError(path, values.shape, "not a list of values, but an array of this shape")

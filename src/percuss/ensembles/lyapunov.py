@@ -38,7 +38,7 @@ from percuss.model.exact import as_float
 from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads
 from percuss.model.oscillator import Oscillator
-from percuss.model.start import Start
+from percuss.model.start import MOST_PERIODS, Start
 from percuss.model.structure import Structure
 from percuss.model.structure_start import StructureStart
 from percuss.numerics import hypot, log
@@ -60,8 +60,8 @@ class LyapunovExponents:
     Attributes
     ----------
     exponents
-        (2,) array, the larger first [1/time]; both -inf where a contact has ended all memory. Of
-        a structure of n coordinates (2 n,), two of them -inf for each wall that has held it.
+        (2,) array, the larger first [1/time]; both -inf where a contact has ended all memory, the
+        second where impacts have no restitution. Of a structure of n coordinates (2 n,), two of them -inf for each wall that has held it.
     errors
         (2,) array, (2 n,) of a structure, their errors [1/time]: the standard error from the means
         of blocks, and with it the difference between the two halves where this is more than chance.
@@ -137,7 +137,8 @@ def lyapunov_exponents(
     >>> rates.exponents.round(5)
     array([-0.08879, -0.08879])
     """
-    transient, periods = whole("transient", transient, 0), whole("periods", periods, BLOCKS)
+    transient = whole("transient", transient, 0, MOST_PERIODS)
+    periods = whole("periods", periods, BLOCKS, MOST_PERIODS)
     most = max(MOST_IMPACTS, IMPACTS_OF_A_PERIOD * (transient + periods))
     if max_impacts is not None:
         most = whole("max_impacts", max_impacts, 1)

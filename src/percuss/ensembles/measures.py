@@ -21,6 +21,7 @@ from percuss.ensembles.repetition import impact_periods, period_of, repeat_times
 from percuss.kernels import observables
 from percuss.kernels import record as columns
 from percuss.model.oscillator import Oscillator
+from percuss.model.start import MOST_PERIODS
 from percuss.model.structure import Structure
 from percuss.model.units import FORCE, in_units
 from percuss.motion.growth import fit_power_law
@@ -93,8 +94,9 @@ class Window:
         return np.asarray(2.0 * (self.transient + self.periods + 2) * every)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "transient", whole("transient", self.transient, 0))
-        object.__setattr__(self, "periods", whole("periods", self.periods, 1))
+        for name, least in (("transient", 0), ("periods", 1)):
+            number = whole(name, getattr(self, name), least, MOST_PERIODS)
+            object.__setattr__(self, name, number)
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import inspect
 import logging
-import os
 from collections.abc import Callable, Generator, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -33,14 +32,14 @@ from percuss.ensembles.job import (
 )
 from percuss.ensembles.store import RESULT, Store, has_store, keep_result, motions_of_a_point
 from percuss.errors import OutputError, ParameterError
-from percuss.execution import ArrayPart, Execution, folder_of_parts
+from percuss.execution import ArrayPart, Execution, folder_of, folder_of_parts
 from percuss.progress import PATIENCE, Progress, Report, duration_text, rate_text
 
 if TYPE_CHECKING:
     # A second of import, which no worker needs.
     from xarray import Dataset
 
-__all__ = ["ChunkProgress", "execution_of", "folder_of", "keep", "run_job"]
+__all__ = ["ChunkProgress", "execution_of", "keep", "run_job"]
 
 LOG = logging.getLogger(__name__)
 
@@ -83,20 +82,6 @@ def keep(dataset: Dataset, execution: Execution) -> Dataset:
     if store is not None and dataset.attrs["complete"] and not (store / RESULT).exists():
         keep_result(store, dataset)
     return dataset
-
-
-def folder_of(store: object) -> Path:
-    """Return the folder of a store.
-
-    Examples
-    --------
-    >>> folder_of(3)
-    Traceback (most recent call last):
-    percuss.errors.ParameterError: store = 3: not the path of a folder, such as "run.zarr"
-    """
-    if not isinstance(store, str | os.PathLike):
-        raise ParameterError("store", store, 'not the path of a folder, such as "run.zarr"')
-    return Path(store)
 
 
 def run_job(job: Job, execution: Execution, *, is_read_from_disk: bool = False) -> Answer:

@@ -13,7 +13,6 @@ from percuss.ensembles.basins import no_starts
 from percuss.ensembles.datasets import attributes_of, dataset_of
 from percuss.ensembles.diagram import failed_values
 from percuss.ensembles.job import Answer, Dimension
-from percuss.ensembles.run_job import folder_of
 from percuss.ensembles.store import (
     RESULT,
     Chunks,
@@ -24,6 +23,7 @@ from percuss.ensembles.store import (
     stores_of_study,
 )
 from percuss.errors import OutputError
+from percuss.execution import folder_of
 
 if TYPE_CHECKING:
     # A second of import, which no worker needs.

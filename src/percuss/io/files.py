@@ -55,6 +55,35 @@ def check_output(paths: Iterable[Path | str], *, force: bool = False) -> None:
             raise OutputError(str(path), _reason(error)) from error
 
 
+def check_output_folder(folder: Path | str, *, force: bool = False) -> None:
+    """Refuse, before any work is done, a folder that could not be written to or holds other things.
+
+    Parameters
+    ----------
+    folder
+        The folder; it need not be there.
+    force
+        Whether it may hold something.
+
+    Raises
+    ------
+    OutputError
+        If it is not empty and `force` is false, cannot be made, or cannot be written to.
+
+    Examples
+    --------
+    >>> check_output_folder("no-such-folder")
+    """
+    folder = Path(folder)
+    try:
+        _check_folder(folder)
+        if not force and folder.is_dir() and any(folder.iterdir()):
+            reason = "the folder is not empty; force=True writes into it"
+            raise OutputError(str(folder), reason)
+    except OSError as error:
+        raise OutputError(str(folder), _reason(error)) from error
+
+
 def _check_folder(folder: Path) -> None:
     """Raise unless `folder` is, or could be made, a folder that can be written to."""
     for ancestor in (folder, *folder.parents):

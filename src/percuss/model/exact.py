@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
 __all__ = [
+    "MOST_ROWS",
     "PI",
     "Computed",
     "Exact",
@@ -100,6 +101,10 @@ class Computed:
 Exact: TypeAlias = int | float | Fraction | Decimal | str | Scalar | Computed
 
 _LARGEST_REDUCED = 10**40
+# Kernels count in integers of 64 bits.
+MOST_COUNTED = 2**63 - 1
+# A table has fewer rows than memory has numbers.
+MOST_ROWS = 10**9
 # cos(pi q) where it is rational, for q in [0, 2); there are no others (Niven's theorem).
 COSINES = {
     Fraction(0): Fraction(1),
@@ -297,11 +302,11 @@ _NO_NUMBERS = ("m", "M")
 _PLAIN_TYPES = frozenset({int, float, Fraction, Decimal, str, PiTimes})
 
 
-def whole(name: str, value: object, least: int, most: float = math.inf) -> int:
+def whole(name: str, value: object, least: int, most: float = MOST_COUNTED) -> int:
     """Return a whole number, NumPy's and 4.0 too, as Python's own.
 
     A ParameterError with this name is raised where the value is no whole number from ``least`` to
-    ``most``.
+    ``most``, by default as far as kernels count.
 
     Examples
     --------
@@ -312,10 +317,12 @@ def whole(name: str, value: object, least: int, most: float = math.inf) -> int:
     number = plain(value)
     if isinstance(number, (float, Fraction)) and number % 1 == 0:
         number = int(number)
-    if isinstance(number, bool) or not isinstance(number, int) or not least <= number <= most:
-        limits = f"of at least {least}" if math.isinf(most) else f"from {least} to {most}"
-        raise ParameterError(name, number, f"not a whole number {limits}")
-    return number
+    is_whole = isinstance(number, int) and not isinstance(number, bool)
+    if is_whole and least <= cast("int", number) <= most:
+        return cast("int", number)
+    is_limited = most < MOST_ROWS or (is_whole and cast("int", number) > most)
+    limits = f"from {least} to {most}" if is_limited else f"of at least {least}"
+    raise ParameterError(name, number, f"not a whole number {limits}")
 
 
 def real(name: str, value: Phase) -> float:
@@ -342,7 +349,10 @@ def reals(name: str, values: ArrayLike) -> Floats:
     """
     import numpy as np  # half of the time of an import that needs no arrays
 
-    given = np.asarray(values)
+    try:
+        given = np.asarray(values)
+    except ValueError:
+        raise ParameterError(name, values, "rows of different lengths; give an array") from None
     if given.dtype.kind in "iuf":
         return given.astype(np.float64, copy=False)
     items = [real(name, item) for item in given.ravel().tolist()]
@@ -407,7 +417,11 @@ def phase_problem(value: object) -> str | None:
     if multiple is None:
         problem = number_problem(value)
         return NOT_A_PHASE if problem == NOT_A_NUMBER else problem
-    return range_problem(multiple.times) or range_problem(multiple.plus)
+    times, plus = multiple.times, multiple.plus
+    problem = range_problem(times) or range_problem(plus)
+    # Two floats, but their sum may be none.
+    is_in_range = problem is not None or math.isfinite(4.0 * float(times) + float(plus))
+    return problem if is_in_range else OUT_OF_RANGE
 
 
 def _multiple_in_text(value: object) -> PiTimes | None:

@@ -198,11 +198,11 @@ def make_numbers(value: object, *names: str) -> None:
 def is_row(value: object) -> TypeGuard[Iterable[Any]]:
     """Whether a value is a list, an array or another iterable with an order; a text is a number.
 
-    A dictionary and a set are none: of what they hold their keys, or no order, would be taken.
+    A dictionary and a set are none: of what they hold their keys, or no order, would be taken. Nor
+    is an array without dimensions, which is a number.
     """
-    return isinstance(value, Iterable) and not isinstance(
-        value, str | bytes | Mapping | AbstractSet
-    )
+    is_without = isinstance(value, str | bytes | Mapping | AbstractSet)
+    return isinstance(value, Iterable) and not is_without and getattr(value, "ndim", 1) != 0
 
 
 def as_tuple(value: object) -> object:

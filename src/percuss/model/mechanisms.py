@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Mapping
 from fractions import Fraction
 
+from percuss.errors import ParameterError
 from percuss.model.exact import (
     PI,
     Exact,
@@ -15,10 +16,17 @@ from percuss.model.exact import (
     cos_sin,
     kept,
     operand,
+    range_problem,
     whole,
 )
 from percuss.model.exact import plain as plain_number
-from percuss.model.faults import Fault, not_negative_faults, positive_faults, raise_first
+from percuss.model.faults import (
+    Fault,
+    check_mapping,
+    not_negative_faults,
+    positive_faults,
+    raise_first,
+)
 from percuss.model.oscillator import Stop, Wall
 from percuss.model.restitution import Restitution
 from percuss.model.structure import Structure, exact_numbers, one_each
@@ -29,6 +37,8 @@ __all__ = ["cantilever", "chain", "impact_pair", "vibro_impact_absorber"]
 
 # An angle whose parts must not leave the range of floats, and which no angle beside it shows.
 NOTHING = 1e-200
+# The matrices of a beam are full of zeros: of more modes they are no use.
+MOST_MODES = 1000
 
 
 def chain(
@@ -254,7 +264,7 @@ def cantilever(
     >>> beam.direction("middle").round(6)
     array([0.679046, 1.427332, 0.039375])
     """
-    n = whole("n_modes", n_modes, 1)
+    n = whole("n_modes", n_modes, 1, MOST_MODES)
     for name, value in (
         ("length", length),
         ("bending_stiffness", bending_stiffness),
@@ -264,11 +274,19 @@ def cantilever(
     ratios = one_each("damping_ratio", damping_ratio, n, "the modes")
     square = as_fraction(bending_stiffness) / as_fraction(mass_per_length)
     square /= as_fraction(length) ** 4
-    size = math.sqrt(as_fraction(mass_per_length) * as_fraction(length))
     offsets = [_root_offset(k) for k in range(1, n + 1)]
+    inertia, highest = as_fraction(mass_per_length) * as_fraction(length), _root(n, offsets[-1])
+    for what, number in (("mass", inertia), ("highest frequency", highest**4 * square)):
+        problem = range_problem(number)
+        if problem is not None:
+            reason = f"the {what} of such a beam is {problem}; choose other units"
+            raise ParameterError("length", length, reason)
+    size = math.sqrt(inertia)
     stiffness = [float(_root(k, e) ** 4 * square) for k, e in enumerate(offsets, 1)]
     shapes = {}
-    for name, place in ({"tip": 1} if points is None else points).items():
+    points = {"tip": 1} if points is None else points
+    check_mapping("points", points, '{name: place}, such as {"tip": 1}')
+    for name, place in points.items():
         raise_first(_place_faults(f"points.{name}", plain_number(place)))
         part = as_fraction(place)
         shapes[name] = [_amplitude(k, e, part) / size for k, e in enumerate(offsets, 1)]

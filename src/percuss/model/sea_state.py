@@ -72,7 +72,7 @@ def sea_state(
     """
     hs, tp = plain_number(hs), plain_number(tp)
     raise_first(sea_faults(hs, tp, kind, n, seed))
-    n, seed = whole("n", n, 1, MOST_HARMONICS), whole("seed", seed, 0)
+    n, seed = whole("n", n, 1, MOST_HARMONICS), whole("seed", seed, 0, math.inf)
     peak = 2.0 * math.pi / as_float(tp)
     period = tp if isinstance(tp, Computed) else None
     draw = np.random.Generator(np.random.PCG64(seed)).random((2, n))

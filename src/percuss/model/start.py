@@ -38,9 +38,11 @@ if TYPE_CHECKING:
 
 __all__ = [
     "BEHIND_A_WALL",
+    "MOST_PERIODS",
     "NO_COMMON_PERIOD",
     "Start",
     "end_after_periods",
+    "late_problem",
     "limit_faults",
     "periods_faults",
     "start_faults",
@@ -49,6 +51,8 @@ __all__ = [
 ]
 
 NO_COMMON_PERIOD = "the loads have no common period; give loads.period, or t_end instead"
+# Phases are reduced to one turn exactly up to 2**51 quarter turns.
+MOST_PERIODS = 10**14
 # What to do where a position lies inside a wall.
 BEHIND_A_WALL = "start on its other side, or use a SoftStop, which can be entered"
 
@@ -174,10 +178,31 @@ entered
     ]
 
 
+def late_problem(time: float, fastest: float) -> str | None:
+    """Return why phases have no digits left at a time, with the most turns in a unit of time.
+
+    Examples
+    --------
+    >>> late_problem(1e15, 0.5)
+    'more than 1e+14 periods of 2; count time from nearer by'
+    """
+    if abs(time) * fastest <= MOST_PERIODS:
+        return None
+    return f"more than {MOST_PERIODS:g} periods of {1.0 / fastest:.3g}; count time from nearer by"
+
+
 def limit_faults(
-    t0: object, t_end: object = None, max_impacts: object = None, *, run: str | None = None
+    t0: object,
+    t_end: object = None,
+    max_impacts: object = None,
+    periods: object = None,
+    *,
+    run: str | None = None,
 ) -> list[Fault]:
-    """Return the faults of the limits of a run; parameters as in `start_faults`, t0 as it is."""
+    """Return the faults of the limits of a run; parameters as in `start_faults`, t0 as it is.
+
+    Where t_end follows from a number of periods, its faults are told of that number.
+    """
     t_end, max_impacts = plain(t_end), plain(max_impacts)
     name = dotted(run, "t_end")
     if t_end is None and max_impacts is None:
@@ -188,6 +213,9 @@ def limit_faults(
         is_known = not problems and phase_problem(t0) is None
         if is_known and as_float(cast("Phase", t_end)) <= as_float(cast("Phase", t0)):
             problems.append(Fault(name, t_end, f"not after t0 = {t0}"))
+        if periods is not None:
+            end = dotted(run, "periods"), periods
+            problems = [Fault(*end, f"the end is {each.reason}") for each in problems]
     if max_impacts is not None:
         problems += _count_faults(dotted(run, "max_impacts"), max_impacts)
     return problems

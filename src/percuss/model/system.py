@@ -47,6 +47,7 @@ __all__ = [
     "region_rows",
     "stop_rows",
     "touching_stops",
+    "turns_of",
     "turns_per_time",
 ]
 
@@ -236,6 +237,22 @@ def law(oscillator: Oscillator, forcing: Forcing | None) -> Law:
             _mark_simple(rows[first], rows[first + 1])
     fill_steps(rows)
     return rows
+
+
+def turns_of(law: Law) -> tuple[list[float], list[float]]:
+    """Return the turns in a unit of time of the free motion in each region, and of each harmonic.
+
+    Examples
+    --------
+    >>> from percuss.model import sine
+    >>> [2 * math.pi * turns for (turns,) in turns_of(law(Oscillator(4), sine(3)))]
+    [2.0, 3.0]
+    """
+    n, rows = int(law[0, at.N_HARMONICS]), region_rows(law)
+    # As a slice the rows are no copy.
+    halves = law[rows.start : rows.stop : rows.step, at.HALF_TURNS]
+    driven = law[at.FIRST_HARMONIC : at.FIRST_HARMONIC + n, at.TURNS]
+    return [2.0 * half for half in halves.tolist()], driven.tolist()
 
 
 @lru_cache(maxsize=256)

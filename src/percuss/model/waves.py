@@ -93,11 +93,7 @@ def square_wave(omega: Exact, amplitude: Exact = 1.0) -> Forcing:
     >>> force.period
     3.141592653589793
     """
-    return Forcing(
-        record=ForceRecord(
-            (0, pi_times(1), pi_times(2)), (1, -1, 1), "hold", True, "end", amplitude, omega
-        )
-    )
+    return _wave((0, pi_times(1), pi_times(2)), (1, -1, 1), "hold", omega, amplitude)
 
 
 def triangle_wave(omega: Exact, amplitude: Exact = 1.0) -> Forcing:
@@ -127,8 +123,7 @@ def triangle_wave(omega: Exact, amplitude: Exact = 1.0) -> Forcing:
     (0, 1, -1, 0)
     """
     turns = (0, pi_times(1, 2), pi_times(3, 2), pi_times(2))
-    wave = ForceRecord(turns, (0, 1, -1, 0), "linear", True, "end", amplitude, omega)
-    return Forcing(record=wave)
+    return _wave(turns, (0, 1, -1, 0), "linear", omega, amplitude)
 
 
 def pulses(omega: Exact, width: Exact, amplitude: Exact = 1.0) -> Forcing:
@@ -164,6 +159,17 @@ def pulses(omega: Exact, width: Exact, amplitude: Exact = 1.0) -> Forcing:
     if not as_float(width) < 1.0:
         raise ParameterError("width", width, "not below 1, the whole period")
     end = pi_times(width) + pi_times(width)
-    return Forcing(
-        record=ForceRecord((0, end, pi_times(2)), (1, 0, 1), "hold", True, "end", amplitude, omega)
-    )
+    return _wave((0, end, pi_times(2)), (1, 0, 1), "hold", omega, amplitude)
+
+
+def _wave(
+    turns: tuple[Phase, ...],
+    values: tuple[int, ...],
+    kind: RecordKind,
+    omega: Exact,
+    amplitude: Exact,
+) -> Forcing:
+    """Return the force that repeats values at phases of a frequency."""
+    if omega is None:  # a record without one counts time
+        raise ParameterError("omega", omega, "not a number; a wave has a frequency")
+    return Forcing(record=ForceRecord(turns, values, kind, True, "end", amplitude, omega))

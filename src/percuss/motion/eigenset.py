@@ -18,7 +18,7 @@ from percuss.kernels.law_columns import (
     UPPER_KIND,
     WALL,
 )
-from percuss.model.exact import Exact, as_float, whole
+from percuss.model.exact import MOST_ROWS, Exact, real, whole
 from percuss.model.oscillator import Oscillator
 from percuss.model.system import System
 
@@ -58,9 +58,10 @@ def eigenset(osc: Oscillator, count: int, t0: Exact = 0.0) -> Floats:
     >>> eigenset(pc.impact_oscillator(), 3)
     array([3.14159265, 6.28318531, 9.42477796])
     """
-    count = whole("count", count, 0)
+    count = whole("count", count, 0, MOST_ROWS)
     off, inside = _half_periods(osc)
-    return np.asarray(as_float(t0) + off + (off + inside) * np.arange(count), dtype=np.float64)
+    times = off + (off + inside) * np.arange(count, dtype=np.float64)
+    return np.asarray(real("t0", t0) + times)
 
 
 def resonant_frequency(osc: Oscillator) -> float:
@@ -96,7 +97,7 @@ def resonant_frequency(osc: Oscillator) -> float:
 
 def _half_periods(osc: Oscillator) -> tuple[float, float]:
     """Return how long the free oscillator stays off its stop, and in it."""
-    system = System(osc, None)
+    system = System.of(osc, None)
     bounds = [at for at in system.lines.at if at is not None]
     if len(bounds) != 1 or bounds[0] != 0:
         places = ", ".join(str(float(at)) for at in bounds) or "none"

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from percuss.arrays import Floats, Integers
 from percuss.errors import ParameterError
-from percuss.model.exact import Exact, as_float, cos_sin, pi_times, whole
+from percuss.model.exact import Exact, as_float, cos_sin, pi_times, real, reals, whole
 from percuss.model.forcing import Forcing
 from percuss.model.harmonic_forces import cosine, sine
 from percuss.numerics import cos, sin, tan
@@ -56,7 +56,7 @@ def eigenset_motion(v0: Exact, t: ArrayLike) -> tuple[Floats, Floats]:
     Raises
     ------
     ParameterError
-        If v0 is negative.
+        If v0 is negative, or a time is negative or not finite.
 
     Examples
     --------
@@ -64,12 +64,17 @@ def eigenset_motion(v0: Exact, t: ArrayLike) -> tuple[Floats, Floats]:
     >>> x.tolist()
     [2.0, 2.0]
     """
-    speed = as_float(v0)
+    speed, times = real("v0", v0), reals("t", t)
     if speed < 0.0:
         raise ParameterError("v0", v0, "negative: into the wall")
-    times = np.asarray(t, dtype=np.float64)
-    since = times - np.floor(times / math.pi) * math.pi
-    return speed * sin(since), speed * cos(since)
+    outside = ~((times >= 0.0) & (times < math.inf))
+    if outside.any():
+        raise ParameterError("t", float(times[outside][0]), "not a finite time of at least 0")
+    s, c = sin(times), cos(times)
+    # A time within its rounding of an impact is that of the impact.
+    is_impact = np.abs(s) <= np.spacing(times)
+    x, v = np.where(is_impact, 0.0, np.abs(s)), np.where(is_impact, 1.0, np.sign(s) * c)
+    return speed * x, speed * v
 
 
 def subset_forcing(m: int) -> Forcing:
@@ -99,7 +104,7 @@ def subset_forcing(m: int) -> Forcing:
     >>> subset_forcing(2).harmonics
     (Harmonic(amplitude=Fraction(-5, 9), omega=Fraction(2, 3), phase=pi_times(1, 3)),)
     """
-    whole("m", m, 2)
+    m = whole("m", m, 2)
     amplitude = Fraction(-(m - 1) * (m + 3), (m + 1) ** 2)
     phase = pi_times(1, m + 1)
     return cosine(Fraction(2, m + 1), amplitude, phase, constant=cos_sin(phase)[0])

@@ -14,7 +14,8 @@ from percuss.kernels.sample import drive
 from percuss.model.exact import as_float, reals
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator, SoftStop, Stop
-from percuss.model.system import System, stop_rows
+from percuss.model.start import late_problem
+from percuss.model.system import System, stop_rows, turns_of
 from percuss.motion.tables import Contacts
 
 __all__ = ["energy_at", "force_at", "force_in_run", "forces_at"]
@@ -23,6 +24,8 @@ __all__ = ["energy_at", "force_at", "force_in_run", "forces_at"]
 FREE = Oscillator(stiffness=0)
 
 
+# Forces and energies beyond the largest double are infinite, sums of them no number.
+@np.errstate(over="ignore", invalid="ignore")
 def forces_at(
     system: System,
     contacts: Contacts,
@@ -62,6 +65,7 @@ def forces_at(
     }
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def energy_at(system: System, x: Floats, v: Floats) -> Floats:
     """Return the kinetic energy and that of all springs."""
     oscillator = system.of_unit_mass.oscillator
@@ -105,7 +109,7 @@ def force_at(force: Forcing, t: ArrayLike) -> Floats:
     Raises
     ------
     ParameterError
-        If it is no forcing, or a time is not finite.
+        If it is no forcing, or a time is not finite or later than 1e14 periods.
 
     Examples
     --------
@@ -119,7 +123,12 @@ def force_at(force: Forcing, t: ArrayLike) -> Floats:
     if not np.isfinite(times).all():
         wrong = times[~np.isfinite(times)]
         raise ParameterError("t", float(wrong[0]), "not a finite time")
-    return _driving_at(System(FREE, force), times.reshape(-1)).reshape(times.shape)
+    system = System(FREE, force)
+    latest = float(np.abs(times).max(initial=0.0))
+    problem = late_problem(latest, max(turns_of(system.law)[1], default=0.0))
+    if problem is not None:
+        raise ParameterError("t", latest, problem)
+    return _driving_at(system, times.reshape(-1)).reshape(times.shape)
 
 
 def force_in_run(force: Forcing, t: Floats, events: Floats) -> Floats:

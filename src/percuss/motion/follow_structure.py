@@ -57,7 +57,7 @@ def follow_structure(
     if t_end is None:
         reason = "needed for a structure, whose motion may meet no stop for ever"
         raise ParameterError("t_end", None, reason)
-    raise_first(limit_faults(start.t0, t_end, max_impacts))
+    raise_first(limit_faults(start.t0, t_end, max_impacts, periods))
     limit = most_impacts if max_impacts is None else min(int(max_impacts), 2**62)
     if is_tied(t_end) or is_tied(periods):
         parameters_in(structure, system.loads, start, t_end, periods)  # one name has one value

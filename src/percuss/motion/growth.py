@@ -106,6 +106,8 @@ def growth(run: Trajectory, of: Quantity = "velocity", *, since: float | None = 
     >>> round(law.coefficient * 3.141592653589793, 2)
     1.33
     """
+    if not isinstance(run, Trajectory):
+        raise ParameterError("run", run, "not the run of an oscillator; simulate() returns one")
     if of not in ("velocity", "displacement"):
         raise ParameterError("of", of, "neither velocity nor displacement")
     duration = run.t_end - run.t0

@@ -11,10 +11,11 @@ from numpy.typing import ArrayLike
 
 from percuss.arrays import Floats
 from percuss.errors import ParameterError
-from percuss.model.exact import as_float
+from percuss.model.exact import as_float, reals
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator, Stop, Wall
 from percuss.model.restitution import is_elastic
+from percuss.model.system import System
 from percuss.motion.eigenset import resonant_frequency
 from percuss.motion.growth import CERTAIN, Growth, fit_power_law
 from percuss.motion.patterns import FEWEST, REPETITIONS, ROUNDINGS, TOLERANCE, find_pattern
@@ -133,9 +134,12 @@ def classify_impact_times(
         elif osc is None:
             raise ParameterError("osc", None, "an array of times needs the oscillator they are of")
         else:
-            times = np.asarray(run, dtype=np.float64)
-            if times.ndim != 1 or not (np.diff(times) > 0.0).all():
-                raise ParameterError("run", times.shape, "not one array of increasing times")
+            System.of(osc, force)  # which checks both
+            times = reals("run", run)
+            in_order = times.ndim == 1 and (np.diff(times) > 0.0).all()
+            if not in_order or not np.isfinite(times).all():
+                reason = "not one array of finite, increasing times"
+                raise ParameterError("run", times.shape, reason)
         period, spacing = force.period if force is not None else None, _spacing(osc)
         is_damped, stops = as_float(osc.damping) != 0.0, osc.stops
     if len(times) < FEWEST:

@@ -94,7 +94,7 @@ def section_of(given: object) -> PoincareSection:
         return PoincareSection("stroboscopic", cycle=cycle)
     if isinstance(given, Mapping) and "at" in keys and keys <= {"at", "direction"}:
         direction = given.get("direction", "both")
-        if direction not in DIRECTIONS:
+        if direction not in tuple(DIRECTIONS):
             raise ParameterError("direction", direction, f"none of {', '.join(DIRECTIONS)}")
         at = given["at"]
         if isinstance(at, Expression) and at.names:

@@ -15,12 +15,8 @@ from percuss.errors import LimitWarning, ParameterError
 from percuss.kernels import march as engine
 from percuss.kernels import record as columns
 from percuss.kernels.law_columns import (
-    FIRST_HARMONIC,
     GROWTH,
-    HALF_TURNS,
-    N_HARMONICS,
     N_REGIONS,
-    TURNS,
     Law,
 )
 from percuss.kernels.sample import evaluate
@@ -31,8 +27,10 @@ from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import (
+    MOST_PERIODS,
     Start,
     end_after_periods,
+    late_problem,
     limit_faults,
     periods_faults,
     start_of,
@@ -40,7 +38,7 @@ from percuss.model.start import (
 )
 from percuss.model.structure import Structure
 from percuss.model.structure_start import StructureStart, structure_start
-from percuss.model.system import System, region_rows
+from percuss.model.system import System, turns_of
 from percuss.motion.reach import free_until
 from percuss.motion.trajectory import AnyRun, Outcome, Trajectory
 from percuss.progress import RunProgress
@@ -58,8 +56,6 @@ MOST_IMPACTS = 10_000_000
 
 # Searches between two checks of the keyboard and the progress.
 PATIENCE = 50_000
-# Phases are reduced to one turn exactly up to 2**51 quarter turns.
-MOST_PERIODS = 1e14
 # Rows for events at first: untouched memory costs nothing.
 FIRST_CAPACITY = 1_000_000
 LARGEST_GROWTH = 1_000_000
@@ -208,7 +204,7 @@ def simulate(
     if periods is not None:
         raise_first(periods_faults(force, periods, t_end))
         t_end = end_after_periods(cast("Forcing", force), begins.t0, periods)
-    raise_first(limit_faults(begins.t0, t_end, max_impacts))
+    raise_first(limit_faults(begins.t0, t_end, max_impacts, periods))
     if any(isinstance(value, Expression) for value in (x0, v0, t0, t_end, periods)):
         parameters_in(*system, begins, t_end, periods)  # one name has one value
     limit = MOST_IMPACTS if max_impacts is None else min(int(max_impacts), 2**62)
@@ -257,18 +253,12 @@ def _refuse_both(start: object, x0: object, v0: object, t0: object) -> None:
 
 def _check_times(law: Law, t0: float, t_end: float) -> None:
     """Refuse times so late that a phase there has no digits left."""
-    n, rows = int(law[0, N_HARMONICS]), region_rows(law)
-    # As a slice the rows are no copy.
-    halves = law[rows.start : rows.stop : rows.step, HALF_TURNS]
-    free = [2.0 * half for half in halves.tolist()]
-    fastest = max(free + law[FIRST_HARMONIC : FIRST_HARMONIC + n, TURNS].tolist())
+    free, driven = turns_of(law)
+    fastest = max(free + driven)
     for name, time in (("t0", t0), ("t_end", t_end)):
-        if abs(time) < math.inf and abs(time) * fastest > MOST_PERIODS:
-            reason = (
-                f"more than {MOST_PERIODS:g} periods of {1.0 / fastest:.3g}; count time from "
-                "nearer by"
-            )
-            raise ParameterError(name, time, reason)
+        problem = late_problem(time, fastest) if abs(time) < math.inf else None
+        if problem is not None:
+            raise ParameterError(name, time, problem)
     slowest = min((turns for turns in free if turns > 0.0), default=math.inf)
     if t_end == math.inf and fastest > MOST_PERIODS * slowest:
         reason = (

@@ -17,10 +17,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from percuss.arrays import Complexes, Floats
 from percuss.errors import ParameterError
-from percuss.model.exact import as_float, real, reals, whole
+from percuss.model.exact import MOST_ROWS, as_float, real, reals, whole
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import On
 from percuss.motion.fourier_integral import ROWS, fourier_integral
+from percuss.motion.instants import span_within
 from percuss.motion.trajectory import Trajectory
 from percuss.numerics import cos, modulus, phasor, times
 from percuss.progress import Progress, Report
@@ -42,6 +43,8 @@ Method = Literal["exact", "fft"]
 REACH = 12.0
 MOST_FREQUENCIES = 4096
 MOST_SAMPLES = 1 << 22
+# Frequencies whose squares are numbers, and units in the last place that a period is longer than.
+HIGHEST, SHORTEST = 1e150, 8.0
 # Exponentials that are computed between two reports, half a second to a second.
 BETWEEN_REPORTS = 1 << 24
 
@@ -302,13 +305,15 @@ def line_spectrum(
     signal = signal_of(run, on)
     _check_words("exact", "none", of)
     period = real("period", period)
-    n_lines, periods = whole("n_lines", n_lines, 1), whole("periods", periods, 1)
+    n_lines, periods = whole("n_lines", n_lines, 1, MOST_ROWS), whole("periods", periods, 1)
     if not period > 0.0:
         raise ParameterError("period", period, "not a positive number")
     if (periods + 1) * period > run.t_end - run.t0:
         reason = f"{periods + 1} of them do not fit into the run, {run.t0:g} to {run.t_end:g}"
         raise ParameterError("period", period, reason)
     low, high = run.t_end - periods * period, run.t_end
+    if not period > SHORTEST * np.spacing(max(abs(low), abs(high))):
+        raise ParameterError("period", period, f"no more than the rounding of times near {high:g}")
     omega = 2.0 * math.pi / period * np.arange(n_lines, dtype=np.float64)
     values = 2.0 * _exact(signal, omega, low, high, "none", of) / (high - low)
     values[0] *= 0.5
@@ -336,10 +341,9 @@ def _check_words(method: str, window: str, of: str) -> None:
 def _times(
     run: Trajectory | StructureTrajectory, between: tuple[float, float] | None
 ) -> tuple[float, float]:
-    low, high = (run.t0, run.t_end) if between is None else reals("between", between).tolist()
-    if not run.t0 <= low < high <= run.t_end:
-        reason = f"not two times in order inside the run, {run.t0!r} to {run.t_end!r}"
-        raise ParameterError("between", (low, high), reason)
+    low, high = span_within(between, run.t0, run.t_end)
+    if low == high:
+        raise ParameterError("between", (low, high), "one instant; a spectrum is that of a time")
     return low, high
 
 
@@ -347,6 +351,9 @@ def _frequencies(omega: ArrayLike) -> Floats:
     grid = np.atleast_1d(reals("omega", omega))
     if grid.ndim != 1 or not np.isfinite(grid).all():
         raise ParameterError("omega", grid.shape, "not one array of finite numbers")
+    if (np.abs(grid) > HIGHEST).any():
+        reason = f"above {HIGHEST:g}, where its square is beyond the range of floats"
+        raise ParameterError("omega", float(np.abs(grid).max()), reason)
     return grid
 
 
@@ -370,7 +377,7 @@ def _default_grid(signal: DisplacementSignal, low: float, high: float) -> Floats
 
 def _samples(signal: DisplacementSignal, low: float, high: float, n: int | None) -> int:
     if n is not None:
-        return whole("n", n, 4)
+        return whole("n", n, 4, MOST_ROWS)
     wanted = 4.0 * _highest(signal) * (high - low) / (2.0 * math.pi)
     return min(MOST_SAMPLES, 1 << max(2, (math.ceil(wanted) - 1).bit_length()))
 
@@ -428,9 +435,9 @@ def _fast(
     values = motion[0] if of == "displacement" else motion[1]
     if window == "hann":
         values = values * (0.5 - 0.5 * cos(2.0 * math.pi * place))
-    omega = 2.0 * math.pi / (high - low) * np.arange(n // 2 + 1, dtype=np.float64)
-    # The sum of displacements near the largest double has no number.
+    # Displacements near the largest double have a sum, and moments a frequency, without a number.
     with np.errstate(over="ignore", invalid="ignore"):
+        omega = 2.0 * math.pi / (high - low) * np.arange(n // 2 + 1, dtype=np.float64)
         transform = times(np.fft.rfft(values) * ((high - low) / n), phasor(-omega * low))
     return omega, transform
 

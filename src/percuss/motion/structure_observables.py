@@ -21,7 +21,14 @@ from percuss.model.exact import as_float, whole
 from percuss.model.oscillator import On, SoftStop
 from percuss.motion.extremes import Extrema, QuantityName, told_instant
 
-__all__ = ["displacement_form", "extremes_of_run", "observable_at", "part_at", "passages_of_run"]
+__all__ = [
+    "displacement_form",
+    "extremes_of_run",
+    "observable_at",
+    "part_at",
+    "passages_of_run",
+    "turning_points_of_run",
+]
 
 # Rows that one call of the kernels writes.
 AT_ONCE = 16_384
@@ -91,6 +98,19 @@ def passages_of_run(
         for rows in _traced(run, gauge, (-math.inf, t_end), -1)
     ]
     return np.concatenate(parts) if parts else np.zeros((0, 2))
+
+
+def turning_points_of_run(run: StructureRun, c: Floats, t_end: float) -> Floats:
+    """Return (t, y, y'') of each instant at which y = c . x turns up to t_end, (n, 3).
+
+    None is missed but one at the start or at the end itself.
+    """
+    forms: list[LinearForm | None] = [
+        displacement_form(run.sets, b, c) for b in range(len(run.sets.keys))
+    ]
+    rows = np.concatenate(_traced(run, _gauge(run, forms, None), (-math.inf, t_end), -1))
+    turns = rows[rows[:, observe.AT_KIND] == observe.PASSAGE]
+    return np.asarray(turns[:, [observe.AT_T, observe.AT_VALUE, observe.AT_SLOPE]])
 
 
 def observable_at(

@@ -12,7 +12,7 @@ import numpy as np
 from percuss.arrays import Floats
 from percuss.errors import ConvergenceError, ParameterError
 from percuss.model.acting_sets import StructureSystem
-from percuss.model.exact import Exact, Phase, as_float, real
+from percuss.model.exact import Exact, Phase, as_float, real, whole
 from percuss.model.faults import check_mapping
 from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads, loads_of
@@ -47,6 +47,8 @@ __all__ = ["Attempt", "Design", "design"]
 
 # Parameters whose values are right or wrong whatever the others are.
 OWN_LIMITS = (".restitution", ".stiffness", ".damping", ".mass")
+# More searches than anybody waits for.
+MOST_RESTARTS = 100_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -236,8 +238,7 @@ def design(
         trials = OnRun(model, own_force, begin, limits)
     wanted = _wanted(outcome, goal, subject_to or {}, model, of_orbit=on_orbit)
     box = _box((model, own_force), begin, free)
-    if restarts < 0:
-        raise ParameterError("restarts", restarts, "less than none")
+    restarts = whole("restarts", restarts, 0, MOST_RESTARTS)
     given = {path: as_float(get_parameter(model, own_force, begin, path)) for path in box}
     line = Progress(progress, MOST_MOTIONS * (restarts + 1), "motions", is_bound=True)
     try:

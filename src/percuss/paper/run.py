@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 
 from percuss.errors import OutputError
-from percuss.io.files import OutputFiles, check_output
+from percuss.io.files import OutputFiles, check_output, check_output_folder
 from percuss.paper.claim import Claim, examine
 from percuss.paper.collection import Item, choose, figure_named, statement_with_id
 from percuss.paper.figure_files import Drawn, draw_figure
@@ -123,14 +123,13 @@ def run_paper(
 
 
 def _check_folder(folder: Path, *, force: bool) -> None:
+    check_output_folder(folder, force=force)
     check_output([folder / "index.html", folder / "claims.json"], force=True)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise OutputError(folder, f"the folder cannot be written: {reason}") from error
-    if not force and any(folder.iterdir()):
-        raise OutputError(folder, "the folder is not empty; --force (force=True) writes into it")
 
 
 def _processes(asked: int | None, chosen: Sequence[Item]) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any, Literal, TypeAlias, cast
 
@@ -232,8 +233,9 @@ def _set_limits(ax: Axes, response: Response, columns: tuple[Floats, ...], *, lo
     if log:
         ax.set_yscale("log")
         physical = physical[physical > 0.0]
-    if physical.size:
-        low, high = float(physical.min()), float(physical.max())
+    low, high = physical.min(initial=math.inf), physical.max(initial=0.0)
+    # Where all is at rest the axis is matplotlib's.
+    if high > 0.0:
         ax.set_ylim(low / HEADROOM**3 if log else 0.0, high * (HEADROOM**3 if log else HEADROOM))
 
 

@@ -15,6 +15,7 @@ from percuss.execution import Execution
 from percuss.model.exact import Exact, Phase, as_float
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator, Wall
+from percuss.motion.trajectory import Trajectory
 from percuss.orbits.bifurcations.branch import Branch
 from percuss.progress import Report
 from percuss.studies.axes import axis_values
@@ -32,7 +33,6 @@ if TYPE_CHECKING:
         CertifiedRun,
         CompleteList,
     )
-    from percuss.motion.trajectory import Trajectory
     from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
     from percuss.studies.study import Study
 
@@ -208,10 +208,12 @@ def proven(
     if point is not None and study.kind != "branch":
         raise ParameterError("point", point, "a special point of a branch; the study has none")
     answer = study.question.answer(study, Execution(progress=progress))
+    if isinstance(answer, Trajectory):
+        return certify(answer, digits, progress=progress)
     if not isinstance(answer, Branch):
         return certify(answer, digits)
     if point is None:
-        return certify(answer)
+        return certify(answer, progress=progress)
     number = len(answer.special_points)
     if not 1 <= point <= number:
         reason = f"the branch has {counted(number, 'special point')}"

@@ -13,6 +13,7 @@ from importlib import resources
 from pathlib import Path
 
 from percuss.errors import OutputError
+from percuss.io.files import check_output_folder
 from percuss.web.page_data import page_data
 from percuss.web.wasm.sources import KERNELS_FILE
 from percuss.web.widget import modules_in_order, text_of
@@ -60,7 +61,8 @@ def write_site(folder: Path, *, report: Path | None = None, force: bool = False)
     Raises
     ------
     OutputError
-        If the folder is not empty, or cannot be written; if there is no such report.
+        If the folder is not empty, cannot be written or lies in the report; if there is no such
+        report.
 
     Examples
     --------
@@ -71,19 +73,21 @@ def write_site(folder: Path, *, report: Path | None = None, force: bool = False)
     """
     if report is not None and not (report / "index.html").is_file():
         raise OutputError(report, "holds no report; write one with percuss paper --out")
+    check_output_folder(folder, force=force)
+    if report is not None and folder.resolve().is_relative_to(report.resolve()):
+        raise OutputError(folder, f"lies in the report {report}; choose another folder")
     try:
-        if not force and folder.is_dir() and any(folder.iterdir()):
-            raise OutputError(folder, "not empty; force=True replaces it")
         folder.mkdir(parents=True, exist_ok=True)
         files = []
         for name, text in _texts(report).items():
             (folder / name).write_text(text, encoding="utf-8")
             files.append(folder / name)
         if report is not None:
-            shutil.copytree(report, folder / REPORT, dirs_exist_ok=True)
+            if report.resolve() != (folder / REPORT).resolve():
+                shutil.copytree(report, folder / REPORT, dirs_exist_ok=True)
             files += sorted(file for file in (folder / REPORT).rglob("*") if file.is_file())
     except OSError as error:
-        raise OutputError(folder, error.strerror or str(error)) from error
+        raise OutputError(folder, (error.strerror or str(error)).lower()) from error
     return files
 
 

@@ -308,6 +308,7 @@ class BranchEquations(OrbitEquations, Bordered):
     def __init__(self, orbit: PeriodicOrbit, path: str, low: float, high: float) -> None:
         super().__init__(orbit, {path: (low, high)})
         self.path, self.low, self.high = path, low, high
+        self.cyclic = slice(0, min(self.n, 1))
         self._others = _coincidences(self.system, path)
 
     def start(self, orbit: PeriodicOrbit, value: float) -> Floats:

@@ -10,7 +10,7 @@ import numpy as np
 
 from percuss.arrays import Floats
 from percuss.errors import ConvergenceError, ParameterError
-from percuss.model.exact import Phase
+from percuss.model.exact import Phase, whole
 from percuss.numerics import solve_linear
 from percuss.orbits.bifurcations.branch_equations import BranchEquations
 from percuss.orbits.bifurcations.detector import BranchDetector
@@ -150,8 +150,7 @@ def follow_cascade(
         reason = "of a structure; follow each doubling by switch_branch and continue_orbit"
         raise ParameterError("orbit", orbit, reason)
     path, _, last, value = checked_range(orbit, over)
-    if max_doublings < 1:
-        raise ParameterError("max_doublings", max_doublings, "less than one")
+    max_doublings = whole("max_doublings", max_doublings, 1)
     if orbit.stability == "unstable" or not orbit.admissible:
         reason = "unstable" if orbit.admissible else "formal, it passes through a stop"
         raise ParameterError("orbit", orbit, f"{reason}; a cascade starts with a stable orbit")

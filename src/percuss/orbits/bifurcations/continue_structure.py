@@ -20,7 +20,7 @@ from percuss.orbits.bifurcations.bifurcation_origin import (
     Origin,
 )
 from percuss.orbits.bifurcations.border_collision import border_reached, effect_of
-from percuss.orbits.bifurcations.detector import COINCIDENCE
+from percuss.orbits.bifurcations.detector import COINCIDENCE, STANDING
 from percuss.orbits.bifurcations.parameter_ranges import range_about
 from percuss.orbits.bifurcations.special_points import SpecialPointKind
 from percuss.orbits.bifurcations.structure_branch import (
@@ -37,9 +37,11 @@ from percuss.orbits.continuation.follow import (
     StepLimits,
     follow_both_ways,
     special_points_of,
+    unbounded_growth,
 )
 from percuss.orbits.continuation.locate import Zero, changes_sign, locate, locate_near
 from percuss.orbits.continuation.problem import Point, along_parameter
+from percuss.orbits.orbit.resonance import passes_modal_resonance
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
 from percuss.orbits.orbit.symmetry import MIRRORED
 from percuss.progress import Progress, Report
@@ -79,7 +81,7 @@ class _BranchDetector:
     ) -> Segment[StructureEquations, StructureSpecialPoint]:
         """Return the special points between two neighbours, in order."""
         equations = here.problem
-        if _fell_on_simpler(here, new):
+        if _fell_on_simpler(here, new) or passes_modal_resonance(here.orbit, new.orbit):
             return Segment([], is_astray=True)
         rows: list[PlacedRow] = []
         is_astray = False
@@ -109,8 +111,8 @@ class _BranchDetector:
                 if zero is not None and end is not None and _is_one_and_the_same(equations, zero):
                     # The end itself, where the multiplier is 1 to rounding.
                     continue
-                is_astray = zero is None or norm(zero.ends[1] - zero.ends[0]) > APART
-                if is_astray:
+                if zero is None or norm(zero.ends[1] - zero.ends[0]) > APART:
+                    is_astray = True
                     continue
             if zero is None:
                 continue
@@ -130,7 +132,12 @@ class _BranchDetector:
             value = equations.values(new.z)[0]
             why = f"near {equations.paths[0]} = {value:.5g} {COINCIDENCE}"
         rows.sort(key=lambda row: row[0])
-        return Segment([(point, special) for _, point, special in rows], why, is_astray=is_astray)
+        found: list[StructureRow] = [(point, special) for _, point, special in rows]
+        if not why:
+            size = float(np.abs(new.z[: equations.size]).max())
+            why = unbounded_growth(new, size, STANDING)
+            found += [(new, None)] if why else []
+        return Segment(found, why, is_astray=is_astray)
 
     def stopped(
         self,

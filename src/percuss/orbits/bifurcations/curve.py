@@ -19,7 +19,7 @@ from percuss.orbits.bifurcations.branch import CurveRows
 from percuss.orbits.bifurcations.curve_equations import CurveEquations
 from percuss.orbits.bifurcations.detector import COINCIDENCE
 from percuss.orbits.bifurcations.origin_of_folds import origin_of_folds
-from percuss.orbits.continuation.follow import Segment
+from percuss.orbits.continuation.follow import Segment, unbounded_growth
 from percuss.orbits.continuation.locate import Zero, changes_sign, locate
 from percuss.orbits.continuation.problem import Point
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
@@ -189,9 +189,8 @@ LOCATED = 1e-10
 SLOW = 1e-6
 # Special points nearer than this are one.
 SAME = 1e-8
-# Velocities grow without bound where they exceed the first orbit's by the first factor and the
-# parameters make up less than the second part of a step.
-LARGE, STANDING = 1e6, 1e-9
+# The part of the parameters in the tangent where velocities grow without bound.
+STANDING = 1e-9
 
 
 class CurveDetector:
@@ -234,11 +233,9 @@ class CurveDetector:
                     return Segment(rows[: k + 1], f"at {point.text} {COINCIDENCE}")
             return Segment(rows, f"beyond {(rows[-1][0] if rows else here).text} {COINCIDENCE}")
         change = _met_stop(here, new)
-        if not change and new.problem.size(new.z) > LARGE and norm(new.tangent[-2:]) < STANDING:
-            why = f"the velocities grow without bound towards {new.text}"
-            return Segment([*rows, (new, None)], why)
         if not change:
-            return Segment(rows)
+            growth = unbounded_growth(new, new.problem.size(new.z), STANDING)
+            return Segment([*rows, (new, None)] if growth else rows, growth)
         last = rows[-1][0] if rows else new
         return Segment(rows, f"beyond {last.text} {change}")
 

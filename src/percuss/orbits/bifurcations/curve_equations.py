@@ -65,6 +65,7 @@ class CurveEquations(ABC):
     """
 
     noun = "curve"
+    cyclic = slice(0, 1)
     order = 2
     of_multipliers = False
 

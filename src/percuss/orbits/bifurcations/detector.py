@@ -20,18 +20,18 @@ from percuss.orbits.bifurcations.special_points import (
     coincidence_point,
     special_points_between,
 )
-from percuss.orbits.continuation.follow import Segment
+from percuss.orbits.continuation.follow import Segment, unbounded_growth
 from percuss.orbits.continuation.problem import Point
+from percuss.orbits.orbit.resonance import passes_resonance
 
-__all__ = ["COINCIDENCE", "BranchDetector", "Row"]
+__all__ = ["COINCIDENCE", "STANDING", "BranchDetector", "Row"]
 
 Row: TypeAlias = tuple[Point[BranchEquations], SpecialPoint | None]
 
 # A branch that ends this near a corner, in scaled parameter, ends at it.
 AT_CORNER = 1e-6
-# Velocities grow without bound where they exceed the first orbit's by the first factor and the
-# component of the parameter in the tangent is below the second.
-LARGE, STANDING = 1e6, 1e-13
+# The component of the parameter in the tangent where velocities grow without bound.
+STANDING = 1e-13
 # Velocities and distances at a graze, as a part of the velocity and the period.
 AT_GRAZE = 1e-9
 
@@ -88,6 +88,11 @@ class BranchDetector:
         At the graze of a soft stop a family with other events continues the branch.
         """
         family = here.problem
+        if family.n == 0 and passes_resonance(here.orbit, new.orbit):
+            # Where no step is short enough the motion has no bound.
+            return Segment(
+                [], f"the velocities grow without bound beyond {here.text}", is_astray=True
+            )
         rows: list[Row] = [(point, kind) for kind, point in special_points_between(here, new)]
         corner = coincidence_point(here, family.value(new.z), is_end=False)
         if corner is not None:
@@ -111,10 +116,8 @@ class BranchDetector:
             return Segment([], f"at {here.text} {COINCIDENCE}")
         if change and here.tests["clearance"] == 0.0:
             return _changed([], here, change)
-        if family.size(new.z) > LARGE and abs(new.tangent[-1]) < STANDING:
-            why = f"the velocities grow without bound towards {new.text}"
-            return Segment([*rows, (new, None)], why)
-        return Segment(rows)
+        growth = unbounded_growth(new, family.size(new.z), STANDING)
+        return Segment([*rows, (new, None)] if growth else rows, growth)
 
 
 def _border_collision(family: BranchEquations, border: Border[BranchEquations]) -> SpecialPoint:

@@ -41,10 +41,12 @@ from percuss.model.oscillator import SoftStop, Wall
 from percuss.model.structure import Structure
 from percuss.model.structure_start import StructureStart
 from percuss.motion.follow_structure import followed
+from percuss.motion.moved_structure_motion import scratch_run
+from percuss.motion.structure_observables import observable_at, turning_points_of_run
 from percuss.motion.structure_sensitivity import structure_sensitivity_of
 from percuss.motion.structures import StructureTrajectory
 from percuss.motion.trajectory import Outcome
-from percuss.numerics import solve_linear
+from percuss.numerics import dot, matmul, solve_linear
 from percuss.orbits.orbit.structure_orbit import (
     MOST_EVENTS,
     StructureOrbit,
@@ -76,8 +78,9 @@ IN_TURN = (START, IMPACT, CROSSING, KNOT)
 # Parts of the period: impacts nearer than the first come at one instant; instants of a motion and
 # of its formal double differ by less than the second.
 APART, ALIKE = 1e-9, 1e-6
-# Instants of a flight at which its clearances are looked at, and steps to their least values.
-LOOKED, REFINED = 48, 4
+# Instants at which the largest speed of an orbit is taken, and the part of it below which the orbit
+# turns at the seam of its period: by the square of it clearances next to a turn differ.
+SEEN, SEAM = 65, 1e-7
 # Speeds below this part of the unit are none at a graze.
 SLOW = 1e-5
 # How paths begin whose parameters move flights, and no impact.
@@ -362,17 +365,47 @@ def least_clearance(orbit: StructureOrbit) -> float:
 
 def _turns(orbit: StructureOrbit, stops: Sequence[int]) -> tuple[float, StructureGraze | None]:
     """Return the least clearance to one of some stops at which the structure turns, and where."""
-    run = orbit.run
-    ends = np.concatenate([[0.0], run.impacts.t, [run.t_end]])
     least, place = math.inf, None
     for stop in stops:
-        own = met_at(run.system, stop)
-        for begin, end in zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True):
-            if end - begin > APART * run.t_end:
-                gap, t = _least_in_flight(run, own, begin, end)
-                if gap < least:
-                    least, place = gap, StructureGraze(stop, t)
+        for t, gap in _turns_before(orbit, stop):
+            if gap < least:
+                least, place = gap, StructureGraze(stop, t)
     return least, place
+
+
+def _turns_before(orbit: StructureOrbit, stop: int) -> list[tuple[float, float]]:
+    """Return the instants at which a structure turns before a stop, and its clearances there.
+
+    At an impact of negative velocity, which is formal, it comes from behind the wall and goes back
+    there: its turns next to it belong to the impact.
+    """
+    run, met = orbit.run, met_at(orbit.run.system, stop)
+    instants, period, sign = run.impacts.t, run.t_end, float(run.system.signs[stop])
+    record = scratch_run(run.record)
+    turns = turning_points_of_run(record, met.normal, period)
+    turns = turns[turns[:, 2] > 0.0]
+    x, v = run(np.linspace(0.0, period, SEEN))
+    speeds = matmul(v, met.normal)
+    if abs(speeds[0]) <= SEAM * float(np.abs(speeds).max()):
+        # A turn at the seam of the period itself is neither after its start nor before its end.
+        on, start = orbit.structure.stops[stop].on, np.zeros(1)
+        rise = sign * float(observable_at(run.system, record, start, "acceleration", on=on)[0])
+        if rise > 0.0:
+            turns = np.vstack([turns, [0.0, dot(met.normal, x[0]), rise]])
+    if len(instants):
+        apart = np.abs(turns[:, :1] - instants)
+        turns = turns[np.minimum(apart, period - apart).min(axis=1) > APART * period]
+        # From the last impact on, so that the seam cuts no flight.
+        turns = turns[np.argsort((turns[:, 0] - instants[-1]) % period)]
+        flight = np.searchsorted(instants, turns[:, 0]) % len(instants)
+        is_formal = (run.impacts.stop == stop) & (sign * run.impacts.v_before > 0.0)
+        first, last = np.roll(is_formal, 1).astype(int), is_formal.astype(int)
+        flights = [turns[flight == k] for k in range(len(instants))]
+        turns = np.concatenate([
+            own[begin : len(own) - end]
+            for own, begin, end in zip(flights, first, last, strict=True)
+        ])  # fmt: skip
+    return [(t, y - met.level) for t, y, _ in turns.tolist()]
 
 
 def graze_of(orbit: StructureOrbit) -> StructureGraze:
@@ -384,7 +417,7 @@ def graze_of(orbit: StructureOrbit) -> StructureGraze:
         If it touches none.
     """
     impacts, structure = orbit.run.impacts, orbit.structure
-    _, v = orbit.run(np.linspace(0.0, orbit.period, 65))
+    _, v = orbit.run(np.linspace(0.0, orbit.period, SEEN))
     unit = float(np.abs(v).max())
     if len(impacts):
         k = int(np.argmin(np.abs(impacts.v_before)))
@@ -403,30 +436,3 @@ def graze_of(orbit: StructureOrbit) -> StructureGraze:
     if not grazes:
         raise ParameterError("point", orbit, "its orbit touches no stop")
     return min(grazes)[1]
-
-
-def _least_in_flight(
-    run: StructureTrajectory, wall: MetStop, begin: float, end: float
-) -> tuple[float, float]:
-    """Return the least clearance at which it turns within a flight, and when; inf without a turn."""
-    t = np.linspace(begin, end, LOOKED)[1:-1]
-
-    def seen(at: Floats) -> tuple[Floats, Floats]:
-        x, v = run(at)
-        gap = (x * wall.normal).sum(axis=-1) - wall.level
-        return np.asarray(gap), np.asarray((v * wall.normal).sum(axis=-1))
-
-    _, speed = seen(t)
-    turns = np.flatnonzero((speed[:-1] < 0.0) & (speed[1:] >= 0.0))
-    if len(turns) == 0:
-        return math.inf, math.nan
-    low, high, slow, fast = t[turns], t[turns + 1], speed[turns], speed[turns + 1]
-    gap, at = np.full(len(turns), math.inf), low
-    for _ in range(REFINED):
-        at = low - slow * (high - low) / (fast - slow)
-        gap, now = seen(at)
-        below = now < 0.0
-        low, slow = np.where(below, at, low), np.where(below, now, slow)
-        high, fast = np.where(below, high, at), np.where(below, fast, now)
-    least = int(np.argmin(gap))
-    return float(gap[least]), float(at[least])

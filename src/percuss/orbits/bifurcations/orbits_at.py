@@ -5,8 +5,8 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import Any, overload
 
-from percuss.errors import ConvergenceError
-from percuss.model.exact import Phase, as_float
+from percuss.errors import ConvergenceError, ParameterError
+from percuss.model.exact import Phase, as_float, real
 from percuss.orbits.bifurcations.branch import Branch
 from percuss.orbits.bifurcations.continue_orbit import continue_orbit
 from percuss.orbits.bifurcations.structure_branch import StructureBranch
@@ -41,7 +41,7 @@ def orbits_at(branch: Branch | StructureBranch, value: Phase) -> list[Any]:
     Raises
     ------
     ParameterError
-        If the value is not a finite number.
+        If it is no branch, or the value is not a finite number.
     ConvergenceError
         If one of the orbits is not found, as next to a fold or at a jump of the branch.
 
@@ -54,7 +54,9 @@ def orbits_at(branch: Branch | StructureBranch, value: Phase) -> list[Any]:
     >>> other.multipliers.real.round(4), other.is_stable
     (array([-1.729 , -0.3702]), False)
     """
-    wanted = as_float(value)
+    if not isinstance(branch, Branch | StructureBranch):
+        raise ParameterError("branch", branch, "not a branch; continue_orbit() follows one")
+    wanted = real("value", value)
     found = []
     for row, (before, after) in enumerate(pairwise(branch.values.tolist())):
         if before == wanted and (row == 0 or branch.values[row - 1] != wanted):

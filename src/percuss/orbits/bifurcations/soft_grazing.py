@@ -33,6 +33,7 @@ from percuss.orbits.bifurcations.multiple_covers import orbit_of_itinerary
 from percuss.orbits.continuation.correct import WEAK, solved
 from percuss.orbits.continuation.locate import Zero, changes_sign, locate
 from percuss.orbits.continuation.problem import Point, along_parameter
+from percuss.orbits.orbit.itinerary import entries_of
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
 __all__ = ["is_soft", "orbit_beyond", "start_beyond", "until_soft_graze"]
@@ -153,9 +154,12 @@ def _with_entries(
         events += [[contact.bound, contact.region, inside], [contact.bound, inside, contact.region]]
         short = 2.0 / abs(acceleration_at(law, contact))
         opening += [(short, contact.sign), (0.0, -contact.sign)]
-    itinerary, order = orbit.itinerary.inserted(
-        np.array(instants), np.array(events, dtype=np.int64), orbit.period
-    )
+    added = np.array(events, dtype=np.int64)
+    first = int(np.argmin(instants))
+    if len(orbit.itinerary) == 0 and not entries_of(orbit.system, added[first : first + 1]):
+        # An orbit inside a stop leaves it first; an itinerary begins with an entry.
+        instants[first] += orbit.period
+    itinerary, order = orbit.itinerary.inserted(np.array(instants), added, orbit.period)
     grazing = orbit_of_itinerary(orbit, itinerary)
     other = BranchEquations(grazing, family.path, family.low, family.high)
     # The rates at which durations and velocities grow.

@@ -53,6 +53,7 @@ class StickingFamily:
     """Orbits with sticking as a problem of continuation, whose only unknown is the parameter."""
 
     noun = "branch"
+    cyclic = slice(0, 0)
     order = 1
 
     def __init__(self, orbit: PeriodicOrbit, path: str, low: float, high: float) -> None:

@@ -71,6 +71,8 @@ UPRIGHT = 0.02
 SHORT = 1e-6
 # Systems that are kept.
 SYSTEMS = 16
+# Products of multipliers this near 1 are 1, in units of the rounding of large ones.
+CONSERVATIVE = 1e-11
 # An event this near to the state, as a part of the period, is passing it; phases of the loads at
 # which the state may be instead.
 STROBED, PHASES = 1e-6, tuple(k / 64 for k in range(64))
@@ -252,6 +254,7 @@ class StructureEquations:
     """
 
     order = 3
+    cyclic = slice(0, 0)
     begin = 0.0
 
     def __init__(
@@ -627,14 +630,17 @@ def tests_of_matrix(monodromy: Floats) -> dict[str, float]:
     """Return functions of the derivative of the period map that are zero at special points.
 
     The product of m_i m_j - 1 over all pairs of multipliers is zero at a torus point, and where two
-    real ones are inverse to each other, which is none.
+    real ones are inverse to each other, which is none. It is 0 where two are inverse to rounding: of
+    a motion without losses they are all along.
     """
     unit = np.eye(len(monodromy))
     pairs = 1.0 + 0.0j
     values = multipliers_of_matrix(monodromy).tolist()
     for i, a in enumerate(values):
         for b in values[i + 1 :]:
-            pairs *= a * b - 1.0
+            beyond = a * b - 1.0
+            is_rounding = abs(beyond) < CONSERVATIVE * max(1.0, abs(a), abs(b)) ** 2
+            pairs *= 0.0 if is_rounding else beyond
     return {
         "multiplier 1": determinant(monodromy - unit),
         "multiplier -1": determinant(monodromy + unit),

@@ -145,6 +145,7 @@ class WallEquations(StructureEquations, Bordered):
     def take_scale(self, scale: Floats) -> None:
         """Begin anew with unknowns of this scale, without the parameters."""
         super().take_scale(scale)
+        self.cyclic = slice(len(self.units), self.size)
         self.motions = lru_cache(32)(self._motion)
 
     def _opened(self, system: StructureSystem) -> StructureSystem:

@@ -25,6 +25,7 @@ __all__ = [
     "follow",
     "follow_both_ways",
     "special_points_of",
+    "unbounded_growth",
 ]
 
 S = TypeVar("S")
@@ -40,6 +41,10 @@ ASIDE = 0.5
 # A closed curve has more points than this, and its last step passes the start within this part of
 # its length.
 FEWEST, PASSED = 5, 0.6
+
+# Velocities grow without bound where they exceed the first orbit's by this factor, while the
+# parameters all but stand.
+LARGE = 1e6
 
 STOPPED = "stopped by progress"
 
@@ -118,6 +123,17 @@ def follow_both_ways(
         elif before:
             why = f"{why_before}; at the other end {why}"
     return [*reversed(before), (start, None), *rows], why
+
+
+def unbounded_growth(new: Point[P], size: float, standing: float) -> str:
+    """Return that velocities grow without bound towards a point, "" if they do not.
+
+    ``size`` is their ratio to those of the first orbit; the parameters make up less than the part
+    ``standing`` of a step there.
+    """
+    moved = norm(new.tangent[-len(new.problem.paths) :])
+    grows = size > LARGE and moved < standing
+    return f"the velocities grow without bound towards {new.text}" if grows else ""
 
 
 def special_points_of(rows: Sequence[tuple[Point[P], S | None]]) -> tuple[S, ...]:
@@ -291,9 +307,8 @@ def _is_back(start: Point[P], new: Point[P], sign: float, before: Point[P]) -> b
 def _is_at_start(start: Point[P], new: Point[P], sign: float, before: Point[P]) -> bool:
     """Return whether the last step passed the start, whole periods of the orbit apart."""
     difference = start.z - new.z
-    if len(difference) > len(new.problem.paths):
-        # The first unknown is an instant, in periods.
-        difference[0] -= round(difference[0])
+    cyclic = new.problem.cyclic
+    difference[cyclic] -= np.round(difference[cyclic])
     step = norm(new.z - before.z)
     along = sign * dot(start.tangent, new.tangent) > TURNED
     return along and norm(difference) < PASSED * step

@@ -39,6 +39,8 @@ class Problem(Protocol):
         Order of the predictor: 1 for the tangent, 2 for a parabola through the last points, which
         pays where the derivatives are expensive, and 3 for a cubic, where all is; between two
         points guesses are cubics then, too.
+    cyclic
+        The unknowns that are instants, in periods: whole periods apart they are the same.
     n_periods
         Periods of the forces after which a solution repeats.
     """
@@ -46,6 +48,7 @@ class Problem(Protocol):
     noun: str
     paths: tuple[str, ...]
     order: int
+    cyclic: slice
     n_periods: int
 
     def values(self, z: Floats) -> tuple[float, ...]:

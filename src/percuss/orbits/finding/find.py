@@ -180,6 +180,11 @@ abs(multipliers) 0.5843, 0.5843>
     (array([0.14800746, 0.44255645]), True)
     """
     if isinstance(osc, Structure):
+        given = {"n_impacts": n_impacts != 1, "sequence": sequence is not None, "formal": formal}
+        for name, value in zip(given, (n_impacts, sequence, formal), strict=True):
+            if given[name]:
+                reason = "of a structure the orbit near a guess is found, with the impacts it has"
+                raise ParameterError(name, value, reason)
         return find_structure_orbit(osc, force, guess, n_periods)
     n_impacts, n_periods = _counts(n_impacts, n_periods)
     system = System.of(osc, force)
@@ -339,7 +344,7 @@ def find_orbits(
     )
     system = System.of(osc, force)
     _check(system, max_impacts if osc.stops else 0, None)
-    check_length(system.law, max_impacts, max_periods)
+    check_length(system.law, max_impacts, max_periods, given="max")
     batch_counts = check_effort(effort)
     budget = SearchBudget(system.law, progress, starts_of(system, batch_counts[1]))
     unseen = Unseen()

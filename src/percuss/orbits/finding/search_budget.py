@@ -33,8 +33,14 @@ def swings_of(law: Law, time: float) -> float:
     return time * max(float(forced), min(max(springs), 2.0 * softest)) / (2.0 * math.pi)
 
 
-def check_length(law: Law, n_impacts: float, n_periods: int) -> None:
-    """Raise a ParameterError if an orbit lasts longer than those that are searched for."""
+def check_length(law: Law, n_impacts: float, n_periods: int, *, given: str = "n") -> None:
+    """Raise a ParameterError if an orbit is longer than those that are searched for.
+
+    Its numbers are called n_impacts and n_periods, or for another ``given`` word as that has it.
+    """
+    if MOST_SWINGS < n_impacts < math.inf:
+        reason = f"orbits of up to {MOST_SWINGS:,} impacts are searched for"
+        raise ParameterError(f"{given}_impacts", n_impacts, reason)
     period = n_periods * float(law[0, at.PERIOD])
     swings = swings_of(law, period)
     most = MOST_SWINGS * (10 if n_impacts in (0, math.inf) else 1)
@@ -43,7 +49,7 @@ def check_length(law: Law, n_impacts: float, n_periods: int) -> None:
             f"an orbit that lasts {period:.6g} makes some {swings:,.0f} swings; those of up to "
             f"{most:,} are searched for, and simulate follows longer motions"
         )
-        raise ParameterError("n_periods", n_periods, reason)
+        raise ParameterError(f"{given}_periods", n_periods, reason)
 
 
 class SearchBudget:

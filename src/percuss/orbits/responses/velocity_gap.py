@@ -32,7 +32,7 @@ from percuss.arrays import Flags, Floats
 from percuss.errors import ParameterError
 from percuss.kernels import law_columns as at
 from percuss.kernels.flight import free_response
-from percuss.model.exact import as_float, whole
+from percuss.model.exact import MOST_ROWS, as_float, whole
 from percuss.model.force_record import refuse_record
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
@@ -49,6 +49,7 @@ from percuss.numerics import (
     sin,
     solve_linear,
 )
+from percuss.orbits.finding.search_budget import check_length
 from percuss.orbits.finding.single_impact import (
     cycle_of,
     equations_of,
@@ -194,9 +195,13 @@ def velocity_gap_curve(
     >>> bool(abs(curve.velocities_at(1.0)[0] - orbit.impacts.v_before[0]) < 1e-12)
     True
     """
-    n_periods, n_points = whole("n_periods", n_periods, 1), whole("n_points", n_points, 3)
+    n_periods, n_points = (
+        whole("n_periods", n_periods, 1),
+        whole("n_points", n_points, 3, MOST_ROWS),
+    )
     system = System.of(osc, force)
     _check(system)
+    check_length(system.law, 1, n_periods)
     map_, rest, sign = _map(system, n_periods)
     # Columns (gap, velocity) as functions of the angle: towards the wall both are positive.
     axes = sign * inverse(map_)

@@ -10,7 +10,8 @@ import numpy as np
 
 from percuss.arrays import Floats
 from percuss.errors import ConvergenceError, ParameterError
-from percuss.model.exact import real
+from percuss.model.exact import real, whole
+from percuss.model.faults import as_tuple
 from percuss.motion.tables import HasTable
 from percuss.numerics import inverse, matmul
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
@@ -203,7 +204,7 @@ def manifolds(
     spacing
         Largest distance of neighbouring points in these units, > 0.
     max_points
-        Points of a branch after which no more are made.
+        Points of a branch after which no more are made, >= 2.
     kinds
         Which to grow; of a structure "unstable" is among them.
     progress
@@ -252,13 +253,18 @@ def manifolds(
     >>> [branch.end_reason for branch in grown.branches], grown.saddles.shape
     (['length', 'length'], (1, 4))
     """
+    wanted = as_tuple(kinds)
+    if not isinstance(wanted, tuple) or not all(kind in ("stable", "unstable") for kind in wanted):
+        raise ParameterError("kinds", kinds, 'not some of "stable" and "unstable", such as a tuple')
+    kinds = wanted
+    max_points = whole("max_points", max_points, 2)
     if isinstance(orbit, StructureOrbit):
         if section != "stroboscopic" or stop is not None:
             raise ParameterError("section", section, "of a structure there is the stroboscopic one")
         return structure_manifolds(orbit, cycle, length, spacing, max_points, kinds, progress)
     check_saddle(orbit)
     cycle, length, spacing = real("cycle", cycle), real("length", length), real("spacing", spacing)
-    _check(section, kinds, length, spacing)
+    _check(section, length, spacing)
     surface, saddles, stop = _section(orbit, section, cycle, stop, length)
     multipliers = orbit.multipliers.real.copy()
     unstable, stable = (saddles.directions(float(value)) for value in multipliers)
@@ -314,14 +320,9 @@ def _section(
     return ImpactSection(next_impact, _fastest(saddles, length)), saddles, stop
 
 
-def _check(
-    section: SectionKind, kinds: tuple[ManifoldKind, ...], length: float, spacing: float
-) -> None:
+def _check(section: SectionKind, length: float, spacing: float) -> None:
     if section not in ("stroboscopic", "impact"):
         raise ParameterError("section", section, "neither stroboscopic nor impact")
-    for kind in kinds:
-        if kind not in ("stable", "unstable"):
-            raise ParameterError("kinds", kinds, "neither stable nor unstable")
     for name, value in (("length", length), ("spacing", spacing)):
         if not value > 0.0:
             raise ParameterError(name, value, "not a finite positive number")

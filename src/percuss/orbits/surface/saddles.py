@@ -77,6 +77,8 @@ class SaddlePoints:
 
 def check_saddle(orbit: PeriodicOrbit) -> None:
     """Raise a ParameterError if an orbit is no saddle that motions follow."""
+    if not isinstance(orbit, PeriodicOrbit):
+        raise ParameterError("orbit", orbit, "not a periodic orbit; find_orbit() finds one")
     require_period(orbit.forcing, "a section needs a periodic forcing")
     if not orbit.admissible:
         reason = "it passes through a stop: no motion follows it"

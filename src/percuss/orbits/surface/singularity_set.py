@@ -18,7 +18,7 @@ from percuss.kernels.flight import constant_force
 from percuss.kernels.law_columns import Law
 from percuss.model.exact import as_float, real, whole
 from percuss.model.forcing import Forcing
-from percuss.model.oscillator import Oscillator, Wall
+from percuss.model.oscillator import Oscillator, Wall, stops_in_words
 from percuss.model.restitution import restitution_at_rest
 from percuss.motion.tables import HasTable
 from percuss.numerics import geometric, hypot
@@ -58,6 +58,7 @@ FIRST_POINTS = 512
 # jump, whose end is known to its square root, 1e-6.
 FINEST = 1e-12
 MOST_REFINEMENTS = 60
+MOST_ITERATES = 1000
 # An end with a velocity below this part of the largest one is at zero.
 AT_ZERO = 1e-4
 
@@ -457,10 +458,15 @@ def singularity_set(
     (True, True)
     """
     system = periodic_system(osc, force, "a singularity set")
-    stop, n_iterates = whole("stop", stop, 0), whole("n_iterates", n_iterates, 1)
+    stop, n_iterates = whole("stop", stop, 0), whole("n_iterates", n_iterates, 1, MOST_ITERATES)
     spacing = real("spacing", spacing)
     longest = None if longest is None else real("longest", longest)
+    max_points = whole("max_points", max_points, 1)
     met_stop = entry(osc, stop)
+    if touched is not None:
+        touched = whole("touched", touched, 0)
+        if touched >= len(osc.stops):
+            raise ParameterError("touched", touched, stops_in_words(osc))
     _check(osc, stop, n_iterates, spacing, longest)
     motions = BackwardMotions(system)
     period = float(motions.law[0, at.PERIOD])

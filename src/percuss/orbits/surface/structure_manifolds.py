@@ -195,8 +195,6 @@ def structure_manifolds(
 
 
 def _check(orbit: StructureOrbit, kinds: Sequence[str]) -> None:
-    if not set(kinds) <= {"stable", "unstable"}:
-        raise ParameterError("kinds", kinds, "neither stable nor unstable")
     sizes = np.abs(orbit.multipliers)
     n_unstable = int((sizes > 1.0 + ON_CIRCLE).sum())
     n_neutral = int((np.abs(sizes - 1.0) <= ON_CIRCLE).sum())

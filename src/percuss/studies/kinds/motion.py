@@ -104,7 +104,7 @@ class Motion(Question):
         if is_open and not faults.is_wrong("run"):
             faults.add(("run",), "missing a limit; give t_end, periods or max_impacts")
         check_start(start, study)
-        wrong = limit_faults(start.t0, t_end, limits.max_impacts, run="run")
+        wrong = limit_faults(start.t0, t_end, limits.max_impacts, limits.periods, run="run")
         faults.add_from_model(
             fault for fault in wrong if fault.name != "run.t_end" or t_end is not None
         )

@@ -56,6 +56,9 @@ class Response(Question):
         """Draw amplitude and impact velocity over the parameter."""
         from percuss.plotting import plot_response
 
+        if not result.branches:
+            figure.supxlabel("no branches found")
+            return
         figure.set_size_inches(8.0, 9.0)
         upper, lower = figure.subplots(2, 1)
         plot_response(result, "amplitude", upper, units=study.draw.units())

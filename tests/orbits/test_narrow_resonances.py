@@ -1,0 +1,152 @@
+"""Branches of orbits without impacts at resonances narrower than a step: no graze is passed over."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+
+import percuss as pc
+from percuss.orbits.orbit.resonance import passes_resonance
+
+STIFFNESS = {"oscillator": "oscillator.stiffness", "structure": "structure.stiffness.0.0"}
+OMEGA = 0.45
+LOW, HIGH = 0.05, 4.0
+
+
+def force_of(amplitudes: list[float]) -> pc.Forcing:
+    """Return harmonics of one period."""
+    harmonics = tuple(
+        pc.Harmonic(amplitude=amplitude, omega=(n + 1) * Fraction(9, 20))
+        for n, amplitude in enumerate(amplitudes)
+    )
+    return pc.Forcing(harmonics=harmonics, period="40*pi/9")
+
+
+def resonances(kind: str, damping: float, at: float, amplitudes: list[float]) -> Any:
+    """Return the branch over the stiffness of the motion that meets no wall, in closed form."""
+    wall = pc.Wall(at=-at, side="below", restitution=0.7, on=0 if kind == "structure" else None)
+    force, ends = force_of(amplitudes), (LOW, HIGH)
+    if kind == "oscillator":
+        osc = pc.Oscillator(stiffness=LOW, damping=damping, stops=(wall,))
+        orbit: Any = pc.find_orbit(osc, force, n_impacts=0, formal=True)
+    else:
+        one = pc.Structure(mass=[1], stiffness=[HIGH], damping=[2 * damping], stops=[wall])
+        orbit = pc.find_orbit(one, {0: force}, guess=state_of(HIGH, damping, amplitudes))
+    return pc.continue_orbit(orbit, over={STIFFNESS[kind]: ends})
+
+
+def displacements(stiffness: np.ndarray, damping: float, amplitudes: list[float]) -> np.ndarray:
+    """Return the linear responses at 1024 instants of a period, (m, 1024)."""
+    phases = np.linspace(0.0, 2.0 * math.pi, 1024, endpoint=False)
+    x = np.zeros((len(stiffness), len(phases)))
+    for n, amplitude in enumerate(amplitudes, start=1):
+        omega = n * OMEGA
+        gain = amplitude / (stiffness - omega**2 + 2j * damping * omega)
+        x += (gain[:, None] * np.exp(1j * n * phases)).real
+    return x
+
+
+def state_of(stiffness: float, damping: float, amplitudes: list[float]) -> tuple[Any, Any]:
+    x = displacements(np.array([stiffness]), damping, amplitudes)[0]
+    speed = (x[1] - x[-1]) * OMEGA * len(x) / (4.0 * math.pi)
+    return [float(x[0])], [float(speed)]
+
+
+def grazes_of(damping: float, at: float, amplitudes: list[float]) -> int:
+    """Return how often the linear response begins or ceases to reach the wall."""
+    centres = [(n * OMEGA) ** 2 for n in (1, 2, 3)]
+    sides = [centre + sign * np.geomspace(1e-9, 0.3, 400) for centre in centres for sign in (-1, 1)]
+    values = np.unique(np.concatenate([np.linspace(LOW, HIGH, 3000), *sides, centres]))
+    values = values[(values >= LOW) & (values <= HIGH)]
+    is_free = displacements(values, damping, amplitudes).min(axis=1) > -at
+    return int((is_free[1:] != is_free[:-1]).sum())
+
+
+CASES = [
+    # Of damping, wall and amplitudes: the second and third resonances are narrower than a step.
+    (4.7e-6, 41.0, [1.0, 6.5e-4, 1.1e-3]),
+    (3.4e-6, 341.0, [1.0, 3.3e-3, 8e-2]),
+    (5.6e-4, 1.29, [1.0, 0.103, 0.0142]),
+    (2e-3, 9.6, [1.0, 0.119, 7e-4]),
+    (2.3e-5, 1.07, [1.0, 0.038, 0.076]),
+]
+
+
+@pytest.mark.parametrize(("damping", "at", "amplitudes"), CASES)
+def test_grazes_in_narrow_resonances_are_found(
+    damping: float, at: float, amplitudes: list[float]
+) -> None:
+    branch = resonances("oscillator", damping, at, amplitudes)
+    found = [point for point in branch.special_points if point.kind == "grazing"]
+    assert len(found) == grazes_of(damping, at, amplitudes)
+    values = np.array([point.value for point in found])
+    least = displacements(values, damping, amplitudes).min(axis=1)
+    np.testing.assert_allclose(least, -at, rtol=1e-4)
+
+
+@pytest.mark.parametrize(("damping", "at", "amplitudes"), CASES[:1])
+def test_a_structure_has_the_grazes_of_the_oscillator(
+    damping: float, at: float, amplitudes: list[float]
+) -> None:
+    own = resonances("oscillator", damping, at, amplitudes)
+    branch = resonances("structure", damping, at, amplitudes)
+    values = [
+        np.sort([point.value for point in each.special_points if point.kind == "grazing"])
+        for each in (own, branch)
+    ]
+    assert len(values[0]) == 6
+    np.testing.assert_allclose(values[0], values[1], rtol=1e-9)
+
+
+def test_a_graze_at_the_start_of_the_period_is_found() -> None:
+    # Hardly damped, the motion turns at whole periods of the cosine: at the seam of the orbit.
+    damping, at = 1e-5, 10.0
+    wall = pc.Wall(at=-at, side="below", restitution=0.7, on=0)
+    one = pc.Structure(mass=[1], stiffness=[1], damping=[2 * damping], stops=[wall])
+    orbit = pc.find_orbit(one, {0: pc.cosine(1.5)})
+    branch = pc.continue_orbit(orbit, over={"loads.0.omega": (1.5, 1.02)})
+    (graze,) = (point for point in branch.special_points if point.kind == "grazing")
+    # (1 - w^2)^2 + 4 a^2 w^2 = 1 / at^2
+    w2 = 1 - 2 * damping**2 + math.sqrt(1 / at**2 - 4 * damping**2 * (1 - damping**2))
+    assert graze.value == pytest.approx(math.sqrt(w2), rel=1e-11)
+
+
+@pytest.mark.parametrize("kind", ["oscillator", "structure"])
+def test_without_damping_a_branch_ends_at_the_resonance(kind: str) -> None:
+    if kind == "oscillator":
+        orbit: Any = pc.find_orbit(pc.Oscillator(stiffness=1), pc.cosine("0.45"), n_impacts=0)
+    else:
+        orbit = pc.find_orbit(pc.chain([1], [1, 0]), pc.cosine("0.45"))
+    path = "forcing.omega" if kind == "oscillator" else "loads.0.omega"
+    branch = pc.continue_orbit(orbit, over={path: (0.4, 1.5)})
+    assert "the velocities grow without bound" in branch.end_reason
+    assert branch.values.max() == pytest.approx(1.0, abs=1e-6)
+    assert branch.values.max() < 1.0
+    assert branch.special_points == ()
+
+
+def test_under_a_record_the_steps_follow_the_resonance() -> None:
+    osc = pc.Oscillator(stiffness=1, damping=1e-4, stops=(pc.Wall(-50, "below", 0.7),))
+    orbit = pc.find_orbit(osc, pc.square_wave("0.45"), n_impacts=0)
+    branch = pc.continue_orbit(orbit, over={"forcing.omega": (0.4, 1.5)})
+    grazes = [point.value for point in branch.special_points if point.kind == "grazing"]
+    # Next to its resonance the first harmonic, of the amplitude 4 / pi, is all but alone.
+    expected = [math.sqrt(1 + sign * 4 / math.pi / 50) for sign in (-1, 1)]
+    np.testing.assert_allclose(grazes, expected, rtol=2e-3)
+
+
+def test_neighbours_on_one_side_of_a_resonance_have_none_between() -> None:
+    def at(omega: float, damping: float = 0.0) -> pc.PeriodicOrbit:
+        osc = pc.Oscillator(stiffness=1, damping=damping)
+        return pc.find_orbit(osc, pc.cosine(omega), n_impacts=0)
+
+    assert passes_resonance(at(0.9), at(1.1))
+    assert passes_resonance(at(0.99, 0.01), at(1.01, 0.01))
+    assert not passes_resonance(at(0.8), at(0.99))
+    assert not passes_resonance(at(1.01, 0.01), at(1.2, 0.01))
+    # Damped so much it has no resonance.
+    assert not passes_resonance(at(0.9, 2.0), at(1.1, 2.0))
