@@ -11,6 +11,7 @@ import pytest
 import percuss as pc
 from percuss.io import load_netcdf, save_csv, save_netcdf
 from percuss.plotting import plot_chart, plot_sweep
+from percuss.studies import load_study, run_study
 
 OSC, FORCE = pc.impact_oscillator(), pc.cosine(2.5)
 OMEGA, RESTITUTION, V0 = "forcing.omega", "oscillator.stops.0.restitution", "start.v0"
@@ -88,6 +89,46 @@ def test_a_store_of_samples_is_not_that_of_the_grid(tmp_path: Path) -> None:
     pc.sweep("period", OSC, FORCE, over=over, store=tmp_path / "a.zarr")
     with pytest.raises(pc.OutputError, match="another study"):
         pc.sweep("period", OSC, FORCE, over=over, paired=True, store=tmp_path / "a.zarr")
+
+
+def test_a_study_file_pairs_its_axes(tmp_path: Path) -> None:
+    file = tmp_path / "s.toml"
+    file.write_text(
+        """[study]
+        kind = "sweep"
+        [[oscillator.stops]]
+        type = "wall"
+        at = 0
+        side = "below"
+        restitution = "0.8"
+        [forcing]
+        constant = 0
+        [[forcing.harmonics]]
+        amplitude = 1
+        omega = "2.5"
+        [over]
+        "forcing.omega" = {from = "2.4", to = "2.7", count = 4}
+        "start.v0" = [0, 1, 2, 3]
+        [sweep]
+        measure = ["period", "peak_impact_velocity"]
+        paired = true
+        transient = 20
+        """,
+        encoding="utf-8",
+    )
+    study = load_study(file)
+    assert "paired = true" in study.text()
+    files = run_study(study, tmp_path / "s").files
+    loaded = load_netcdf(next(one for one in files if one.suffix == ".nc"))
+    osc = pc.impact_oscillator("0.8")
+    over = {OMEGA: ["2.4", "2.5", "2.6", "2.7"], V0: [0, 1, 2, 3]}
+    own = pc.sweep(MEASURES, osc, pc.cosine("2.5"), over=over, paired=True, transient=20)
+    for name in (*over, *MEASURES):
+        np.testing.assert_array_equal(loaded[name], own[name])
+    assert {one.name for one in files if one.suffix == ".png"} == {
+        "period.png",
+        "peak_impact_velocity.png",
+    }
 
 
 @pytest.mark.parametrize(
