@@ -11,14 +11,14 @@ from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
 from itertools import groupby, pairwise
-from math import ceil
 from typing import Any
 
 from arithmetic import Dual, Interval, Matrix, NotProvenError, Pair, bits, hull, of, with_first
-from flights import COARSE, Bound, Law, Region
+from flights import Bound, Law, Region
 from orbits import (
     Cycle,
     Shot,
+    bits_for,
     check_first,
     check_inside,
     contracted,
@@ -29,8 +29,6 @@ from orbits import (
 from reading import law_at, law_of, signs_of_waves
 from words import near, told
 
-# The most bits of a strip.
-MOST_BITS = 8192
 # Each half of a strip is divided into so many parts along its coordinate.
 PARTS_OF_STRIP = (1, 3, 9, 27)
 POINTS = "fold", "period_doubling", "symmetry_breaking", "third_root", "fourth_root"
@@ -213,10 +211,7 @@ def _proven_curve(text: Any, curve: Any) -> str:
     if any(claim["stability"] not in (*STABILITIES, "undecided") for claim in curve["strips"]):
         raise NotProvenError("a stability is none that can be claimed")
     _check_range(text, curve)
-    sizes = [size for claim in curve["strips"] for size in claim["sizes"] if size > 0]
-    # Bits to spare beyond those of the sides of the strips.
-    enough = max((ceil(1 / size).bit_length() + 64 for size in sizes), default=0)
-    with bits(min(max(COARSE, enough), MOST_BITS)):
+    with bits(bits_for(size for claim in curve["strips"] for size in claim["sizes"] if size > 0)):
         strips = [Strip(text, curve, claim) for claim in curve["strips"]]
         for strip, following in pairwise(strips):
             if not any(strip.goes_on_in(following, steps) for steps in range(3)):

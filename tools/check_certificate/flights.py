@@ -8,9 +8,10 @@ of docs/theory/certified.md.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from math import isqrt
 from typing import Any, NamedTuple, TypeVar, cast
 
 import arithmetic
@@ -23,6 +24,7 @@ from arithmetic import (
     bits,
     cosine_and_sine,
     cosine_series,
+    dual,
     exponential,
     of,
     pi,
@@ -34,12 +36,14 @@ T = TypeVar("T")
 
 # Bits that suffice to tell which event comes next.
 COARSE = 128
-# A step in which nothing is met is not made shorter than this: a graze, or an interval too wide.
-SHORTEST = Fraction(1, 2**40)
+# The first step of a flight under a law without a spring, a dashpot and waves, and the part of a
+# first step, or of this one if that is longer, that no step is shorter than: what then remains open
+# is a graze, or an interval too wide.
+FIRST, SHORTEST = Fraction(1, 2), Fraction(1, 2**39)
 # The shortest step of a set of states, as a part of its width.
 FINE = Fraction(1, 256)
-# The longest step, and the longest flight.
-LONGEST, FLIGHT = Fraction(1, 2), 1000
+# The most steps of a flight, those included that are too long.
+MOST_STEPS = 10**4
 # States of flights that a proof may compute, those of many bits counted several times: some hours.
 MOST_STATES = 10**8
 
@@ -81,6 +85,14 @@ class Bound(NamedTuple):
     restitution: Any
 
 
+class Steps(NamedTuple):
+    """The first step of a flight that is tried, the shortest one, and the longest."""
+
+    first: Fraction
+    shortest: Fraction
+    longest: Fraction
+
+
 class Numbers(NamedTuple):
     """The numbers of a region as intervals: K, a, c, K - a^2, and its bounds with -1 below, 1 above.
 
@@ -96,6 +108,7 @@ class Numbers(NamedTuple):
     drift: Any
     sides: list[tuple[int, int, Any]]
     tones: list[tuple[Any, Any, Any, tuple[Any, Any] | None]]
+    steps: Steps
 
 
 @dataclass
@@ -129,7 +142,8 @@ class Law:
             tones.append((of(w), of(amplitude), angle(phase), wave))
         sides = [(bound, sign, of(self.bounds[bound].at)) for bound, sign in self.sides(number)]
         drift = of(c / k if k != 0 else c / (2 * a) if a != 0 else c / 2)
-        return Numbers(of(k), of(a), of(c), of(k - a * a), drift, sides, tones)
+        steps = _steps(of(k), [of(a), *(w for w, *_ in tones)])
+        return Numbers(of(k), of(a), of(c), of(k - a * a), drift, sides, tones, steps)
 
     def period(self) -> Any:
         if self.base is None:
@@ -145,6 +159,19 @@ class Law:
         """Return what a bound keeps of a velocity, and the region after it."""
         restitution = self.bounds[bound].restitution
         return (1, number + side) if restitution is None else (of(-restitution), number)
+
+
+def _steps(k: Any, rates: Sequence[Any]) -> Steps:
+    """Return steps as long as sqrt K and some frequencies and rates ask for, in any unit of time.
+
+    The longest is 1 to 2 over the fastest of them. It is no more than what is tried first.
+    """
+    fastest = max(
+        isqrt(dual(k).value.size << arithmetic.BITS), *(dual(rate).value.size for rate in rates)
+    )
+    longest = Fraction(2) ** (arithmetic.BITS + 1 - fastest.bit_length())
+    first = longest if fastest else FIRST
+    return Steps(first, min(first, FIRST) * SHORTEST, longest)
 
 
 class State(NamedTuple):
@@ -279,27 +306,35 @@ class Flight:
         None says that all motions are proven to meet no bound ``until`` then or, with
         ``may_settle``, any more.
         """
-        begin, h = Fraction(0), LONGEST
+        begin, (h, shortest, longest) = Fraction(0), self.numbers.steps
         # Steps that are short beside the width of the states are of no use.
-        wide = Fraction(max(value.width for value in self.start), unit())
-        while begin < FLIGHT:
+        wide = self._apart()
+        for _ in range(MOST_STEPS):
             if until is not None:
                 h = min(h, until - begin)
             try:
                 met = self._met_on(begin, h, departed)
             except NotProvenError:
                 h /= 2
-                if h < max(SHORTEST, wide * FINE):
+                if h < max(shortest, wide * FINE):
                     raise NotProvenError(
                         f"which event comes next is open {told(begin)} after an event"
                     ) from None
                 continue
             if met is not None:
                 return Landing(*met, begin, begin + h)
-            begin, h = begin + h, min(2 * h, LONGEST)
+            begin, h = begin + h, min(2 * h, longest)
             if begin == until or (may_settle and self._settles(begin)):
                 return None
-        raise NotProvenError(f"no event within {FLIGHT}")
+        raise NotProvenError(f"no event within {told(begin)}, {MOST_STEPS} steps")
+
+    def _apart(self) -> Fraction:
+        """Return about how much later some states are than others, at a speed of this flight."""
+        t, x, v = self.start
+        longest = self.numbers.steps.longest
+        a = self.acceleration(self.force(of(0)), x, v)
+        speed, apart = v.size + a.size * longest, x.width + v.width * longest
+        return max(Fraction(t.width, unit()), Fraction(apart, speed) if speed else Fraction(0))
 
     def _settles(self, tau: Fraction) -> bool:
         """Return whether the norm of free motion and the waves keep x off the bounds from tau on.

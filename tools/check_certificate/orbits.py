@@ -8,8 +8,9 @@ docs/theory/certified.md, whose equations 11.7 uses for branches.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
+from math import ceil
 from typing import Any, NamedTuple
 
 from arithmetic import (
@@ -17,6 +18,7 @@ from arithmetic import (
     Matrix,
     NotProvenError,
     Pair,
+    bits,
     dual,
     hull,
     nearest,
@@ -24,11 +26,14 @@ from arithmetic import (
     product,
     with_first,
 )
-from flights import Flight, Law, departing, met
+from flights import COARSE, Flight, Law, departing, met
 from words import near
 
-# How long before a touch x'' is to point off the wall: the first of these that suffices.
-LIFTS = tuple(Fraction(1, n) for n in (4, 16, 64, 256, 1024))
+# How long before a touch x'' is to point off the wall, in units of the longest step: the first of
+# these that suffices.
+LIFTS = tuple(Fraction(1, n) for n in (2, 8, 32, 128, 512))
+# The most bits that the shortest side of a box asks for, and how many times as many are tried.
+MOST_BITS, MORE_BITS = 8192, (1, 2, 4)
 
 
 def proven_orbit(law: Law, text: Any) -> str:
@@ -39,19 +44,9 @@ def proven_orbit(law: Law, text: Any) -> str:
         raise NotProvenError("an orbit has one event at least, and one period")
     if any(claim[name][0] >= claim[name][1] for claim in claims for name in "tv"):
         raise NotProvenError("an interval of the orbit is empty, or one point")
-    boxes = [(of(*claim["t"]), of(*claim["v"])) for claim in claims]
-    middles = [(t.middle(), v.middle()) for t, v in boxes]
     cycle = Cycle(law, claims, periods)
-    shot, missed = shot_of(cycle, boxes), shot_of(cycle, middles).missed
-    rows = [row[:-1] for row in shot.rows]
-    widths = [
-        Interval(-((box.width + 1) // 2) - 1, (box.width + 1) // 2 + 1)
-        for pair in boxes
-        for box in pair
-    ]
-    check_inside(widths, contracted(inverse(rows), rows, widths, missed))
-    check_first(cycle, boxes)
-    stability = stability_of(shot.monodromy)
+    enough = bits_for(high - low for claim in claims for low, high in (claim["t"], claim["v"]))
+    stability = with_first([enough * times for times in MORE_BITS], lambda n: _proven(cycle, n))
     if text["stability"] not in (stability, "undecided"):
         raise NotProvenError(f"the orbit is {stability}, not {text['stability']}")
     said = {"asymptotic": "Neighbouring motions approach it.", "unstable": "It is unstable."}.get(
@@ -62,6 +57,28 @@ def proven_orbit(law: Law, text: Any) -> str:
         f"{2 * periods / law.base} pi long, lie in the boxes of the certificate, the first at t "
         f"between {near(claims[0]['t'])}; it meets the stops at these events and no others. {said}"
     )
+
+
+def bits_for(sizes: Iterable[Fraction]) -> int:
+    """Return bits for sides of boxes, and some to spare beyond those of the shortest one."""
+    return min(max((COARSE, *(ceil(1 / size).bit_length() + 64 for size in sizes))), MOST_BITS)
+
+
+def _proven(cycle: Cycle, n: int) -> str:
+    """Prove an orbit in the boxes of its events with so many bits; return its stability."""
+    with bits(n):
+        boxes = [(of(*claim["t"]), of(*claim["v"])) for claim in cycle.events]
+        middles = [(t.middle(), v.middle()) for t, v in boxes]
+        shot, missed = shot_of(cycle, boxes), shot_of(cycle, middles).missed
+        rows = [row[:-1] for row in shot.rows]
+        widths = [
+            Interval(-((box.width + 1) // 2) - 1, (box.width + 1) // 2 + 1)
+            for pair in boxes
+            for box in pair
+        ]
+        check_inside(widths, contracted(inverse(rows), rows, widths, missed))
+        check_first(cycle, boxes)
+        return stability_of(shot.monodromy)
 
 
 class Leg(NamedTuple):
@@ -217,7 +234,7 @@ def _check_touch(flight: Flight, departed: int, bound: int, tau: Interval) -> No
 
     def proven(lift: Fraction) -> None:
         first, last = tau.fractions()
-        until = first - lift
+        until = first - lift * flight.numbers.steps.longest
         if until <= 0 or flight.landing(departed, until=until) is not None:
             raise NotProvenError("that the flight to a touch meets nothing before is open")
         x, v, _ = flight.on_step(until, last - until)

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 
+import numpy as np
 from flint import arb, ctx
 
 from percuss.certified.ball_arithmetic import Undecided
@@ -24,12 +26,19 @@ from percuss.certified.shooting import (
     vector_of,
 )
 from percuss.certified.system import BallSystem, system_of
+from percuss.model.dimensions import dimensions_of
+from percuss.model.exact import as_float
 from percuss.model.paths import moved_in_law, replace_parameter
+from percuss.model.units import exponents_of
+from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
 __all__ = [
+    "NEXT_TO_ZERO",
     "ParameterBranch",
     "boxed",
+    "greatest_speed",
     "is_positive",
+    "parameter_size",
     "root_of",
     "stretch_around",
     "system_at",
@@ -37,6 +46,11 @@ __all__ = [
 ]
 
 MOST_STEPS = 60
+# The first step of the secant method, as a part of the size of the parameter.
+STEP = Fraction(1, 10**9)
+# The size of a parameter is at least this part of what the orbit makes of its dimensions, whose
+# greatest speed so many samples show well enough.
+NEXT_TO_ZERO, SAMPLES = Fraction(1, 10**3), 65
 # Bits of derivatives beyond those of runs: sizes of boxes are divided by their differences.
 MORE = 64
 
@@ -94,11 +108,14 @@ class ParameterBranch:
         The system, and the path of the parameter in it.
     equations
         The equations of the orbits in a system.
+    size
+        Of the parameter, as of `parameter_size`.
     """
 
     system: BallSystem
     path: str
     equations: Callable[[BallSystem], Shooting]
+    size: Fraction
 
     def at(self, value: Fraction) -> Shooting:
         """Return the equations at a value of the parameter."""
@@ -139,8 +156,8 @@ class ParameterBranch:
             equations, guess = self.solution(value, guess)
             return function(equations, guess)
 
-        zero = root_of(test, value, (abs(value) + 1) / 10**9)
-        low, high = stretch_around(zero, digits)
+        zero = root_of(test, value, self.size)
+        low, high = stretch_around(zero, self.size, digits)
         over = self.over(low, high)
         _, middle = self.solution(zero, guess)
         box, trial = boxed(over, middle)
@@ -173,15 +190,36 @@ def is_positive(value: arb) -> bool:
     return bool(value > 0)
 
 
-def stretch_around(zero: Fraction, digits: int) -> tuple[Fraction, Fraction]:
+def parameter_size(orbit: PeriodicOrbit, path: str, value: Fraction) -> Fraction:
+    """Return the size of a parameter near a value, in whatever units its numbers are.
+
+    It is that of the value or, next to zero, a part of what has the dimensions of the parameter and
+    is of the orbit: its period, how fast it is and, where there is one, the mass.
+    """
+    osc = orbit.oscillator
+    mass, length, time = exponents_of(dimensions_of(path, osc, orbit.forcing))
+    # A radian of the period.
+    pace = float(orbit.period) / (2.0 * math.pi)
+    unit = (greatest_speed(orbit) * pace) ** length * pace**time
+    unit *= 1.0 if osc.mass is None else as_float(osc.mass) ** mass
+    return max(abs(value), Fraction(unit) * NEXT_TO_ZERO) or Fraction(1)
+
+
+def greatest_speed(orbit: PeriodicOrbit) -> float:
+    """Return about how fast an orbit gets."""
+    _, v = orbit.trajectory()(orbit.t0 + orbit.period * np.linspace(0.0, 1.0, SAMPLES))
+    return float(np.max(np.abs(v)))
+
+
+def stretch_around(zero: Fraction, size: Fraction, digits: int) -> tuple[Fraction, Fraction]:
     """Return the ends of a stretch of a parameter that is narrow enough for so many digits."""
-    width = max(abs(zero), Fraction(1, 10**3)) / 10 ** (digits + 2)
+    width = size / 10 ** (digits + 2)
     return zero - width, zero + width
 
 
-def root_of(function: Callable[[Fraction], arb], start: Fraction, step: Fraction) -> Fraction:
-    """Return about where a function of a parameter is zero, by the secant method."""
-    a, b = start, start + step
+def root_of(function: Callable[[Fraction], arb], start: Fraction, size: Fraction) -> Fraction:
+    """Return about where a function of a parameter of some size is zero, by the secant method."""
+    a, b = start, start + size * STEP
     fa, fb = function(a).mid(), function(b).mid()
     for _ in range(MOST_STEPS):
         if fa == fb:
@@ -190,7 +228,8 @@ def root_of(function: Callable[[Fraction], arb], start: Fraction, step: Fraction
         following = exact_value(ball(b) - move)
         a, fa = b, fb
         b = following
-        if abs(move) < ball(Fraction(1, 2 ** (ctx.prec // 2))) * (1 + abs(ball(b))):
+        # What is left after it is a power 1.6 of it.
+        if abs(move) < ball(size / 2 ** (5 * ctx.prec // 8)):
             return b
         fb = function(b).mid()
     raise Undecided("precision", "the secant method finds no zero along the branch")

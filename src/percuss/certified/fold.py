@@ -16,7 +16,7 @@ from flint import arb, arb_mat, arb_series, ctx
 
 from percuss.certified.ball_arithmetic import Undecided
 from percuss.certified.ball_law import BallLaw
-from percuss.certified.branch import is_positive, root_of, system_at, system_over
+from percuss.certified.branch import NEXT_TO_ZERO, is_positive, root_of, system_at, system_over
 from percuss.certified.cloud import BallPair
 from percuss.certified.flight import EnclosedFlight
 from percuss.certified.numbers import ball, constant_of, exact_value
@@ -219,8 +219,9 @@ def turn_of(point: SpecialPoint, path: str, digits: int) -> Turn:
         w = curve.solution(ball(eta).mid(), w)
         return curve.fold_function(w, ball(eta).mid())
 
-    size = Fraction(max(abs(float(start)), 1e-3))
-    zero = root_of(test, start, size / 10**8)
+    scale = _scale(equations, guess)[along]
+    size = max(abs(start), Fraction(scale) * NEXT_TO_ZERO)
+    zero = root_of(test, start, size)
     return Turn(curve, zero, size / 10 ** (digits + 3), curve.solution(ball(zero).mid(), w))
 
 
@@ -249,10 +250,14 @@ def _null_coordinate(equations: Shooting, states: States) -> int:
     matrix = matrix_of(equations.images(states, ctx.prec))
     n = matrix.nrows()
     floats = np.array([[float(matrix[i, j]) for j in range(n)] for i in range(n)])
-    speed = max(abs(float(v)) for _, v in states)
-    scale = np.array([float(equations.period), speed] * (n // 2))
-    _, rows = directions(floats * scale)
+    _, rows = directions(floats * np.array(_scale(equations, states)))
     return int(np.argmax(np.abs(rows[-1])))
+
+
+def _scale(equations: Shooting, states: States) -> list[float]:
+    """Return the sizes of instants and velocities."""
+    speed = max(abs(float(v)) for _, v in states)
+    return [float(equations.period), speed] * len(states)
 
 
 def slope_after(equations: Shooting, law: BallLaw, event: OrbitEvent, v: arb, faster: arb) -> arb:

@@ -21,6 +21,7 @@ from percuss.certified.branch import (
     ParameterBranch,
     boxed,
     is_positive,
+    parameter_size,
     root_of,
     stretch_around,
     system_at,
@@ -207,8 +208,9 @@ def grazing_of(point: SpecialPoint, path: str, digits: int) -> tuple[arb, bool |
     And whether the orbits are admissible apart from that, None where that is open.
     """
     branch, value = turning_branch(point, path), Fraction(point.value)
-    zero = root_of(branch.clearance, value, (abs(value) + 1) / 10**9)
-    low, high = stretch_around(zero, digits)
+    size = branch.branch.size
+    zero = root_of(branch.clearance, value, size)
+    low, high = stretch_around(zero, size, digits)
     before, after, admissible = branch.over(low, high)
     if is_positive(before) == is_positive(after):
         raise Undecided("precision", "the turning point does not pass the stop on the stretch")
@@ -218,11 +220,14 @@ def grazing_of(point: SpecialPoint, path: str, digits: int) -> tuple[arb, bool |
 def turning_branch(point: SpecialPoint, path: str) -> TurningBranch:
     """Return the orbits one of whose turning points passes a stop at a graze."""
     system = system_of(point.orbit.oscillator, point.orbit.forcing)
+    size = parameter_size(point.orbit, path, Fraction(point.value))
     impact = point.detail.startswith("an impact")
-    return (_without_impact if impact else _with_passage)(system, path, point.orbit)
+    return (_without_impact if impact else _with_passage)(system, path, size, point.orbit)
 
 
-def _without_impact(system: BallSystem, path: str, orbit: PeriodicOrbit) -> TurningBranch:
+def _without_impact(
+    system: BallSystem, path: str, size: Fraction, orbit: PeriodicOrbit
+) -> TurningBranch:
     """Return the branch of the orbits without the slowest impact."""
     events, guess = events_of(system, orbit), guess_of(orbit)
     n = len(events)
@@ -235,7 +240,7 @@ def _without_impact(system: BallSystem, path: str, orbit: PeriodicOrbit) -> Turn
     region, bound = events[slow].before, events[slow].bound
     reduced = [events[i] for i in kept]
     equations = partial(Shooting.of, events=reduced, n_periods=orbit.n_periods)
-    branch = ParameterBranch(system, path, equations)
+    branch = ParameterBranch(system, path, equations, size)
     if not kept:
         s = _in_period(system, instants[slow])
         return TurningBranch(branch, [], [], 0, region, bound, s)
@@ -248,7 +253,9 @@ def _without_impact(system: BallSystem, path: str, orbit: PeriodicOrbit) -> Turn
     return TurningBranch(branch, reduced, states, len(kept) - 1, region, bound, s)
 
 
-def _with_passage(system: BallSystem, path: str, orbit: PeriodicOrbit) -> TurningBranch:
+def _with_passage(
+    system: BallSystem, path: str, size: Fraction, orbit: PeriodicOrbit
+) -> TurningBranch:
     """Return the branch of orbits one of whose turning points is nearest to a stop."""
     table = law(orbit.oscillator, orbit.forcing)
     n, (rows, marks) = len(orbit.itinerary), orbit.record
@@ -264,7 +271,7 @@ def _with_passage(system: BallSystem, path: str, orbit: PeriodicOrbit) -> Turnin
     events = events_of(system, orbit) if n else []
     equations = partial(Shooting.of, events=events, n_periods=orbit.n_periods)
     return TurningBranch(
-        branch=ParameterBranch(system, path, equations),
+        branch=ParameterBranch(system, path, equations, size),
         events=events,
         guess=guess_of(orbit) if n else [],
         flight=flight if n else 0,

@@ -19,7 +19,7 @@ from percuss.certified.ball_arithmetic import Undecided
 from percuss.certified.ball_law import law_of
 from percuss.certified.certify import certify
 from percuss.certified.cloud import Cloud
-from percuss.certified.numbers import between, exact_range, precision
+from percuss.certified.numbers import between, exact_range, largest_abs, precision
 from percuss.certified.orbit_result import CertifiedOrbit
 from percuss.certified.pieces import Moment
 from percuss.certified.set_flight import SlowEvents, next_passage, search_set
@@ -31,6 +31,7 @@ from percuss.certified.step import (
     levels_of,
     never_reaches,
     state_in_flight,
+    width_of,
 )
 from percuss.certified.system import BallSystem, system_of
 from percuss.certified.trapping import Trap, traps_about
@@ -50,7 +51,7 @@ __all__ = ["CertifiedBasins", "prove_basins"]
 BITS = 64
 # Labels of cells that are open, and of those beyond a wall.
 OPEN, NO_START = -1, -2
-# Stretches of flights shorter than this part of the size of a cell, over the frequency, are not
+# Stretches of flights shorter than this part of the time by which starts of a cell differ are not
 # tried.
 SHORTEST = 2.0**-8
 # Forcing periods in which the next event is looked for, at once and in all.
@@ -170,15 +171,13 @@ class _Fates:
                 continue
             if (low is None or begin > low) and (high is None or end < high):
                 x, v = between(begin, end), between(arb(cell.v_low), arb(cell.v_high))
-                size = max(cell.x_high - cell.x_low, cell.v_high - cell.v_low)
-                return self._settles(system, Departure(
-                    number, Cloud.of(x, v), None, 1, Moment.of(self.t0)
-                ), size)  # fmt: skip
+                start = Departure(number, Cloud.of(x, v), None, 1, Moment.of(self.t0))
+                return self._settles(system, start)
         raise Undecided("precision", "a cell lies across a stop")
 
-    def _settles(self, system: BallSystem, start: Departure, size: float) -> int:
+    def _settles(self, system: BallSystem, start: Departure) -> int:
         period = law_of(system).period(1)
-        slow = SlowEvents(finest=SHORTEST * size)
+        slow = SlowEvents(finest=SHORTEST * _apart(system, start))
         n_periods = 0
         for _ in range(self.most_impacts):
             search = search_set(system, start, LOOKED_FOR * float(period), slow)
@@ -206,6 +205,14 @@ class _Fates:
                 if never_reaches(whole_, levels_of(system, region), start):
                     return label
         return None
+
+
+def _apart(system: BallSystem, start: Departure) -> float:
+    """Return about how much later some starts are than others, at a speed of their flights."""
+    whole = flight_of(system, start, whole=True)
+    width, ((x, v, a), _) = width_of(system, whole), whole.derivatives(arb(0), 2)
+    speed = largest_abs(v) + largest_abs(a) * width
+    return 2.0 * float(x.rad() + v.rad() * width) / speed
 
 
 def _later(system: BallSystem, start: Departure, duration: float) -> Departure:

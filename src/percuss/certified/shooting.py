@@ -173,15 +173,17 @@ def krawczyk(value: BallFunction, derivative: BallFunction, point: Vector) -> So
     inverse = _inverse(derivative(point))
     shift = inverse * value(point)
     sizes = [2 * entry.abs_upper() for entry in shift.entries()]
-    largest = max(sizes, key=float)
     # A coordinate that moves by nothing at the point may still move on the box.
-    sizes = [size.max(largest / 2**20) for size in sizes]
+    least = max(sizes, key=float) / 2**20
+    sizes = [size if size > 0 else least for size in sizes]
     for _ in range(BOXES):
         box = [z + span(size) for z, size in zip(point, sizes, strict=True)]
         image = _image(inverse, shift, derivative(box), point, sizes)
         if _lies_inside(image, point, sizes):
             return Solved(image, box)
-        sizes = [WIDER * size for size in sizes]
+        # Each by as much as it needs: instants, velocities and a parameter have units of their own.
+        reached = [(x - z).abs_upper() for x, z in zip(image, point, strict=True)]
+        sizes = [WIDER * size.max(moved) for size, moved in zip(sizes, reached, strict=True)]
     raise Undecided("precision", "no box was found that the equations map into itself")
 
 

@@ -11,7 +11,7 @@ from typing import cast
 from flint import arb
 
 from percuss.certified.ball_arithmetic import Ball, Undecided
-from percuss.certified.branch import ParameterBranch, system_at
+from percuss.certified.branch import ParameterBranch, parameter_size, system_at
 from percuss.certified.fold import fold_of
 from percuss.certified.grazing import grazing_of
 from percuss.certified.numbers import ball, precision
@@ -217,8 +217,12 @@ def crossing_of(point: SpecialPoint, path: str, digits: int) -> tuple[arb, bool 
         # Third roots of 1 have trace -1, fourth roots 0.
         return 1 + monodromy.trace if "third" in point.detail else monodromy.trace
 
-    branch = ParameterBranch(system, path, partial(Shooting.of, events=events, n_periods=n_periods))
-    return branch.enclosed_zero(test_function, Fraction(point.value), guess, digits)
+    equations, value = (
+        partial(Shooting.of, events=events, n_periods=n_periods),
+        Fraction(point.value),
+    )
+    branch = ParameterBranch(system, path, equations, parameter_size(point.orbit, path, value))
+    return branch.enclosed_zero(test_function, value, guess, digits)
 
 
 def half_of_doubled(
@@ -251,7 +255,7 @@ def symmetry_breaking_of(point: SpecialPoint, path: str, digits: int) -> tuple[a
     check_mirrored(system, events, orbit.n_periods)
     check_symmetric_over(system, path, value)
     equations = partial(Shooting.of, events=events, n_periods=orbit.n_periods, mirrored=True)
-    branch = ParameterBranch(system, path, equations)
+    branch = ParameterBranch(system, path, equations, parameter_size(orbit, path, value))
     guess = guess_of(orbit)[: len(events) // 2]
     return branch.enclosed_zero(symmetry_function, value, guess, digits)
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from flint import arb
 
 from percuss.certified.ball_arithmetic import Undecided
-from percuss.certified.ball_law import law_of
+from percuss.certified.branch import greatest_speed, parameter_size
 from percuss.certified.fold import OrbitCurve, turn_of
 from percuss.certified.graze_end import GrazeEnd, graze_about
 from percuss.certified.grazing import turning_branch
@@ -67,7 +67,7 @@ def strips_about(point: CertifiedPoint) -> PointStrips:
         if point.kind == "grazing":
             return _about_graze(point)
         curve, along, ends, near = _about_fold(point) if point.kind == "fold" else _about(point)
-        scale = _scale(curve, near)
+        scale = _scale(point, curve, near)
         walk = StripWalk(StripEquations(curve), scale, 0.0)
         beside = (ends[1] - ends[0]) * PART
         cuts = [ends[0] - beside, *ends, ends[1] + beside]
@@ -142,16 +142,15 @@ def _about_graze(point: CertifiedPoint) -> PointStrips:
     curve = OrbitCurve(system, events, n_periods, point.path)
     near = [*vector_of(states), ball(value).mid()]
     away = 1 if system.regions[turning.region].lower == turning.bound else -1
-    graze = graze_about(curve, _scale(curve, near), near, number, away)
+    graze = graze_about(curve, _scale(point, curve, near), near, number, away)
     return PointStrips(curve, [], point.kind, graze)
 
 
-def _scale(curve: OrbitCurve, near: Vector) -> Vector:
+def _scale(point: CertifiedPoint, curve: OrbitCurve, near: Vector) -> Vector:
     """Return the sizes of the coordinates of orbits near a point."""
-    states, value = pairs(near[:-1]), near[-1]
+    states, value, orbit = pairs(near[:-1]), near[-1], point.point.orbit
     period = curve.equations(value).period
-    fastest = max((abs(v).mid() for _, v in states), key=float)
-    if not fastest > 0:
-        # A motion that touches a stop and meets no other: lengths a unit of time.
-        fastest = max((abs(place).mid() for place in law_of(curve.system).places), key=float) + 1
-    return [arb(float(period)), arb(float(fastest))] * len(states) + [abs(value).mid() + 1]
+    # A motion that touches a stop and meets no other has no velocity there.
+    fastest = max(abs(float(v)) for _, v in states) or greatest_speed(orbit)
+    size = ball(parameter_size(orbit, point.path, exact_value(value.mid())))
+    return [arb(float(period)), arb(fastest)] * len(states) + [size.mid()]

@@ -574,9 +574,11 @@ class StripWalk:
             # A restitution may be 1 at the end of a strip, and no more.
             self.equations.put(whole, low, high)
         half = ball((high - low) / 2)
-        least = sum(self.scale, arb(0)) * 2 ** -(ctx.prec // 2)
+        others_scale = [size for i, size in enumerate(self.scale) if i != along]
         sizes = [
-            (FIRST_WIDTH * half * abs(slope)).max(2 * missed[k, 0].abs_upper()).max(least)
+            (FIRST_WIDTH * half * abs(slope))
+            .max(2 * missed[k, 0].abs_upper())
+            .max(others_scale[k] * 2 ** -(ctx.prec // 2))
             for k, slope in enumerate(free)
         ]
         unit = arb_mat([[arb(int(i == j)) for j in range(self.n)] for i in range(self.n)])

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from percuss.errors import ParameterError
 from percuss.model.faults import UNITS, unit_problem
 
-__all__ = ["CYCLES", "FORCE", "Units", "in_units", "is_unit"]
+__all__ = ["CYCLES", "FORCE", "Units", "exponents_of", "in_units", "is_unit"]
 
 # Dimensions of what a mass is part of.
 FORCE = "mass length/time^2"
@@ -104,12 +104,12 @@ class Units:
     def _named(self, dimensions: str) -> str:
         """Return a name with N, J or W in it; empty where there is none."""
         powers = [UNITS[name].get(getattr(self, name)) for name in ("mass", "length", "time")]
-        wanted = _exponents(dimensions)
+        wanted = exponents_of(dimensions)
         for letter, (mass, length, time), more in _NAMED:
             if wanted != (mass, length, time):
                 continue
             # More is what stands beside the letter, such as /length for a stiffness.
-            rest = _exponents(more)
+            rest = exponents_of(more)
             own = tuple(total - part for total, part in zip(wanted, rest, strict=True))
             power = _power(powers, own)
             if power in _PREFIXES:
@@ -129,8 +129,14 @@ _NAMED = (
 )
 
 
-def _exponents(dimensions: str) -> tuple[int, ...]:
-    """Return the powers of mass, length and time in a text of dimensions."""
+def exponents_of(dimensions: str) -> tuple[int, ...]:
+    """Return the powers of mass, length and time in a text of dimensions.
+
+    Examples
+    --------
+    >>> exponents_of("mass length/time^2"), exponents_of("rad")
+    ((1, 1, -2), (0, 0, 0))
+    """
     powers = {"mass": 0, "length": 0, "time": 0}
     for sign, part in zip((1, -1), dimensions.split("/"), strict=False):
         for name, power in _WORD.findall(part):
