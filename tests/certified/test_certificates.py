@@ -7,6 +7,7 @@ import json
 import shutil
 import subprocess
 import sys
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from tests.certified.checker import (
     leaves,
     run_of,
     theorem_of,
+    wave,
     with_value,
 )
 from tests.test_house import private_reads
@@ -93,6 +95,43 @@ def test_what_is_read_can_be_printed(run: Claims, orbit: Claims, number: str) ->
                 theorem_of(with_value(claims, path, number))
             except NotProvenError as error:
                 assert str(error)  # noqa: PT017
+
+
+def test_numbers_of_the_law_at_a_parameter_need_not_be_printed() -> None:
+    """Products of numbers with as many digits as there may be have more than Python prints."""
+    law: Claims = {
+        "regions": [{"stiffness": "1", "damping": "0", "constant": "0", "lower": 0, "upper": None}],
+        "bounds": [{"at": "0", "restitution": ["2", f"1/{NINES}"]}],
+        "tones": [wave("1", "1")],
+        "base": "1",
+    }
+    strip = {
+        "along": 0, "begin": f"1/{NINES}", "end": f"3/{NINES}", "middle": [f"2/{NINES}", "1", "0"],
+        "tangent": ["1", "0", f"1/{NINES}"], "sizes": ["0", "1/9", "0"], "stability": "undecided",
+        "slow": None,
+    }  # fmt: skip
+    curve = {"periods": "1", "events": [{"bound": 0, "region": 0}], "strips": [strip], "points": []}
+    claims = {"certificate": 1, "kind": "branch", "law": law, "curves": [curve]}
+
+    assert_refused(claims, "bound 0 has a restitution of 2$|bound 0 has a restitution of 1.9999")
+    law["bounds"][0]["restitution"] = "1"
+    law["base"] = ["-1", f"1/{NINES}"]
+    assert_refused(claims, "the frequencies are not multiples of -")
+
+
+@pytest.mark.parametrize("word", ["Unstable", "\ud800", "a" * 41, "\x1b[2J"])
+def test_a_word_is_of_small_letters(orbit: Claims, word: str) -> None:
+    assert_refused(orbit | {"stability": word}, "is no word of small letters")
+
+
+def test_a_number_of_very_many_digits_has_no_certificate() -> None:
+    # More digits than the program reads, and than Python prints.
+    for digits in (2500, 5000):
+        wall = pc.impact_oscillator("4/5", wall=Fraction(10**digits // 9, 10**digits))
+        run = run_of(wall, pc.cosine("14/5"), x0=1, max_impacts=2)
+
+        with pytest.raises(ParameterError, match="one of its numbers has more than 2000 digits"):
+            certificate(run)
 
 
 def test_instants_far_away_end_in_time(run: Claims, orbit: Claims, chaos: Claims) -> None:

@@ -44,6 +44,32 @@ def test_complete_lists_are_proven_again(
     assert words.count("There is one periodic orbit, and one only") == n_orbits
 
 
+@pytest.mark.parametrize(
+    ("osc", "force", "periods"),
+    [
+        (
+            pc.impact_oscillator("51/100", side="above", damping="7/50"),
+            pc.cosine("7/4", "89/100", "203/100"),
+            2,
+        ),
+        (
+            pc.impact_oscillator("47/100", stiffness="81/50"),
+            pc.cosine("29/20", "141/100", "-7/10"),
+            2,
+        ),
+    ],
+    ids=["above", "below"],
+)
+def test_a_box_is_a_hint_of_which_a_part_may_be_proven(
+    osc: pc.Oscillator, force: pc.Forcing, periods: int
+) -> None:
+    # Those of percuss are as wide as its own bounds allow, and formal orbits have no others.
+    claims = certificate(list_orbits(osc, force, 1, periods, speeds=("1/10", 4)))
+
+    assert claims["boxes"]
+    assert "is among 0 orbits" in theorem_of(claims)
+
+
 def test_a_list_that_is_changed_anywhere_is_refused(complete: Claims) -> None:
     theorem_of(complete)
 

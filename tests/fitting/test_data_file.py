@@ -83,8 +83,12 @@ def test_columns_may_be_named() -> None:
         ("t,x,position\n0,1,2\n", ['"x" and "position" are both displacement; keep one of them']),
         ("t,x,velocty\n0,1,2\n", ['column "velocty": did you mean "velocity"?']),
         ("t,x\n0,far\n1,inf\n2\n", ['line 2: x = "far" is no finite', "line 3:", "line 4: 1 cell"]),
+        ("t,x\n0,1_0\n1,\uff11\n", ['x = "1_0" is no finite', 'x = "\uff11" is no finite number']),
         ("t,x\n0,1\n,2\n", ["line 3: a value without its instant"]),
-        ("t,x\n0,1,0,5\n1,0,2,0\n", ["line 2: 4 cells under 2 names; with decimal commas"]),
+        ("t,x\n0,1,0,5\n1,0,2,0\n", ["line 2: 4 cells between commas, where the names have 2"]),
+        # 0 and 1.5, of a logger with decimal commas: 1 was read.
+        ("t,x\n0,1,5\n1,2,5\n", ["line 2: 3 cells between commas", "with decimal commas sep"]),
+        ("t;x\n0;1\n1;2;5\n", ["line 3: 3 cells between semicolons, where the names have 2"]),
         ("t,x\n" + "a,b\n" * 20, ["line 2: t", "line 6: x", "and 30 more"]),
         ("t [m],x\n0,1\n", ['"t [m]": m is no unit of time']),
         ("t,x [V]\n0,1\n", ['"x [V]": no unit that percuss knows']),

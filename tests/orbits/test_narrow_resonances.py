@@ -150,3 +150,20 @@ def test_neighbours_on_one_side_of_a_resonance_have_none_between() -> None:
     assert not passes_resonance(at(1.01, 0.01), at(1.2, 0.01))
     # Damped so much it has no resonance.
     assert not passes_resonance(at(0.9, 2.0), at(1.1, 2.0))
+
+
+def test_a_response_without_damping_has_a_branch_on_each_side_of_its_resonance() -> None:
+    osc = pc.Oscillator(stiffness=1, stops=(pc.Wall(2, "above", 0.8),))
+    force = pc.cosine(1, amplitude=0.5)
+    chart = pc.response_curve(
+        osc, force, over={"forcing.omega": (0.8, 1.3)}, max_impacts=1, max_periods=1, n_seeds=4
+    )
+    ends = [(b.values.min(), b.values.max()) for b in chart.branches if b[0].n_impacts == 0]
+    assert len(ends) == 2
+    (low, first), (second, high) = sorted(ends)
+    assert (low, high) == (0.8, 1.3)
+    assert (first, second) == pytest.approx((1.0, 1.0), abs=1e-6)
+    # What is formal next to the resonance does not hide the motions.
+    assert chart.plot().get_ylim()[1] < 10.0
+    without = next(b for b in chart.branches if b[0].n_impacts == 0)
+    assert np.abs(without.plot().get_ylim()).max() < 50.0

@@ -110,6 +110,23 @@ def test_on_a_phone_a_finger_hits_everything(phone: Page) -> None:
         assert phone.evaluate(_SMALL) == [], name
 
 
+def test_on_a_phone_the_keys_come_to_nothing_that_is_behind_the_plots(phone: Page) -> None:
+    phone.locator("#p-run-periods").focus()
+    behind = []
+    for _ in range(30):
+        phone.keyboard.press("Shift+Tab")
+        behind += phone.evaluate(
+            """() => {
+              const it = document.activeElement;
+              const { x, y, width, height } = it.getBoundingClientRect();
+              const seen = document.elementFromPoint(x + width / 2, y + height / 2);
+              return it.contains(seen) || seen?.contains(it) ? [] : [it.outerHTML.slice(0, 80)];
+            }"""
+        )
+
+    assert behind == []
+
+
 def test_lists_of_terms_hold_terms_and_descriptions_alone(page: Page) -> None:
     wrong = page.evaluate(
         """() => [...document.querySelectorAll('dl')].flatMap((list) => [...list.children].flatMap(

@@ -12,7 +12,7 @@ from contextlib import suppress
 from fractions import Fraction
 from typing import Any
 
-from arithmetic import Interval, NotProvenError, nearest, of, product
+from arithmetic import Interval, NotProvenError, nearest, of, product, with_first
 from flights import Flight, Law, State, met
 from orbits import check_different, check_inside, contracted, inverse, proven_orbit
 from parts import Rectangle, Side, proven_on_parts
@@ -21,6 +21,8 @@ from words import counted, told
 # Boxes are not made smaller than this part of the region, and steps of flights in which some of
 # them may have an impact not shorter than this part of the longest one.
 SMALLEST_BOX, FINEST_STEP = Fraction(1, 2**24), Fraction(1, 32)
+# Parts of a box that are tried.
+PARTS_OF_BOX = tuple(Fraction(1, 2**n) for n in range(9))
 # There are no lists of more impacts or periods.
 MOST_RETURNS = 100
 
@@ -160,9 +162,10 @@ def proven_list(law: Law, claims: Any) -> str:
             raise NotProvenError("an orbit has not the impacts and periods of the list")
         events += [(of(*event["t"]), of(*event["v"])) for event in orbit["events"]]
     check_different(law, claims["orbits"])
-    known = [returns.box(it["cycle"], it["v"]) for it in claims["boxes"]]
-    for box in known:
-        zero = returns.zero(box)
+    known = []
+    for it in claims["boxes"]:
+        box, zero = _with_one_zero(returns, (it["cycle"], it["v"]))
+        known.append(box)
         is_known = any(_holds_state(box, event, returns.period) for event in events)
         if not is_known and not returns.is_left_at(zero):
             raise NotProvenError(f"the box at t = {told(box.t.fractions()[0])} may hold an orbit")
@@ -174,6 +177,24 @@ def proven_list(law: Law, claims: Any) -> str:
         f"{counted(len(said), 'orbit')} (proven on {counted(n_boxes, 'box', 'boxes')} of the region)"
     )
     return "\n".join([f"{head}{':' if said else ': there is none.'}", *said])
+
+
+def _with_one_zero(returns: Returns, claim: Rectangle) -> tuple[State, State]:
+    """Return a box that is proven to hold one zero, and a small one with it.
+
+    It is the one that is claimed, or a part of that about its middle: what is beside it is left to
+    the search of the region.
+    """
+
+    def proven(part: Fraction) -> tuple[State, State]:
+        (a, b), (c, d) = (
+            ((low + high - part * (high - low)) / 2, (low + high + part * (high - low)) / 2)
+            for low, high in claim
+        )
+        box = returns.box((a, b), (c, d))
+        return box, returns.zero(box)
+
+    return with_first(PARTS_OF_BOX, proven)
 
 
 def _holds_state(box: State, state: tuple[Interval, Interval], period: Interval) -> bool:

@@ -17,7 +17,7 @@ from typing import Any
 
 from arithmetic import NotProvenError, angle, cosine_and_sine, of
 from flights import Bound, Law, Region, Tone
-from words import DIGITS
+from words import DIGITS, told
 
 VERSION = 1
 # Whole numbers of a certificate are no larger.
@@ -30,9 +30,10 @@ LEAVES = {
     "l": "rational number, or a pair of them, a and b, for a + b p",
     "l?": "rational number, or a pair of them, or null",
     "n?": "whole number from 0, or null",
-    "w": "word",
+    "w": "word of small letters",
 }
 NUMBER = re.compile(f"-?[0-9]{{1,{DIGITS}}}(/[0-9]{{1,{DIGITS}}})?")
+WORD = re.compile("[a-z_]{1,40}")
 PAIR = ("q", "q")
 # Numbers of the law of a branch may depend on its parameter p.
 LAW = {
@@ -122,7 +123,7 @@ def read(value: Any, form: Any) -> Any:
     least = -COUNT if form == "z" else 0
     if form[0] in "nz" and type(value) is int and least <= value <= COUNT:
         return value
-    if form == "w" and isinstance(value, str):
+    if form == "w" and isinstance(value, str) and WORD.fullmatch(value):
         return value
     raise ValueError(f"{repr(value)[:60]} is no {LEAVES[form]}")
 
@@ -138,7 +139,7 @@ def certificate_of(text: str) -> Any:
             )
         if kind not in FORMS:
             raise NotProvenError(
-                f"a certificate of {kind!r}; this program checks {', '.join(FORMS)}"
+                f"a certificate of {repr(kind)[:60]}; this program checks {', '.join(FORMS)}"
             )
         return read(certificate, {"certificate": "n", "kind": "w", "law": LAW} | FORMS[kind])
     except (ValueError, TypeError, KeyError, ZeroDivisionError, RecursionError) as error:
@@ -185,11 +186,13 @@ def law_of(text: Any, p: Fraction | None = None) -> Law:
         raise NotProvenError("the bounds are not in order")
     for bound, (_, r) in enumerate(bounds):
         if (r is None) != (bound in inner) or (r is not None and not 0 <= r <= 1):
-            raise NotProvenError(f"bound {bound} has a restitution of {r}")
+            said = "no restitution" if r is None else f"a restitution of {told(r)}"
+            raise NotProvenError(f"bound {bound} has {said}")
     if any(tone.omega <= 0 for tone in tones):
         raise NotProvenError("a frequency is not above 0")
     if (base is None) != (not tones) or (base is not None and base <= 0):
-        raise NotProvenError(f"the frequencies are not multiples of {base}")
+        said = "nothing" if base is None else told(base)
+        raise NotProvenError(f"the frequencies are not multiples of {said}")
     multiples = [tone.omega / base for tone in tones]
     if any(n.denominator != 1 for n in multiples):
         raise NotProvenError("the force does not repeat after its period")

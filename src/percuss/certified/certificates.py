@@ -47,6 +47,8 @@ WIDER = 8
 ROOM = Fraction(3, 2)
 # Digits to which the ends of a claim are rounded outward, relative to its width.
 ROUNDING = 1000
+# Digits that a number has at most.
+MOST_DIGITS = 2000
 Json = dict[str, Any]
 
 
@@ -75,8 +77,8 @@ def certificate(
     Raises
     ------
     ParameterError
-        If nothing is proven; if numbers are irrational or an interval, the force has a record or a
-        wall a table of restitutions; if a run holds a chatter or a contact, or an orbit has no
+        If nothing is proven; if numbers are irrational, an interval or of more than 2000 digits,
+        the force has a record or a wall a table of restitutions; if a run holds a chatter or a contact, or an orbit has no
         events; if the numbers of the equation of motion are not linear in the parameter of a
         branch; if the orbits of a special point are formal, or it is a corner or the graze of a
         soft stop; if a list is not complete, or of more than one wall; if no cell of a basin is
@@ -115,6 +117,13 @@ class _NoCertificateError(Exception):
     """Why a result has none."""
 
 
+def _text(number: Fraction) -> str:
+    """Return a number in words of a certificate, whose reader takes no longer ones."""
+    if max(abs(number.numerator), number.denominator) >= 10**MOST_DIGITS:
+        raise _NoCertificateError(f"one of its numbers has more than {MOST_DIGITS} digits")
+    return str(number)
+
+
 def _law(system: BallSystem) -> Json:
     """Return the numbers of a system; its forces at rest are continuous by themselves."""
     if not system.is_exact:
@@ -127,30 +136,30 @@ def _law(system: BallSystem) -> Json:
         "regions": [_region(system, region) for region in system.regions],
         "bounds": [
             {
-                "at": str(bound.at),
+                "at": _text(bound.at),
                 "restitution": None
                 if bound.wall is None
-                else str(system.numbers[f"oscillator.stops.{bound.wall}.restitution"]),
+                else _text(system.numbers[f"oscillator.stops.{bound.wall}.restitution"]),
             }
             for bound in system.bounds
         ],
         "tones": [
             {
-                "omega": str(omega),
-                "amplitude": str(system.strength(tone)),
-                "phase": [str(part) for part in tone.phase],
+                "omega": _text(omega),
+                "amplitude": _text(system.strength(tone)),
+                "phase": [_text(part) for part in tone.phase],
             }
             for tone, omega in zip(tones, omegas, strict=True)
         ],
-        "base": str(_base(omegas)) if omegas else None,
+        "base": _text(_base(omegas)) if omegas else None,
     }
 
 
 def _region(system: BallSystem, region: Region) -> Json:
     return {
-        "stiffness": str(system.stiffness(region)),
-        "damping": str(system.damping(region)),
-        "constant": str(system.constant(region)),
+        "stiffness": _text(system.stiffness(region)),
+        "damping": _text(system.damping(region)),
+        "constant": _text(system.constant(region)),
         "lower": region.lower,
         "upper": region.upper,
     }
@@ -186,7 +195,7 @@ def _claim(value: Ball | arb, least: Fraction = Fraction(0)) -> list[str]:
         radius = Fraction(1, 2**60)
     unit = _unit(radius)
     low, high = (middle - radius) // unit * unit, -(-(middle + radius) // unit) * unit
-    return [str(low), str(high)]
+    return [_text(low), _text(high)]
 
 
 def _unit(size: Fraction) -> Fraction:
@@ -233,8 +242,8 @@ def _run(run: CertifiedRun) -> Json:
         "kind": "run",
         "law": law,
         "start": {
-            "x": str(x),
-            "v": str(v),
+            "x": _text(x),
+            "v": _text(v),
             "t": _phase(start.t0),
         },
         "events": [
@@ -245,7 +254,7 @@ def _run(run: CertifiedRun) -> Json:
 
 
 def _phase(value: Phase) -> list[str]:
-    return [str(part) for part in angle(value)]
+    return [_text(part) for part in angle(value)]
 
 
 def _orbit(orbit: CertifiedOrbit) -> Json:
@@ -342,7 +351,7 @@ def _curve(part: _Part, value: Fraction) -> Json:
     first = [] if before is None else list(_to_graze(before))
     events = curve.events[: len(curve.events) // 2] if curve.mirrored else curve.events
     return {
-        "periods": str(Fraction(curve.n_periods * repeats, 2 if curve.mirrored else 1)),
+        "periods": _text(Fraction(curve.n_periods * repeats, 2 if curve.mirrored else 1)),
         "events": [{"bound": event.bound, "region": event.after} for event in events],
         "strips": [
             *({**it, "begin": it["end"], "end": it["begin"]} for it in reversed(first)),
@@ -387,7 +396,7 @@ def _law_along(curve: OrbitCurve, low: Fraction, high: Fraction) -> Json:
         start = values[0] - slope * at[0]
         if values[2] != start + slope * at[2]:
             raise _NoCertificateError(f"its {name} is not linear in {curve.path}")
-        return [str(start), str(slope)]
+        return [_text(start), _text(slope)]
 
     return along(laws)  # type: ignore[no-any-return]
 
@@ -416,11 +425,11 @@ def _tube(tube: Tube, begin: Fraction, end: Fraction, room: Fraction) -> Json:
             sizes[i] = _rounded(size, size)
     return {
         "along": tube.along,
-        "begin": str(begin),
-        "end": str(end),
-        "middle": [str(part) for part in middle],
-        "tangent": [str(part) for part in tangent],
-        "sizes": [str(part) for part in sizes],
+        "begin": _text(begin),
+        "end": _text(end),
+        "middle": [_text(part) for part in middle],
+        "tangent": [_text(part) for part in tangent],
+        "sizes": [_text(part) for part in sizes],
     }
 
 
@@ -457,8 +466,8 @@ def _list(found: CompleteList) -> Json:
         "law": _law(system),
         "impacts": found.impacts,
         "periods": periods,
-        "speeds": [str(Fraction(str(speed))) for speed in found.speeds],
-        "cycle": [str(Fraction(str(end))) for end in found.cycle],
+        "speeds": [_text(Fraction(str(speed))) for speed in found.speeds],
+        "cycle": [_text(Fraction(str(end))) for end in found.cycle],
         "orbits": [
             {key: orbit[key] for key in ("periods", "events", "stability")} for orbit in orbits
         ],
@@ -472,7 +481,7 @@ def _list(found: CompleteList) -> Json:
 def _smaller(low: float, high: float) -> list[str]:
     """Return a part of an interval about its middle, with short ends."""
     middle, half = (Fraction(low) + Fraction(high)) / 2, (Fraction(high) - Fraction(low)) / 6
-    return [str(_rounded(middle + sign * half, half)) for sign in (-1, 1)]
+    return [_text(_rounded(middle + sign * half, half)) for sign in (-1, 1)]
 
 
 def _basins(basins: CertifiedBasins) -> Json:
@@ -481,7 +490,11 @@ def _basins(basins: CertifiedBasins) -> Json:
     # In a certificate motions without impacts come last.
     numbers = sorted(range(len(basins.fates)), key=lambda k: (k not in orbits, k))
     cells = [
-        {"x": [str(Fraction(x)) for x in (a, b)], "v": [str(Fraction(v)) for v in (c, d)], "to": to}
+        {
+            "x": [_text(Fraction(x)) for x in (a, b)],
+            "v": [_text(Fraction(v)) for v in (c, d)],
+            "to": to,
+        }
         for label, (a, b, c, d) in _rectangles(basins)
         for to in [numbers.index(label)]
     ]
@@ -532,9 +545,9 @@ def _trapping(attractor: CertifiedOrbit, traps: Sequence[Trap]) -> Json:
         "traps": [
             {
                 "event": place,
-                "axes": [[str(exact_value(x)) for x in row] for row in trap.within],
+                "axes": [[_text(exact_value(x)) for x in row] for row in trap.within],
                 "rounds": trap.rounds,
-                "stages": [str(Fraction(stage)) for stage in trap.stages],
+                "stages": [_text(Fraction(stage)) for stage in trap.stages],
             }
             for place, trap in zip(places, traps, strict=True)
         ],
@@ -554,7 +567,7 @@ def _chaos(chaos: CertifiedChaos) -> Json:
         "region": event.after,
         "sets": [
             {
-                name: [str(Fraction(x)) for x in getattr(hset, name)]
+                name: [_text(Fraction(x)) for x in getattr(hset, name)]
                 for name in ("center", "unstable", "stable")
             }
             for hset in chaos.sets
@@ -564,12 +577,12 @@ def _chaos(chaos: CertifiedChaos) -> Json:
                 "from": i,
                 "to": j,
                 "turns": covering.turns * repeats,
-                "at": str(Fraction(at)),
-                "half": str(Fraction(half)),
+                "at": _text(Fraction(at)),
+                "half": _text(Fraction(half)),
             }
             for (i, j), covering, (at, half) in zip(
                 chaos.transitions, chaos.coverings, chaos.strips, strict=True
             )
         ],
-        "growth": str(growth_of_loops([len(loop) for loop in chaos.loops])[0]),
+        "growth": _text(growth_of_loops([len(loop) for loop in chaos.loops])[0]),
     }

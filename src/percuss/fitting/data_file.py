@@ -464,20 +464,22 @@ def _numbers(
     least = 1 + max((column.place for column in head), default=0)
     for i, (line, cells) in enumerate(rows):
         if len(cells) < least:
-            faults.append(_too_short(line, cells, width, separator))
+            faults.append(_of_another_width(line, cells, width, separator))
             continue
-        if separator == "," and len(cells) == 2 * width and i == 0:
-            faults.append(
-                f"line {line}: {len(cells)} cells under {width} names; with decimal commas separate"
-                " the columns with semicolons"
-            )
+        if any(cells[width:]):
+            hint = "; with decimal commas separate the columns with semicolons"
+            wrong = _of_another_width(line, cells, width, separator)
+            faults.append(wrong + (hint if separator == "," else ""))
             break
         for j, column in enumerate(head):
             cell = cells[column.place]
             if cell.lower() in MISSING:
                 continue
+            number = cell.replace(",", ".") if with_commas else cell
+            # What Python alone takes for a number, as 1_0, is none of a table.
+            is_plain = number.isascii() and "_" not in number
             try:
-                values[i, j] = float(cell.replace(",", ".") if with_commas else cell)
+                values[i, j] = float(number) if is_plain else math.inf
             except ValueError:
                 values[i, j] = math.inf
             is_marked = "," in cell or with_commas
@@ -510,6 +512,6 @@ def _twice(t: Floats, lines: Sequence[int]) -> list[str]:
     return [f"line {second}: the instant {at:.10g} of line {first} is there again{more}"]
 
 
-def _too_short(line: int, cells: Sequence[str], width: int, separator: str | None) -> str:
+def _of_another_width(line: int, cells: Sequence[str], width: int, separator: str | None) -> str:
     count = counted(len(cells), "cell")
     return f"line {line}: {count} between {NAMED[separator]}, where the names have {width}"

@@ -52,6 +52,9 @@ GAP = -1
 LEAP = 3.0
 # Multipliers above this are drawn on a logarithmic axis.
 HUGE = 100.0
+# Values beyond the first factor times those of nearly all of a parameter's way, a part of it, grow
+# without bound, as at a resonance without damping: axes show the second factor times these.
+UNBOUNDED, SHOWN, NEARLY_ALL = 1e4, 4.0, 0.95
 # How the kinds of orbits are drawn, in the order of the legend.
 STABLE, UNSTABLE, FORMAL_STABLE, FORMAL_UNSTABLE = range(4)
 LOOKS: dict[int, dict[str, Any]] = {
@@ -182,9 +185,38 @@ def plot_branch(
             # At a graze it goes to infinity: linear up to the unit circle, logarithmic beyond.
             ax.set_yscale("symlog", linthresh=1.0)
             ax.set_ylim(0.0, 10.0 * max(HUGE, float(np.nanmedian(together))))
+        elif math.isfinite(reach := reach_of(branches, columns)):
+            low, high = (
+                max(float(np.nanmin(together)), -reach),
+                min(float(np.nanmax(together)), reach),
+            )
+            ax.set_ylim(low - 0.05 * (high - low), high)
         _mark(ax, branches, columns)
         _explain(ax, BLACK if len(branches) > 1 else None)
     return ax
+
+
+def reach_of(branches: Sequence[AnyBranch], columns: Sequence[Floats]) -> float:
+    """Return how far from zero an axis shows values, infinite but where they grow without bound."""
+    weights, sizes = [], []
+    for branch, values in zip(branches, columns, strict=True):
+        half = 0.5 * np.abs(np.diff(branch.values))
+        is_known = np.isfinite(values)
+        weights.append((np.append(half, 0.0) + np.append(0.0, half))[is_known])
+        sizes.append(np.abs(values[is_known]))
+    weight, size = np.concatenate(weights), np.concatenate(sizes)
+    order = np.argsort(size)
+    part = np.cumsum(weight[order])
+    if len(size) == 0 or part[-1] == 0.0:
+        return math.inf
+    usual = float(size[order[np.searchsorted(part, NEARLY_ALL * part[-1])]])
+    if not size.max() > UNBOUNDED * usual > 0.0:
+        return math.inf
+    # Where there are motions, what is formal needs no more room than they.
+    largest = 0.0
+    for branch, values in zip(branches, columns, strict=True):
+        largest = float(np.fmax.reduce(np.abs(values[branch.admissible]), initial=largest))
+    return SHOWN * (min(usual, largest) or usual)
 
 
 def owner_of(branch: AnyBranch) -> Oscillator | Structure:

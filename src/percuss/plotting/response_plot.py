@@ -24,6 +24,7 @@ from percuss.plotting.branch_plot import (
     drawn_as_stable,
     owner_of,
     parameter_of,
+    reach_of,
     stretches,
 )
 from percuss.plotting.direction_view import direction_name
@@ -234,6 +235,8 @@ def _set_limits(ax: Axes, response: Response, columns: tuple[Floats, ...], *, lo
         ax.set_yscale("log")
         physical = physical[physical > 0.0]
     low, high = physical.min(initial=math.inf), physical.max(initial=0.0)
+    if not log:
+        high = min(high, reach_of(response.branches, columns))
     # Where all is at rest the axis is matplotlib's.
     if high > 0.0:
         ax.set_ylim(low / HEADROOM**3 if log else 0.0, high * (HEADROOM**3 if log else HEADROOM))

@@ -65,8 +65,9 @@ class OscillatorFamilies(Families):
         if orbit.n_impacts == 0:
             region = int(orbit.record[1][0, 2])
             for i, branch in enumerate(self.branches):
-                if (branch[0].n_impacts, branch[0].record[1][0, 2]) == (0, region):
-                    return i if _reaches(branch, value) else None
+                is_alike = (branch[0].n_impacts, branch[0].record[1][0, 2]) == (0, region)
+                if is_alike and _reaches(branch, value):
+                    return i
             return None
         signature = known.signature(orbit.itinerary, isolated=orbit.isolated)
         for other, owner in zip(known.signatures, owners, strict=True):

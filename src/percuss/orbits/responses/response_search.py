@@ -18,8 +18,8 @@ __all__ = ["search_families"]
 PER_SEARCH, STARTS, ROUNDS = 8, 12, 4
 # Values at which attractors are compared at least each time.
 LEAST_COMPARED = 16
-# Values at which a motion without impacts is tried.
-VALUES_WITHOUT = 3
+# Values at which a motion without impacts is tried: without damping each resonance parts its branch.
+VALUES_WITHOUT = 8
 # Distance from special points at which attractors are compared, as a part of the range.
 OFFSET = 0.004
 # Multiples of this, modulo 1, are spread evenly (Weyl's sequence).
@@ -177,13 +177,14 @@ class _ResponseSearch:
         """Follow the linear response, in which no stop acts; formal where it is too large."""
         for i in range(VALUES_WITHOUT):
             value = self.families.within.value((i + 0.5) / VALUES_WITHOUT)
+            if self.progress.is_stopped:
+                return
             try:
                 orbit = self.families.without_impacts(value)
             except LookupError:
                 return
             if orbit is not None:
                 self.families.add(orbit, value, self._report("following from", value))
-                return
 
     def follow(self, seeds: list[Seed]) -> None:
         """Follow orbits that are on no branch, and those that start at its period doublings."""
