@@ -33,7 +33,7 @@ CALLS: dict[str, tuple[Callable[[Path], object], str]] = {
     ),
     "periods": (
         lambda path: pc.sweep(
-            "period", OSC, FORCE, over={"forcing.omega": [2.0]}, periods=10**25, store=path
+            "period", OSC, FORCE, over={"forcing.omega": [2.0]}, periods=10**14, store=path
         ),
         r"^periods = 1.*found from a strobe in each; 1 point, whose answer takes",
     ),

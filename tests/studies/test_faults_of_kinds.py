@@ -176,6 +176,17 @@ def text_of(kind: str, own: str, model: str = MODEL) -> str:
         (
             "sweep",
             (
+                '[sweep]\nmeasure = "period"\npaired = true\n[over]\n'
+                '"start.v0" = [1, 2]\n"forcing.omega" = {from = 1, to = 2, count = 3}'
+            ),
+            (
+                "s.toml:17: over.forcing.omega: 3 values, and start.v0 has 2; paired, "
+                "each has as many"
+            ),
+        ),
+        (
+            "sweep",
+            (
                 '[sweep]\nmeasure = "period"\n[over]\n'
                 '"oscillator.stops.0.restitution" = {from = "1/2", to = "3/2", count = 11}'
             ),

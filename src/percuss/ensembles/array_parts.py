@@ -204,9 +204,7 @@ class _Whole:
         self.size = int(self._own["size"])
         self.chunk = int(self._own["part_of"]["chunk"])
         self.columns = self._chunks[0].columns
-        self.dimensions = tuple(
-            Dimension(name, tuple(values), units) for name, values, units in self._own["dimensions"]
-        )
+        self.dimensions = tuple(map(Dimension.of_description, self._own["dimensions"]))
         self._marks, self._times = self._all_marks()
 
     def identity(self) -> dict[str, object]:

@@ -74,9 +74,11 @@ def with_units(dataset: Dataset, units: Units | None) -> Dataset:
 
 
 def coordinates_of(dimensions: Iterable[Dimension]) -> dict[str, Any]:
-    """Return a coordinate for each axis."""
+    """Return a coordinate for each axis, and for each parameter that varies along one."""
     return {
-        axis.name: (axis.name, np.array(axis.values), {"units": axis.units}) for axis in dimensions
+        one.name: (axis.name, np.array(one.values), {"units": one.units})
+        for axis in dimensions
+        for one in (axis, *axis.beside)
     }
 
 

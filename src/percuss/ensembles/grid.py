@@ -29,9 +29,11 @@ from percuss.model.structure import Structure
 from percuss.model.structure_start import StructureStart, check_start, structure_start
 from percuss.model.system import law, stop_rows, turns_of
 from percuss.model.units import in_units
+from percuss.wording import counted
 
 __all__ = [
     "POINTS",
+    "SAMPLE",
     "Axis",
     "Grid",
     "check_driven",
@@ -45,6 +47,8 @@ __all__ = [
 _OF_START = ("x0", "v0", "t0")
 _OWNERS = ("oscillator", "forcing", "start")
 _OF_STRUCTURE = ("structure", "loads", "start")
+# Name of the dimension of values that are taken together.
+SAMPLE = "sample"
 # Values that a range (low, high) stands for by default.
 POINTS = 101
 # What the parts of a grid that were made before may take in memory [bytes].
@@ -143,6 +147,9 @@ class Grid:
         The axes; without axes there is one point.
     on
         The direction c of a structure's displacement y = c . x that is observed.
+    is_paired
+        Whether the values are taken together in place of all combinations: the first of each axis,
+        then the second of each.
     """
 
     osc: Oscillator | Structure
@@ -150,6 +157,7 @@ class Grid:
     start: Start | StructureStart
     axes: tuple[Axis, ...] = field(default=())
     on: tuple[float, ...] = ()
+    is_paired: bool = False
     _made: MadeParts = field(default_factory=MadeParts, init=False, repr=False, compare=False)
 
     @property
@@ -173,8 +181,9 @@ class Grid:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Number of values along each axis."""
-        return tuple(len(axis.given) for axis in self.axes)
+        """Number of values along each axis, or of samples."""
+        counts = tuple(len(axis.given) for axis in self.axes)
+        return counts[:1] if self.is_paired else counts
 
     @property
     def size(self) -> int:
@@ -182,9 +191,15 @@ class Grid:
         return math.prod(self.shape)
 
     @property
+    def n_laws(self) -> int:
+        """Number of points that differ in more than the start."""
+        counts = [len(axis.given) for axis in self.axes if not axis.of_start]
+        return math.prod(counts[:1] if self.is_paired else counts)
+
+    @property
     def dimensions(self) -> tuple[Dimension, ...]:
-        """The axes as the answer has them."""
-        return tuple(
+        """The axes as the answer has them, or the samples with the parameters along them."""
+        each = tuple(
             Dimension(
                 axis.dimension,
                 tuple(axis.values.tolist()),
@@ -192,6 +207,9 @@ class Grid:
             )
             for axis in self.axes
         )
+        if not self.is_paired:
+            return each
+        return (Dimension(SAMPLE, tuple(range(self.size)), beside=each),)
 
     def _dimensions_of(self, axis: Axis) -> str:
         return dimensions_of(axis.path, self.osc, self.force) if axis.units is None else axis.units
@@ -218,7 +236,7 @@ class Grid:
     def identity(self) -> dict[str, object]:
         """Return the grid as JSON can hold it: what was given, exactly."""
         axes = {axis.path: [repr(value) for value in axis.given] for axis in self.axes}
-        return {**self.motion(), "over": axes}
+        return {**self.motion(), "over": axes} | ({"paired": True} if self.is_paired else {})
 
     def words(self, i: int) -> str:
         """Return the values of the axes at a point, in words."""
@@ -226,7 +244,13 @@ class Grid:
         return ", ".join(f"{axis.dimension} = {axis.given[k]!s}" for axis, k in where)
 
     def _where(self, i: int) -> tuple[int, ...]:
-        return tuple(int(k) for k in np.unravel_index(i, self.shape)) if self.axes else ()
+        return tuple(int(k) for k in self._indices(i))
+
+    def _indices(self, points: int | Integers) -> tuple[Integers, ...]:
+        """Return the indices of points along each axis."""
+        if self.is_paired:
+            return (np.asarray(points),) * len(self.axes)
+        return np.unravel_index(points, self.shape) if self.axes else ()
 
     def groups(self, first: int, last: int) -> tuple[list[AnyGroup], dict[int, str]]:
         """Return the points from first to last in groups, and the faults of points without motion.
@@ -234,7 +258,7 @@ class Grid:
         The last is not included, and faults are counted from the first. A term of a Fourier sum
         that becomes zero changes the shape of the law: there is one group for each shape.
         """
-        where = np.unravel_index(np.arange(first, last), self.shape) if self.axes else ()
+        where = self._indices(np.arange(first, last))
         key = np.zeros(last - first, dtype=np.int64)
         paths, numbers = self.start_paths, _start_numbers(self.start)
         starts = np.empty((last - first, len(paths)))
@@ -244,7 +268,7 @@ class Grid:
             if axis.of_start and not axis.along:
                 starts[:, paths.index(axis.path)] = axis.values[k]
             elif not axis.along:
-                key = key * len(axis.given) + k
+                key = k if self.is_paired else key * len(axis.given) + k
         for axis, k in zip(self.axes, where, strict=True):
             if axis.along:
                 starts[:, :-1] += axis.values[k][:, np.newaxis] * np.array(axis.along)
@@ -405,6 +429,8 @@ def make_grid(
     over: Mapping[str, object],
     points: int = POINTS,
     on: On | None = None,
+    *,
+    paired: bool = False,
 ) -> Grid:
     """Return the grid of the parameters in ``over``, with all its axes checked.
 
@@ -423,11 +449,14 @@ def make_grid(
     on
         The coordinate, direction or point of a structure whose displacement is observed; None for
         the only coordinate, or where none is asked for.
+    paired
+        Whether the values are taken together, in place of all combinations.
 
     Raises
     ------
     ParameterError
-        If there is no such path, one is named twice, or an axis is empty or not finite.
+        If there is no such path, one is named twice, an axis is empty or not finite, or axes that
+        are taken together differ in their numbers of values.
 
     Examples
     --------
@@ -461,7 +490,26 @@ def make_grid(
             raise ParameterError("over", (first, path), "the same parameter, named twice")
         axis = _axis(osc, force, begin, name, values_of(path, values, points))
         axes.append(replace(axis, asked=path))
-    return Grid(osc, force, begin, tuple(axes), direction)
+    if paired:
+        _check_pairs(axes)
+    return Grid(osc, force, begin, tuple(axes), direction, paired)
+
+
+def _check_pairs(axes: Sequence[Axis]) -> None:
+    """Raise unless axes that are taken together are there, and are of one length."""
+    if not axes:
+        raise ParameterError("over", {}, "no parameter, whose values could be taken together")
+    first = axes[0]
+    for axis in axes:
+        if axis.dimension == SAMPLE:
+            reason = "the name of the dimension of samples; give the parameter another name"
+            raise ParameterError("over", SAMPLE, reason)
+        if len(axis.given) != len(first.given):
+            reason = (
+                f"{counted(len(axis.given), 'value')}, and {first.dimension} has "
+                f"{len(first.given)}; paired, each has as many"
+            )
+            raise ParameterError("over", axis.dimension, reason)
 
 
 def check_driven(osc: object, force: object) -> None:

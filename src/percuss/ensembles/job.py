@@ -9,7 +9,7 @@ import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,11 +58,26 @@ class Dimension:
         Its coordinates: numbers, or words.
     units
         Their dimensions in length and time.
+    beside
+        Further coordinates along it: parameters that take their values together.
     """
 
     name: str
     values: tuple[float, ...] | tuple[str, ...]
     units: str = "1"
+    beside: tuple[Dimension, ...] = ()
+
+    def description(self) -> list[Any]:
+        """Return it as JSON can hold it."""
+        own: list[Any] = [self.name, list(self.values), self.units]
+        return [*own, [other.description() for other in self.beside]] if self.beside else own
+
+    @classmethod
+    def of_description(cls, description: Sequence[Any]) -> Dimension:
+        """Return what a description is of."""
+        name, values, units, *beside = description
+        others = tuple(cls.of_description(other) for own in beside for other in own)
+        return cls(name, tuple(values), units, others)
 
 
 @dataclass(slots=True)

@@ -517,7 +517,7 @@ def _description(job: Job) -> dict[str, Any]:
         "size": job.size,
         "chunk": job.chunk,
         "motions_of_a_point": motions_of_a_point(job),
-        "dimensions": [[axis.name, list(axis.values), axis.units] for axis in job.dimensions],
+        "dimensions": [axis.description() for axis in job.dimensions],
         "columns": {
             name: {"dims": list(column.dims), "units": column.units, "meaning": column.meaning}
             for name, column in job.columns.items()

@@ -226,9 +226,7 @@ def _pause(steps: Floats) -> float:
 
 def _load_part(path: Path) -> Dataset:
     own = own_attributes(path)
-    dimensions = [
-        Dimension(name, tuple(values), units) for name, values, units in own["dimensions"]
-    ]
+    dimensions = map(Dimension.of_description, own["dimensions"])
     chunks = stored_chunks(path, own)
     answer, columns = chunks.answer(), chunks.columns
     study = own["study"]

@@ -86,6 +86,7 @@ def sweep(
     force: Forcing | Loads | None = None,
     *,
     over: Mapping[str, object],
+    paired: bool = False,
     on: On | None = None,
     start: Start | StructureStart | Sequence[Any] | None = None,
     transient: int = 200,
@@ -116,6 +117,10 @@ def sweep(
         The axes of the grid, by the dotted path of a parameter or of a number of the start: a
         range (low, high), which stands for 101 values, or the values themselves. Without axes,
         {}, there is one point.
+    paired
+        Whether the values of ``over`` are taken together, the first of each path, then the second
+        of each, in place of all combinations: for random samples, or the rows of a table. The
+        dimension is ``sample``, and the parameters are coordinates along it.
     on
         Of a structure the coordinate, direction or point whose displacement is measured: needed
         for measures of a displacement or an acceleration, and where "period" is found at a place,
@@ -155,7 +160,8 @@ def sweep(
     Returns
     -------
     xarray.Dataset
-        A variable for each measure over one dimension for each path, as it was asked for. Points
+        A variable for each measure over one dimension for each path, as it was asked for, or over
+        ``sample``. Points
         without an answer hold NaN, and `reason` over the dimension `failure` says why; `point`
         is their number in the grid, the last axis the fastest; the attribute `failed` counts
         them. The bits do not depend on the engine. As a table of pandas it is
@@ -170,8 +176,8 @@ def sweep(
     Raises
     ------
     ParameterError
-        If there is no such measure or path, an axis is empty or not finite, or there is no room
-        for the answer.
+        If there is no such measure or path, an axis is empty or not finite, paired axes differ in
+        length, or there is no room for the answer.
     EngineError
         If points kill three worker processes, or a cluster is lost.
     OutputError
@@ -186,9 +192,18 @@ def sweep(
     ... )
     >>> data.period.values
     array([1., 2., 0.])
+
+    Two settings of both parameters:
+
+    >>> data = pc.sweep(
+    ...     "period", pc.impact_oscillator(), pc.cosine(2.5), start=(0.0, 1.0), paired=True,
+    ...     over={"forcing.omega": [2.5, 2.67], "oscillator.stops.0.restitution": [0.7, 0.8]},
+    ... )
+    >>> data.period.dims, data.period.values, data["forcing.omega"].values
+    (('sample',), array([1., 2.]), array([2.5 , 2.67]))
     """
     execution = execution_of(store, engine, n_workers, progress, part)
-    grid = make_grid(osc, force, start, over, on=on)
+    grid = make_grid(osc, force, start, over, on=on, paired=paired)
     window = Window(transient, periods, _span(between, grid, measure))
     work = _work(measure, grid, window, max_impacts, section_of(section))
     answer = run_job(work, execution, is_read_from_disk=True)
@@ -398,8 +413,7 @@ class Measured(OverGrid):
     def chunk(self) -> int:
         """Points of a chunk."""
         followed = self.window.transient + self.window.periods
-        laws = math.prod(len(axis.given) for axis in self.grid.axes if not axis.of_start)
-        each = followed + OF_A_LAW * laws // self.size
+        each = followed + OF_A_LAW * self.grid.n_laws // self.size
         each *= cost_of(self.grid.osc)
         usual = min(LARGEST_CHUNK, max(1, IMPACTS_OF_A_CHUNK // each))
         return min(max(usual, self.size // MOST_CHUNKS), max(usual, LARGEST_OF_ALL))

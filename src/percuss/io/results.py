@@ -309,7 +309,9 @@ def dataset_columns(data: Dataset) -> Columns:
         values = data[dim].values if dim in data.coords else np.arange(shape[i])
         along = values.reshape([-1 if k == i else 1 for k in range(len(dims))])
         columns[str(dim)] = np.broadcast_to(along, shape).ravel()
-    for name, variable in data.data_vars.items():
+    # Parameters that vary along a dimension first.
+    varying = {name: data[name] for name in data.coords if name not in dims}
+    for name, variable in [*varying.items(), *data.data_vars.items()]:
         if variable.dims and set(variable.dims) <= set(dims):
             wide = variable.broadcast_like(widest).transpose(*dims)
             columns[str(name)] = wide.values.ravel()

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import matplotlib as mpl
 import numpy as np
 import xarray as xr
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm, Colormap, ListedColormap, Normalize, TwoSlopeNorm
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from percuss.arrays import Flags, Floats
@@ -21,6 +24,7 @@ from percuss.plotting.labels import label_axes, path_label, with_unit
 from percuss.plotting.style import (
     BLACK,
     BLUE,
+    GREY,
     colour_bar,
     legend_above,
     picture,
@@ -36,6 +40,11 @@ PERIODS = (
     "#8C510A", "#B8B8B8",
 )  # fmt: skip
 MINUS_INFINITY = "#8FCFB2"
+# Dots over one parameter that are drawn small.
+MANY = 400
+# Of dots over two: where there is no answer, the area of all together, and the least and largest of one
+# [point^2].
+NO_ANSWER, DOTS, DOT_SIZES = "#A0A0A0", 12_000.0, (3.0, 30.0)
 # The colours span all but this part of the values, in percent, at either end.
 FAR_OUT = 0.5
 
@@ -46,6 +55,7 @@ def plot_chart(
     measure: str | None = None,
     ax: Axes | None = None,
     *,
+    over: Sequence[str] | None = None,
     units: Units | None = None,
     xlabel: str | None = None,
     ylabel: str | None = None,
@@ -53,14 +63,16 @@ def plot_chart(
     """Draw a measure over two parameters in colours, with a colour bar.
 
     Periods have a colour each. What has both signs, as a Lyapunov exponent, has one hue for
-    either, and 0 is white between them.
+    either, and 0 is white between them. Paired settings are dots, in place of cells.
 
     Parameters
     ----------
     data
-        What `percuss.sweep` has returned, over two paths.
+        What `percuss.sweep` has returned, over two paths, or over paired values of several.
     measure
         Which of its measures; default: the first.
+    over
+        The two parameters, across and upwards; default: the first two.
 
     Returns
     -------
@@ -70,26 +82,49 @@ def plot_chart(
     Raises
     ------
     ParameterError
-        If there is no such measure, or it is not over two paths.
+        If there is no such measure or parameter, or it is not over two paths.
     """
     units = units_of(units)
     name = _measure_of(data, measure, 2)
-    across, upwards = (str(dim) for dim in data[name].dims)
-    values = data[name].transpose(upwards, across).to_numpy().astype(np.float64)
+    across, upwards = _axes_of(data, name, over, 2)
+    is_paired = data[name].ndim == 1
+    dims = data[name].dims if is_paired else (upwards, across)
+    values = data[name].transpose(*dims).to_numpy().astype(np.float64)
     scale = _periods(values) if _is_count(data, name) else _shades(values)
     with picture(ax, labels=(xlabel, ylabel)) as ax:
         x, y = (data[dim].to_numpy() for dim in (across, upwards))
-        hatch_missing(ax)
-        seen = np.where(np.isneginf(values), np.nan, values)
-        shown = draw_cells(ax, x, y, np.ma.masked_invalid(seen), cmap=scale.map, norm=scale.norm)
-        if np.isneginf(values).any():
-            # An exponent of minus infinity: the motion sticks, and forgets its start there.
-            sticking = np.ma.masked_where(~np.isneginf(values), np.zeros_like(values))
-            draw_cells(ax, x, y, sticking, cmap=ListedColormap([MINUS_INFINITY]))
+        if is_paired:
+            shown = _draw_dots(ax, x, y, values, scale)
+        else:
+            shown = _draw_grid(ax, x, y, values, scale)
         label_axes(ax, data, across, upwards, units)
         _add_bar(ax, _name_of(data, name, units), scale, shown)
-        _add_legend(ax, values)
+        _add_legend(ax, values, is_paired=is_paired)
     return ax
+
+
+def _draw_grid(ax: Axes, x: Floats, y: Floats, values: Floats, scale: _Scale) -> Any:
+    """Draw a cell for each number, and return what can have a colour bar."""
+    hatch_missing(ax)
+    seen = np.where(np.isneginf(values), np.nan, values)
+    shown = draw_cells(ax, x, y, np.ma.masked_invalid(seen), cmap=scale.map, norm=scale.norm)
+    if np.isneginf(values).any():
+        # An exponent of minus infinity: the motion sticks, and forgets its start there.
+        sticking = np.ma.masked_where(~np.isneginf(values), np.zeros_like(values))
+        draw_cells(ax, x, y, sticking, cmap=ListedColormap([MINUS_INFINITY]))
+    return shown
+
+
+def _draw_dots(ax: Axes, x: Floats, y: Floats, values: Floats, scale: _Scale) -> Any:
+    """Draw a dot for each number, and return what can have a colour bar."""
+    size = float(np.clip(DOTS / max(len(values), 1), *DOT_SIZES))
+    known, sticks = np.isfinite(values), np.isneginf(values)
+    # White is a number, too: an edge tells it from the background.
+    look: dict[str, Any] = {"s": size, "linewidths": 0.2, "edgecolors": GREY}
+    ax.scatter(x[sticks], y[sticks], color=MINUS_INFINITY, s=size)
+    none = ~known & ~sticks
+    ax.scatter(x[none], y[none], s=size, marker="x", color=NO_ANSWER, linewidths=0.8)
+    return ax.scatter(x[known], y[known], c=values[known], cmap=scale.map, norm=scale.norm, **look)
 
 
 @shared_docs
@@ -98,32 +133,38 @@ def plot_sweep(
     measure: str | None = None,
     ax: Axes | None = None,
     *,
+    over: str | None = None,
     units: Units | None = None,
     xlabel: str | None = None,
     ylabel: str | None = None,
 ) -> Axes:
     """Draw a measure over one parameter; points without an answer leave gaps.
 
+    Paired settings are dots, as another parameter may vary with the one that is drawn.
+
     Parameters
     ----------
     data
-        What `percuss.sweep` has returned, over one path.
+        What `percuss.sweep` has returned, over one path, or over paired values of several.
     measure
         Which of its measures; default: the first.
+    over
+        The parameter; default: the first.
 
     Raises
     ------
     ParameterError
-        If there is no such measure, or it is not over one path.
+        If there is no such measure or parameter, or it is not over one path.
     """
     units = units_of(units)
     name = _measure_of(data, measure, 1)
-    (path,) = (str(dim) for dim in data[name].dims)
+    (path,) = _axes_of(data, name, None if over is None else [over], 1)
     order = np.argsort(data[path].to_numpy(), kind="stable")
     x, y = data[path].to_numpy()[order], data[name].to_numpy()[order]
     with picture(ax, labels=(xlabel, ylabel)) as ax:
-        whole = _is_count(data, name) or len(x) < 20
-        look = {"marker": ".", "linestyle": "none"} if whole else {"linewidth": 1.0}
+        whole = _is_count(data, name) or len(x) < 20 or path not in data[name].dims
+        dots = {"marker": ".", "linestyle": "none", "markersize": 6.0 if len(x) < MANY else 2.5}
+        look = dots if whole else {"linewidth": 1.0}
         ax.plot(x, np.where(np.isfinite(y), y, np.nan), color=BLUE, **look)
         if not whole:
             alone = _is_alone(np.isfinite(y))
@@ -172,19 +213,40 @@ def _measure_of(data: xr.Dataset, measure: str | None, n_axes: int) -> str:
     known = [
         str(name)
         for name, values in data.data_vars.items()
-        if values.ndim == n_axes
-        and values.size
+        if values.size
+        and (len(own := _parameters_of(data, str(name))) == n_axes or values.ndim == 1 < len(own))
         and all(part.dtype.kind in "fi" for part in (values, *(data[dim] for dim in values.dims)))
         and "failure" not in values.dims
     ]
     if not known:
-        dims = [str(dim) for dim in data.dims if dim != "failure"]
+        dims = [str(dim) for dim in data.coords]
         wanted = "one parameter" if n_axes == 1 else "two parameters"
         other = "; plot_chart draws two" if n_axes == 1 else "; plot_sweep draws one"
         raise ParameterError("data", dims, f"no measure over {wanted}{other}")
     if measure is not None and measure not in known:
         raise ParameterError("measure", measure, f"none of {', '.join(known)}")
     return measure or known[0]
+
+
+def _parameters_of(data: xr.Dataset, name: str) -> list[str]:
+    """Return the parameters of a measure: its dimensions, or those that vary along its only one."""
+    dims = data[name].dims
+    varying = [
+        str(other) for other in data.coords if other not in dims and data[other].dims == dims
+    ]
+    return varying or [str(dim) for dim in dims]
+
+
+def _axes_of(data: xr.Dataset, name: str, over: object, n_axes: int) -> list[str]:
+    """Return the parameters of the axes: those asked for, or the first ones."""
+    known = _parameters_of(data, name)
+    if over is None:
+        return known[:n_axes]
+    asked: list[Any] = list(over) if isinstance(over, list | tuple) else [over]
+    if len(asked) != n_axes or len(set(asked)) != n_axes or not set(asked) <= set(known):
+        each = "one" if n_axes == 1 else f"{n_axes} different ones"
+        raise ParameterError("over", over, f"not {each} of {', '.join(known)}")
+    return asked
 
 
 def _periods(values: Floats) -> _Scale:
@@ -220,13 +282,14 @@ def _shades(values: Floats) -> _Scale:
     return _Scale(mpl.colormaps["cividis"], Normalize(low, high), extend=extend)
 
 
-def _add_legend(ax: Axes, values: Floats) -> None:
+def _add_legend(ax: Axes, values: Floats, *, is_paired: bool) -> None:
     """Explain what has no number in the colour bar."""
-    handles = []
+    handles: list[Artist] = []
     if np.isneginf(values).any():
         handles.append(Patch(color=MINUS_INFINITY, label="minus infinity"))
     if np.isnan(values).any():
-        handles.append(missing_patch("no answer"))
+        cross = Line2D([], [], marker="x", color=NO_ANSWER, linestyle="none", label="no answer")
+        handles.append(cross if is_paired else missing_patch("no answer"))
     if handles:
         legend_above(ax, handles=handles, ncols=2)
 

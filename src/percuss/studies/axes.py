@@ -340,7 +340,11 @@ def _range(
 
 
 def values_over(
-    study: StudyDraft, count: int | None, start: Start | StructureStart | None
+    study: StudyDraft,
+    count: int | None,
+    start: Start | StructureStart | None,
+    *,
+    paired: bool = False,
 ) -> dict[str, AxisValues]:
     """Return the axes of ``[over]``, and add their faults.
 
@@ -352,6 +356,8 @@ def values_over(
         Required number of parameters; None: at least one.
     start
         The start, whose numbers may be parameters.
+    paired
+        Whether their values are taken together, each axis with as many.
 
     Returns
     -------
@@ -361,8 +367,10 @@ def values_over(
     right: dict[str, AxisValues] = {}
     entries = list(_counted(study, count))
     axes = [_axis_of(study, place, given) for _, place, given in entries]
-    if _is_too_large(study, ("over",), axes):
+    if _is_too_large(study, ("over",), axes[:1] if paired else axes):
         return right
+    if paired:
+        _check_pairs(study, entries, axes)
     for (path, place, _), axis in zip(entries, axes, strict=True):
         if axis is None or not _is_known(study, path, place, start):
             continue
@@ -377,6 +385,27 @@ def values_over(
     return right
 
 
+def _check_pairs(
+    study: StudyDraft,
+    entries: Sequence[tuple[str, Path, Any]],
+    axes: Sequence[AxisValues | None],
+) -> None:
+    """Add the faults of axes that have not as many values as the first."""
+    counts = [_count_of(axis) for axis in axes]
+    for (_, place, _), axis, count in zip(entries, axes, counts, strict=True):
+        if axis is not None and axes[0] is not None and count != counts[0]:
+            reason = (
+                f"{counted(count, 'value')}, and {entries[0][0]} has {counts[0]}; "
+                "paired, each has as many"
+            )
+            study.faults.add(place, reason)
+
+
+def _count_of(axis: AxisValues | None) -> int:
+    """Return the number of values of an axis, 1 where it has faults."""
+    return 1 if axis is None else axis.count if isinstance(axis, Span) else len(axis)
+
+
 def axes_of(study: StudyDraft, table: str, given: Mapping[str, Any]) -> dict[str, AxisValues]:
     """Return the axes under keys of a table, and add their faults."""
     axes = {name: _axis_of(study, (table, name), raw) for name, raw in given.items()}
@@ -387,9 +416,7 @@ def axes_of(study: StudyDraft, table: str, given: Mapping[str, Any]) -> dict[str
 
 def _is_too_large(study: StudyDraft, place: Path, axes: Sequence[AxisValues | None]) -> bool:
     """Return whether the grid is too large for this machine, and add that fault."""
-    counts = [
-        1 if axis is None else axis.count if isinstance(axis, Span) else len(axis) for axis in axes
-    ]
+    counts = [_count_of(axis) for axis in axes]
     # A store may be given later: the fault is a grid that neither memory nor the disk holds.
     problem = too_large(counts, store=FilePath.cwd())
     if problem is not None:

@@ -67,6 +67,8 @@ class Sweep(Question):
         Names of built-in measures.
     over
         The axes by path.
+    paired
+        Whether their values are taken together.
     start
         Where the motions start.
     transient, periods, between, section, max_impacts, on
@@ -82,6 +84,7 @@ class Sweep(Question):
 
     measure: MeasureNames
     over: OverAxes
+    paired: bool = default(sweep, "paired")
     start: StartState = AT_REST
     transient: Whole = default(sweep, "transient")
     periods: Count = default(sweep, "periods")
@@ -117,7 +120,7 @@ class Sweep(Question):
             counts = any(name in MEASURES and MEASURES[name].needs_strobes for name in self.measure)
             section = section_of(self.section) if counts else None
             check_measured(self.measure, self.on, path, study, section=section)
-        return replace(self, start=start, over=values_over(study, None, start))
+        return replace(self, start=start, over=values_over(study, None, start, paired=self.paired))
 
     def tables(self) -> dict[str, object]:
         """Return the tables of the question; two instants stand in place of whole periods."""
@@ -155,8 +158,8 @@ class Sweep(Question):
         return sweep(osc=study.model, force=study.force, **arguments)
 
     def pictures(self, study: Study) -> dict[str, Picture]:  # noqa: ARG002
-        """Return a picture of each measure over one axis or two."""
-        if len(self.over) > 2:
+        """Return a picture of each measure over one axis or two, the first two of paired ones."""
+        if len(self.over) > 2 and not self.paired:
             return {}
         several = len(self.measure) > 1
         return {name if several else "sweep": _draw(name, len(self.over)) for name in self.measure}
