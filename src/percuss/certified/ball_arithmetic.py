@@ -13,7 +13,7 @@ from flint import acb, arb
 
 from percuss.arrays import Floats
 from percuss.certified.numbers import precision, time_ball
-from percuss.model.exact import Phase
+from percuss.model.exact import Phase, whole
 
 __all__ = ["Ball", "Balls", "ComplexBall", "OpenGraze", "Undecided", "upwards"]
 
@@ -93,8 +93,8 @@ class Ball:
         return _digits(self.arb)
 
     def text(self, digits: int = 20) -> str:
-        """Return the decimals that are certain, and the error."""
-        return str(self.arb.str(digits))
+        """Return the decimals that are certain, ``digits`` >= 1 of them at most, and the error."""
+        return str(self.arb.str(whole("digits", digits, 1)))
 
     def decimals(self, digits: int) -> tuple[str, str]:
         """Return a decimal and a radius around it that hold the number, both as text.
@@ -116,6 +116,7 @@ class Ball:
         >>> Ball(arb(2).sqrt()).decimals(6)
         ('1.41421', '3.60e-6')
         """
+        digits = whole("digits", digits, 1)
         if not self.arb.is_finite():
             return "nan", "inf"
         text = str(self.arb.mid().str(digits, radius=False, more=True))

@@ -73,8 +73,9 @@ def system_for(system: BallSystem, over: Over | None) -> BallSystem:
     """
     if over is None:
         return system
-    if len(over) != 1:
-        raise ParameterError("over", dict(over), "not one parameter and its values")
+    given: object = over
+    if not isinstance(given, Mapping) or len(given) != 1:
+        raise ParameterError("over", over, "not one parameter and its values, {path: (low, high)}")
     ((name, values),) = over.items()
     path = long_form(name, system.oscillator, system.forcing)
     allowed = ["forcing.constant", *(tone.amplitude for tone in system.tones)]

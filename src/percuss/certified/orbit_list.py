@@ -413,9 +413,10 @@ def list_orbits(
     """
     impacts, periods = whole("impacts", impacts, 1), whole("periods", periods, 1)
     most_boxes = whole("most_boxes", most_boxes, 1)
+    system = system_of(osc, force)
     require_period(force, "a list of orbits needs a periodic forcing")
     refuse_record(force, "a list of orbits")
-    event = _event_of(system_of(osc, force), osc, stop)
+    event = _event_of(system, osc, stop)
     low, high = exact_range("speeds", speeds)
     if not low > 0:
         reason = (
@@ -425,7 +426,6 @@ def list_orbits(
     begin, end = exact_range("cycle", cycle)
     if begin < 0 or end > 1:
         raise ParameterError("cycle", cycle, "not within 0 and 1")
-    system = system_of(osc, force)
     with precision(BITS):
         surface = ImpactSurface(system, event)
         slowest, fastest = _down(ball(low)), _up(ball(high))

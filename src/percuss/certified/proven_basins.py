@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -381,7 +381,8 @@ def prove_basins(
     >>> basins.labels.tolist(), basins.decided
     ([[0, 0, 0], [0, 0, 0], [0, 0, 0]], 1.0)
     """
-    orbits = [attractors] if isinstance(attractors, PeriodicOrbit) else list(attractors)
+    given: object = [attractors] if isinstance(attractors, PeriodicOrbit) else attractors
+    orbits: list[PeriodicOrbit] = list(given) if isinstance(given, Iterable) else []
     if not orbits or not all(isinstance(orbit, PeriodicOrbit) for orbit in orbits):
         raise ParameterError("attractors", attractors, "neither an orbit nor a list of orbits")
     osc, force = orbits[0].oscillator, orbits[0].forcing
@@ -390,7 +391,9 @@ def prove_basins(
         raise ParameterError("attractors", attractors, reason)
     refuse_record(force, "a proof of basins")
     real("t0", t0)
-    counts = (cells, cells) if isinstance(cells, int) else tuple(cells)
+    counts = tuple(cells) if isinstance(cells, Iterable) else (cells, cells)
+    if len(counts) != 2:
+        raise ParameterError("cells", cells, "neither a whole number nor two of them")
     nx, nv = (whole("cells", n, 1) for n in counts)
     depth, most_impacts = whole("depth", depth, 0), whole("most_impacts", most_impacts, 1)
     n_workers = whole("n_workers", n_workers, 1)

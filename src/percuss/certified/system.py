@@ -10,11 +10,12 @@ from functools import lru_cache
 from percuss.errors import ParameterError
 from percuss.model.exact import Exact, angle, as_fraction
 from percuss.model.expression import Expression, parameters_in
+from percuss.model.faults import raise_first
 from percuss.model.force_record import ForceRecord
 from percuss.model.forcing import Forcing, FourierTerm
 from percuss.model.oscillator import Oscillator, SoftStop, Wall
 from percuss.model.restitution import RestitutionTable, restitution_knots
-from percuss.model.system import System
+from percuss.model.system import System, kind_faults
 
 __all__ = ["Angle", "BallSystem", "Bound", "Region", "Tone", "check_told_apart", "system_of"]
 
@@ -139,16 +140,21 @@ class BallSystem:
         return own + sum(self.numbers[f"oscillator.stops.{i}.{name}"] for i in region.active)
 
 
-@lru_cache(maxsize=64)
 def system_of(osc: Oscillator, force: Forcing | None) -> BallSystem:
     """Return the exact system of an oscillator under a forcing (None: free motion).
 
     Raises
     ------
     ParameterError
-        If irrational places of stops are not told apart, a number may be zero or not, or a sample
-        of a record is an expression.
+        If they are no oscillator and no forcing, irrational places of stops are not told apart, a
+        number may be zero or not, or a sample of a record is an expression.
     """
+    raise_first(kind_faults(osc, force))
+    return _system_of(osc, force)
+
+
+@lru_cache(maxsize=64)
+def _system_of(osc: Oscillator, force: Forcing | None) -> BallSystem:
     parameters_in(osc, force)  # one name has one value
     unit, push = System(osc, force).of_unit_mass
     numbers = _Numbers(
