@@ -60,6 +60,10 @@ def continue_orbit(
     admissible orbits beyond, which meet the stop once more or less: the branch continues with their
     events (docs/theory/grazing.md).
 
+    Orbits without impacts are sums over harmonics and modes, whose dynamic stiffnesses
+    k - w^2 + 2 i a w tell of a resonance between two steps however narrow it is: such steps are
+    shortened until its grazes are seen. At a resonance without damping the branch ends.
+
     An orbit with sticking is followed as the motion from its release (multipliers 0). Its branch
     ends where the duration of the contact goes to zero, or where it is never released, and passes
     grazes, at which impacts appear and vanish.
