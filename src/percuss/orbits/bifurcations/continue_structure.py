@@ -36,6 +36,7 @@ from percuss.orbits.continuation.follow import (
     Segment,
     StepLimits,
     follow_both_ways,
+    hides_zeros,
     special_points_of,
     unbounded_growth,
 )
@@ -133,6 +134,7 @@ class _BranchDetector:
             why = f"near {equations.paths[0]} = {value:.5g} {COINCIDENCE}"
         rows.sort(key=lambda row: row[0])
         found: list[StructureRow] = [(point, special) for _, point, special in rows]
+        is_astray = is_astray or hides_zeros(here, new, found)
         if not why:
             size = float(np.abs(new.z[: equations.size]).max())
             why = unbounded_growth(new, size, STANDING)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TypeAlias
 
 import numpy as np
@@ -20,7 +21,7 @@ from percuss.orbits.bifurcations.special_points import (
     coincidence_point,
     special_points_between,
 )
-from percuss.orbits.continuation.follow import Segment, unbounded_growth
+from percuss.orbits.continuation.follow import Segment, hides_zeros, unbounded_growth
 from percuss.orbits.continuation.problem import Point
 from percuss.orbits.orbit.resonance import passes_resonance
 
@@ -94,6 +95,7 @@ class BranchDetector:
                 [], f"the velocities grow without bound beyond {here.text}", is_astray=True
             )
         rows: list[Row] = [(point, kind) for kind, point in special_points_between(here, new)]
+        is_astray = hides_zeros(here, new, rows) or _hides_branch_point(here, new, rows)
         corner = coincidence_point(here, family.value(new.z), is_end=False)
         if corner is not None:
             rows.append((corner[1], corner[0]))
@@ -105,19 +107,36 @@ class BranchDetector:
                 continue
             is_graze = special.kind == "grazing" and special.detail != LEFT
             if is_graze and reversed_ and family.is_coincidence(point.z, reversed_):
-                return Segment(rows[: k + 1], f"at {point.text} {COINCIDENCE}")
+                why = f"at {point.text} {COINCIDENCE}"
+                return Segment(rows[: k + 1], why, is_astray=is_astray)
             if is_graze and change:
                 return _changed(rows[: k + 1], point, change)
             why = _end_at(special)
             if why:
-                return Segment(rows[: k + 1], f"at {point.text} {why}")
+                return Segment(rows[: k + 1], f"at {point.text} {why}", is_astray=is_astray)
         if reversed_:
             # The walk began at the coincidence.
             return Segment([], f"at {here.text} {COINCIDENCE}")
         if change and here.tests["clearance"] == 0.0:
             return _changed([], here, change)
         growth = unbounded_growth(new, family.size(new.z), STANDING)
-        return Segment([*rows, (new, None)] if growth else rows, growth)
+        return Segment([*rows, (new, None)] if growth else rows, growth, is_astray=is_astray)
+
+
+def _hides_branch_point(
+    here: Point[BranchEquations], new: Point[BranchEquations], rows: Sequence[Row]
+) -> bool:
+    """Return whether a branch turns within a step on which the sign of 1 - a multiplier is kept.
+
+    At a fold it changes; so it does once more within the step, where another branch crosses.
+    """
+    ends = [point.tests.get("multiplier 1", 0.0) for point in (here, new)]
+    return ends[0] * ends[1] > 0.0 and any(
+        special is not None
+        and special.kind == "fold"
+        and not here.problem.leaves_slowly(point.orbit)
+        for point, special in rows
+    )
 
 
 def _border_collision(family: BranchEquations, border: Border[BranchEquations]) -> SpecialPoint:

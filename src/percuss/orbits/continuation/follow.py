@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Generic, Protocol, TypeVar, cast
@@ -24,6 +25,7 @@ __all__ = [
     "StepLimits",
     "follow",
     "follow_both_ways",
+    "hides_zeros",
     "special_points_of",
     "unbounded_growth",
 ]
@@ -45,6 +47,9 @@ FEWEST, PASSED = 5, 0.6
 # Velocities grow without bound where they exceed the first orbit's by this factor, while the
 # parameters all but stand.
 LARGE = 1e6
+
+# A test function below this part of its value at a neighbour has a zero there, but for rounding.
+ZERO = 1e-6
 
 STOPPED = "stopped by progress"
 
@@ -134,6 +139,22 @@ def unbounded_growth(new: Point[P], size: float, standing: float) -> str:
     moved = norm(new.tangent[-len(new.problem.paths) :])
     grows = size > LARGE and moved < standing
     return f"the velocities grow without bound towards {new.text}" if grows else ""
+
+
+def hides_zeros(
+    here: Point[P], new: Point[P], rows: Sequence[tuple[Point[P], S | None]]
+) -> bool:
+    """Return whether a test has one sign at two neighbours, and the other at a point between them.
+
+    Then two of its zeros, or more, lie within the step.
+    """
+    for point, _ in rows:
+        for name, value in point.tests.items():
+            one, other = here.tests.get(name, math.nan), new.tests.get(name, math.nan)
+            is_between = np.sign(one) == np.sign(other) == -np.sign(value) != 0.0
+            if is_between and abs(value) > ZERO * max(abs(one), abs(other)):
+                return True
+    return False
 
 
 def special_points_of(rows: Sequence[tuple[Point[P], S | None]]) -> tuple[S, ...]:
