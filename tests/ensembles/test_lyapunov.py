@@ -205,3 +205,26 @@ def test_a_free_motion_has_the_exponents_of_its_losses() -> None:
     assert exponents.total == pytest.approx(-0.2, rel=1e-9)
     with pytest.raises(pc.ParameterError, match="without a harmonic and without a stiffness"):
         pc.lyapunov_exponents(pc.Oscillator(stiffness=0.0), None)
+
+
+@pytest.mark.parametrize(("phase", "v0"), [(1.5, 0.0), (2.0, 0.0), (2.0, 0.05)])
+def test_a_contact_in_the_transient_is_no_part_of_the_exponents(phase: float, v0: float) -> None:
+    """The mass sticks once, at the start or after a few hops, on its way to an orbit that does not."""
+    osc, force = pc.impact_oscillator(0.8), pc.cosine(2.5, phase=phase)
+    run = pc.simulate(osc, force, v0=v0, periods=100)
+    rates = pc.lyapunov_exponents(osc, force, start=(0.0, v0), transient=200, periods=64)
+    swept = pc.sweep("largest_lyapunov_exponent", osc, force, over={}, start=(0.0, v0))
+
+    assert len(run.contacts) == 1
+    expected = 2.5 / (2 * math.pi) * math.log(0.8)
+    np.testing.assert_allclose(rates.exponents, expected, rtol=0, atol=1e-10)
+    assert float(swept.largest_lyapunov_exponent) == pytest.approx(expected, abs=0.01)
+
+
+def test_a_wall_that_holds_from_the_start_on_leaves_no_memory() -> None:
+    osc = pc.impact_oscillator(0.8, wall=-0.3, side="above", damping=0.05)
+
+    rates = pc.lyapunov_exponents(osc, pc.cosine(3, amplitude=0.1), start=(-0.3, 0.0), periods=64)
+
+    assert rates.exponents.tolist() == [-math.inf, -math.inf]
+    assert rates.total == -math.inf

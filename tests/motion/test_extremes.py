@@ -288,3 +288,23 @@ def test_a_window_from_jump_to_jump_has_the_limits_within_and_without(omega: flo
     assert found.maximum >= max(limits) - 1e-13
     assert found.minimum <= min(limits) + 1e-13
     assert (also.minimum, also.maximum) == pytest.approx((found.minimum, found.maximum), rel=1e-12)
+
+
+@pytest.mark.parametrize("since", [0, 1, 7])
+def test_a_wall_that_holds_for_good_bears_the_same_in_every_period(since: int) -> None:
+    """0.2 - 0.1 cos(2 t + 2), whenever the contact has begun: in a sweep and in a run."""
+    stops = pc.Wall(-1, "below", "0.8"), pc.Wall("-0.2", "above", 0)
+    osc = pc.Oscillator(damping=1, stops=stops)
+    force = pc.cosine(2, amplitude="0.1", phase=2)
+    start = -0.2, 0.0
+    run = pc.simulate(osc, force, start=start, periods=since + 1)
+    window = since * math.pi, run.t_end
+
+    swept = pc.sweep(
+        "peak_stop_force", osc, force, over={}, start=start, transient=since, periods=1
+    )
+    held = run.extremes("stop_force", stop=1, between=window)
+
+    assert run.outcome.name == "at_rest"
+    assert float(swept.peak_stop_force) == pytest.approx(0.3, rel=1e-15)
+    assert (-held.minimum, -held.maximum) == pytest.approx((0.3, 0.1), rel=1e-14)

@@ -15,7 +15,7 @@ from percuss.model.system import System
 from percuss.orbits import single_impact, single_impact_orbits
 from percuss.orbits.bifurcations.branch_equations import BranchEquations
 from percuss.orbits.orbit.extremes import extremes_of
-from percuss.orbits.orbit.stability import multipliers_of, stability_of
+from percuss.orbits.orbit.stability import multipliers_of, stability_of, stability_of_multipliers
 from percuss.orbits.orbit.steady import steady_orbit
 
 # Formal orbits are meant here: they are looked at one by one.
@@ -284,6 +284,28 @@ def test_stability_by_trace_and_determinant(
     matrix = np.array([[trace, -determinant], [1.0, 0.0]])
 
     assert stability_of(matrix, determinant, conservative=conservative) == expected
+
+
+@pytest.mark.parametrize(
+    ("multipliers", "expected"),
+    [
+        ([0.5, 0.9j, -0.9j, 0.1], "asymptotic"),
+        ([0.6 + 0.8j, 0.6 - 0.8j, 0.3, 0.2], "elliptic"),
+        ([1.0, 0.2], "parabolic"),
+        ([-1.0, 0.6 + 0.8j, 0.6 - 0.8j, 0.2], "parabolic"),
+        # Two that meet at 1 have half of the digits each.
+        ([1.0 + 1e-6, 1.0 - 1e-6], "parabolic"),
+        ([1.0 + 1e-6, 0.5], "unstable"),
+        ([1.1, 1.0 / 1.1], "unstable"),
+        ([1.0, 1.2], "unstable"),
+        ([0.9 + 0.8j, 0.9 - 0.8j], "unstable"),
+        ([math.inf, 0.0], "unstable"),
+    ],
+)
+def test_stability_follows_from_multipliers_of_any_number(
+    multipliers: list[complex], expected: str
+) -> None:
+    assert stability_of_multipliers(np.array(multipliers, dtype=complex)) == expected
 
 
 def test_a_flight_of_negative_duration_is_formal() -> None:

@@ -622,3 +622,27 @@ def test_a_wall_never_pulls_where_the_jump_of_a_load_ends_a_contact() -> None:
     assert peak == pytest.approx(0.9, rel=1e-14)
     data = pc.sweep("peak_stop_force", structure, loads, over={}, between=(0, 30))
     assert float(data.peak_stop_force) == pytest.approx(peak, rel=1e-14)
+
+
+@pytest.mark.parametrize(("k", "damping"), [(0.0, 0.2775), (0.01, 0.01), (0.0, 0.0)])
+def test_turns_of_slow_motions_under_a_wave_are_those_of_the_closed_form(
+    k: float, damping: float
+) -> None:
+    """They turn twice between two nodes of a structure, or far from the secant of an oscillator."""
+    force = pc.triangle_wave(3.56)
+    osc = pc.Oscillator(stiffness=k, damping=damping)
+    one = pc.Structure(mass=[1], stiffness=[k], damping=[2 * damping])
+    names = ["max_displacement", "min_displacement"]
+    starts = [-0.5, -0.29, -0.27, -0.005, 0.105, 0.185]
+    runs = [pc.simulate(osc, force, v0=v0, periods=2) for v0 in starts]
+    found = [run.extremes("displacement") for run in runs]
+    known = np.array([(each.minimum, each.maximum) for each in found])
+
+    ours = pc.sweep(names, osc, force, over={"start.v0": starts}, transient=0, periods=2)
+    theirs = pc.sweep(
+        names, one, pc.Loads({0: force}), over={"start.v0.0": starts}, transient=0, periods=2
+    )
+
+    for swept in (ours, theirs):
+        np.testing.assert_allclose(swept.min_displacement, known[:, 0], rtol=0, atol=1e-14)
+        np.testing.assert_allclose(swept.max_displacement, known[:, 1], rtol=0, atol=1e-14)

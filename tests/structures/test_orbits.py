@@ -667,3 +667,22 @@ def test_orbits_of_one_displacement_and_of_several_are_read_alike() -> None:
         np.testing.assert_allclose(orbit.run.impacts.v_after, orbit.impacts.v_after, rtol=1e-12)
     assert len(one.impacts) == len(several.impacts) == 1
     np.testing.assert_allclose(one.impacts.v_before, several.impacts.v_before, rtol=1e-9)
+
+
+def test_without_damping_orbits_are_elliptic_and_have_no_torus_points() -> None:
+    two = pc.chain([1, 1], [1, 1, 1])
+    orbit = pc.find_orbit(two, {0: pc.cosine("0.7")})
+    assert (orbit.stability, orbit.is_stable) == ("elliptic", False)
+    assert "elliptic" in repr(orbit)
+    branch = pc.continue_orbit(orbit, over={"loads.0.omega": (0.6, 0.95)})
+    # All multipliers stay on the unit circle: their distance from it is rounding.
+    assert branch.special_points == ()
+    assert set(branch.stability) == {"elliptic"}
+
+
+def test_between_elastic_walls_orbits_have_the_stability_of_the_oscillators() -> None:
+    osc, force = pc.Oscillator(1, 0, (pc.Wall("0.5", "above", 1),)), pc.cosine("0.7", "0.3")
+    one = pc.Structure([1], [1], stops=[pc.Wall("0.5", "above", 1, on=0)])
+    found = pc.find_orbits(one, {0: force}, 2, 1), pc.find_orbits(osc, force, 2, 1)
+    ours, theirs = (sorted((each.n_impacts, each.stability) for each in orbits) for orbits in found)
+    assert ours == theirs == [(1, "elliptic"), (2, "elliptic"), (2, "unstable")]

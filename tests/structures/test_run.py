@@ -431,3 +431,18 @@ def test_extremes_are_those_of_the_motion_after_a_wall_lets_go(
         found = run.extremes("displacement", on=0, between=(since, since + 6.0))
         assert 0.0 <= x.min() - found.minimum < 1e-4
         assert found.maximum == pytest.approx(0.1, rel=1e-12)
+
+
+def test_a_turn_after_a_release_from_forces_that_cancel_is_not_missed() -> None:
+    """On the wall's own mode the acceleration is the rounding of the load, of 1e-16 of its terms."""
+    k, damping, load = 2.3323376771651705, 0.09466019226988065, 2.5885784183433356
+    wall = pc.Wall(0, "above", "0.8", on=0)
+    one = pc.Structure([1], [k], [2 * damping], [wall])
+    force = pc.cosine("0.5", amplitude=load, phase=0.01696219311972036)
+    run = pc.simulate(one, pc.Loads({0: force}), t_end=8)
+    x = run(np.linspace(2.0, 8.0, 60_001))[0][:, 0]
+
+    found = run.extremes("displacement", on=0, between=(2.0, 8.0))
+
+    assert run.contacts.start[0] == 0.0
+    assert 0.0 <= x.min() - found.minimum < 1e-7

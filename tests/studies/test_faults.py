@@ -79,6 +79,15 @@ TWO_HARMONICS = "".join(
             ),
         ),
         (HEAD.replace("v0 = 1", "v0 = nan") + RUN, "s.toml:4: start.v0 = nan: not finite"),
+        # As the file has them, not as Python does.
+        (
+            HEAD + RUN + "[draw]\npng = 2026-11-27\n",
+            "s.toml:8: draw.png = 2026-11-27: neither true nor false",
+        ),
+        (
+            HEAD + RUN + '[[save]]\nnetcdf = true\ncsv = ["a"]\n',
+            's.toml:7: save = [{netcdf = true, csv = ["a"]}]: not a table',
+        ),
         (HEAD, "s.toml: run: missing; a table [run] is needed"),
         (HEAD + "[run]", "s.toml:5: run: missing a limit; give t_end, periods or max_impacts"),
         (HEAD + "[run]\nt_end = 0", "s.toml:6: run.t_end = 0: not after t0 = 0.0"),

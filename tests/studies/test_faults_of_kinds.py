@@ -61,6 +61,11 @@ def text_of(kind: str, own: str, model: str = MODEL) -> str:
         ),
         (
             "branch",
+            '[over]\n"forcing.amplitude" = {}',
+            "s.toml:13: over.forcing.amplitude = {}: not a range; write [first, last]",
+        ),
+        (
+            "branch",
             '[over]\n"forcing.amplitude" = ["a", 1]',
             f's.toml:13: over.forcing.amplitude.0 = "a": {PHASE}',
         ),

@@ -531,9 +531,12 @@ def extremes_of_wall(
     ``span`` is counted from the instant ``start``.
     """
     law, arrival = flight.law, flight.arrival
-    s, until = span
+    # A search takes a period from the instant from which its time is counted.
+    origin = later(start[0], start[1], span[0])
+    s = 0.0
+    until = span[1] - span[0]
     while s < until:
-        instant = later(start[0], start[1], s)
+        instant = later(origin[0], origin[1], s)
         set_phases(law, instant[0], instant[1], arrival)
         note_value(best, -(force + force_and_slopes(law, arrival)[0]), instant[0])
         bend = derived[0, FORCE_BOUND + 2]
@@ -551,13 +554,13 @@ def extremes_of_wall(
         released = False
         while not released:
             released, s, _ = release_time(
-                derived, sign, 0.0, (start[0], start[1]), begin, until, arrival
+                derived, sign, 0.0, (origin[0], origin[1]), begin, until, arrival
             )
             if not s < until:
                 break
             begin = s
         if s < until:
-            instant = later(start[0], start[1], s)
+            instant = later(origin[0], origin[1], s)
             set_phases(law, instant[0], instant[1], arrival)
             note_value(best, -(force + force_and_slopes(law, arrival)[0]), instant[0])
             s += math.sqrt(8.0 * (FORCE_ROUNDING * derived[0, FORCE_BOUND] / bend))

@@ -34,6 +34,7 @@ from percuss.kernels.observables import (
     Member,
     clear_observables,
     end_at,
+    forget_neighbour,
     is_strobe_due,
     keep_within,
     move_neighbour,
@@ -42,6 +43,7 @@ from percuss.kernels.observables import (
     observe_extremes,
     observe_passages,
     observe_work,
+    set_neighbour,
     strobe,
     strobe_neighbour,
 )
@@ -213,6 +215,8 @@ def observe_stretches(
     for row in range(max(count, 1)):
         past = Flight(law, region, start, phases, arrival)
         until = events[row, EVENT_T] if count > 0 else plan[UNTIL]
+        if options.section == TANGENTS and in_contact and until > plan[SINCE]:
+            forget_neighbour(member.values)
         if until >= plan[SINCE]:
             low = events[row, EVENT_T_LOW] if count > 0 else 0.0
             observe_stretch(member, options, past, x, in_contact, (until, low, count == 0))
@@ -307,11 +311,17 @@ def carry_neighbour(member: Member, flight: Flight, x: float, row: int) -> None:
         values[SHRUNK] += lost
         keep_within(values)
         return
+    is_early = t < member.plan[SINCE]
+    if kind == CONTACT and is_early:
+        # Before the time that is measured another neighbour is taken.
+        set_neighbour(values)
+        return
     event = (kind, marks[row, BOUND], region, marks[row, NEXT_REGION])
     jump = event_saltation(law, event, (t, t_low), v, phases)
     restitution = 1.0
     if kind == IMPACT:
         restitution = kept_of_area(law, region, int(marks[row, BOUND]), abs(v))
+        restitution = 1.0 if is_early and restitution == 0.0 else restitution
     if kind == CONTACT:
         restitution = 0.0
     move_neighbour(law, region, s, restitution, jump, values)

@@ -12,6 +12,7 @@ from typing import NamedTuple
 from percuss.arrays import Floats
 from percuss.kernels.arithmetic import ULP, Pair, arctangent, hypotenuse, logarithm, turns
 from percuss.kernels.compile import formula, kernel
+from percuss.kernels.event_location import within_bracket
 from percuss.kernels.flight import (
     Flight,
     FlightStart,
@@ -123,8 +124,9 @@ WEIGHTS = (
     0.023587668193255706,
 )
 POINTS_OF_A_SUM, STEPS_OF_A_SUM = 12, 3.0
-# Newton's steps to a turning point, from a secant, at most: the third leaves rounding.
-TURNING_STEPS = 4
+# Steps to a turning point, from a secant, at most: the third of Newton's leaves rounding, but where
+# a piece is long, as without a spring, halvings come before.
+TURNING_STEPS = 60
 # No piece of a flight is narrower than this part of a step.
 NARROWEST = 1e-6
 # Phase, or exponent, over which a neighbour is carried at once.
@@ -459,13 +461,21 @@ def turning_point(
 ) -> float:
     """Return the displacement where v vanishes between two (s, v) of different signs."""
     s = left[0] + (right[0] - left[0]) * left[1] / (left[1] - right[1])
+    low = left[0]
+    high = right[0]
     y = 0.0
     for _ in range(TURNING_STEPS):
         y, v, second, _, _, _ = state_at(flight, (s, 0.0))
         # What is missing to the turning point is v^2 / (2 x'').
         if v * v <= ULP * abs(second * y):
             break
-        s = min(max(s - v / second, left[0]), right[0])
+        if v * left[1] > 0.0:
+            low = s
+        else:
+            high = s
+        s = within_bracket(s - v / second if second != 0.0 else s, low, high)
+        if not low < s < high:
+            break
     return y
 
 
@@ -481,6 +491,22 @@ def end_at(flight: Flight, x: float, in_contact: bool, until: float, values: Flo
         values[END_V] = v
 
 
+@formula
+def set_neighbour(values: Floats) -> None:
+    """Set out with a neighbour: any direction turns into that of the fastest growth."""
+    values[AHEAD_X] = 0.8
+    values[AHEAD_V] = 0.6
+
+
+@kernel
+def forget_neighbour(values: Floats) -> None:
+    """Leave no neighbour, as a contact does."""
+    values[STRETCHED] = -math.inf
+    values[SHRUNK] = -math.inf
+    values[AHEAD_X] = 0.0
+    values[AHEAD_V] = 0.0
+
+
 @kernel
 def clear_observables(values: Floats) -> None:
     """Set the observables of a motion that begins."""
@@ -490,6 +516,4 @@ def clear_observables(values: Floats) -> None:
     values[HIGHEST] = -math.inf
     values[END_X] = math.nan
     values[END_V] = math.nan
-    # Any direction turns into that of the fastest growth.
-    values[AHEAD_X] = 0.8
-    values[AHEAD_V] = 0.6
+    set_neighbour(values)

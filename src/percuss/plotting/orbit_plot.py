@@ -109,11 +109,7 @@ def _title(orbit: PeriodicOrbit | StructureOrbit, units: Units) -> str:
     turns = f" in {counted(orbit.n_periods, 'forcing period')}" if orbit.n_periods else ""
     unit = f" {units.duration}" if units.time else ""
     formal = "" if orbit.admissible else ", not physical"
-    if isinstance(orbit, StructureOrbit):
-        stability = "asymptotic" if orbit.is_stable else "unstable"
-    else:
-        stability = orbit.stability
-    return f"{met}{turns}, T = {orbit.period:.6g}{unit}, {stability}{formal}"
+    return f"{met}{turns}, T = {orbit.period:.6g}{unit}, {orbit.stability}{formal}"
 
 
 def _broken_at_jumps(curve: SampledMotion) -> tuple[Floats, Floats, Floats]:

@@ -488,7 +488,7 @@ def _entries(place: Path, table: Mapping[str, Any], above: int) -> Iterator[tupl
     """
     for key, value in table.items():
         inner = (*place, key)
-        if isinstance(value, Mapping) and not {"from", "to", "count"} & set(value):
+        if isinstance(value, Mapping) and value and not {"from", "to", "count"} & set(value):
             yield from _entries(inner, value, above)
         else:
             yield ".".join(map(str, inner[above:])), inner, value

@@ -283,11 +283,10 @@ def report_of_orbit(orbit: StructureOrbit) -> dict[str, str]:
     values = ", ".join(multiplier_text(complex(value)) for value in multipliers[:MOST_SHOWN])
     more = f" and {len(multipliers) - MOST_SHOWN} more" if len(multipliers) > MOST_SHOWN else ""
     turns = counted(orbit.n_periods, "period")
-    stability = "stable" if orbit.is_stable else "unstable"
     impacts = counted(orbit.n_impacts, "impact")
     rows = {
         "orbit": f"{impacts} in {turns} of the loads, period {orbit.period:.10g}",
-        "stability": f"{stability}, multipliers {values}{more}",
+        "stability": f"{orbit.stability}, multipliers {values}{more}",
     }
     units = orbit.structure.units
     for on in _displacements(orbit.structure):

@@ -6,6 +6,7 @@ import functools
 import inspect
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from datetime import date, time
 from typing import Annotated, Any, Literal, TypeAlias, TypeVar, dataclass_transform
 
 from pydantic import (
@@ -216,24 +217,22 @@ def shown(value: object) -> str:
     >>> shown({"at": 0.3, "direction": "left"})
     '{at = 0.3, direction = "left"}'
     """
+    return _on_one_line(_written(value))
+
+
+def _written(value: object) -> str:
+    """Return a value as a file holds it on one line; Python's braces and dates are no TOML."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, exact.Computed):
-        number = "" if value.problem() else f" = {float(value):.6g}"
-        return _on_one_line(f'"{value}"{number}')
+        return f'"{value}"' + ("" if value.problem() else f" = {float(value):.6g}")
+    if isinstance(value, str):
+        return f'"{value}"'
     if isinstance(value, Mapping):
-        return _on_one_line(_inline(value))
-    value = list(value) if isinstance(value, tuple) else value
-    return _on_one_line(f'"{value}"' if isinstance(value, str) else repr(value))
-
-
-def _inline(value: object) -> str:
-    """Return a table as a file holds it on one line; Python's braces are no TOML."""
-    if isinstance(value, Mapping):
-        return f"{{{', '.join(f'{key} = {_inline(inner)}' for key, inner in value.items())}}}"
-    if isinstance(value, list):
-        return f"[{', '.join(map(_inline, value))}]"
-    return shown(value)
+        return f"{{{', '.join(f'{key} = {_written(inner)}' for key, inner in value.items())}}}"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(_written, value))}]"
+    return str(value) if isinstance(value, date | time) else repr(value)
 
 
 def _on_one_line(text: str) -> str:

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from percuss.arrays import Floats, Integers
-from percuss.kernels.arithmetic import hypotenuse, logarithm
+from percuss.kernels.arithmetic import Pair, hypotenuse, logarithm
 from percuss.kernels.compile import kernel
 from percuss.kernels.event_location import within_bracket
 from percuss.kernels.observables import (
@@ -73,6 +73,7 @@ from percuss.kernels.structure.basis import (
     find,
 )
 from percuss.kernels.structure.flight import (
+    SECOND,
     SPEED,
     VALUE,
     ModalFlight,
@@ -431,7 +432,8 @@ def observe_views(
 ) -> None:
     """Record the extremes of what is seen, and the time in touch, on a part of the flight of a row.
 
-    Turning points are those between neighbouring nodes at which the slope has different signs.
+    Turning points are those between neighbouring nodes at which the slope has different signs, or
+    between which it turns on the other side of zero.
     """
     b = viewer.marks[row, NEXT_REGION]
     left, right = span
@@ -460,9 +462,11 @@ def observe_views(
         see(flight, modes, flight.arrival, s + step, rates, seen1)
         note_views(flight.basis, seen1, values)
         for k in range(n_views):
-            if flight.basis.levels[k, IS_ON] == 1.0 and seen[k, SPEED] * seen1[k, SPEED] < 0.0:
-                note_view(k, turning_value(flight, k, s, s + step, seen[k, SPEED]), values)
+            if flight.basis.levels[k, IS_ON] == 1.0:
+                turns = seen[k, SPEED], seen[k, SECOND], seen1[k, SPEED], seen1[k, SECOND]
+                note_turns(flight, k, (s, s + step), turns, values)
             seen[k, SPEED] = seen1[k, SPEED]
+            seen[k, SECOND] = seen1[k, SECOND]
 
 
 @kernel
@@ -490,6 +494,55 @@ def note_view(k: int, value: float, values: Floats) -> None:
         values[HIGHEST] = max(values[HIGHEST], value)
     else:
         values[PEAK_FORCE] = max(values[PEAK_FORCE], abs(value))
+
+
+@kernel
+def note_turns(
+    flight: ModalFlight,
+    k: int,
+    span: Pair,
+    slopes: tuple[float, float, float, float],
+    values: Floats,
+) -> None:
+    """Note a view where it turns between two nodes; ``slopes`` are first and second derivatives."""
+    left, right = span
+    slope, bend, slope1, bend1 = slopes
+    if slope == 0.0:
+        slope = bend
+    if slope * slope1 < 0.0:
+        note_view(k, turning_value(flight, k, left, right, slope), values)
+    elif slope * bend < 0.0 and slope1 * bend1 > 0.0:
+        # It has slowed down and sped up: in between it may have gone the other way.
+        s, least = slowest_at(flight, k, left, right, bend)
+        if slope * least < 0.0:
+            note_view(k, turning_value(flight, k, left, s, slope), values)
+            note_view(k, turning_value(flight, k, s, right, least), values)
+
+
+@kernel
+def slowest_at(
+    flight: ModalFlight, k: int, left: float, right: float, bend: float
+) -> tuple[float, float]:
+    """Return where the slope of a view turns, and the slope there.
+
+    The second derivative has the sign of ``bend`` at the left, and another one at the right.
+    """
+    s = 0.5 * (left + right)
+    slope = 0.0
+    for _ in range(TURNING_STEPS):
+        move(flight, s)
+        _, slope, second, third, _, _ = derivatives(flight, k, s, False)
+        if second * bend > 0.0:
+            left = s
+        else:
+            right = s
+        step = -second / third if third != 0.0 else 0.0
+        if abs(second * step) <= 1e-16 * abs(slope) or not left < right:
+            break
+        s = within_bracket(s + step, left, right)
+        if not left < s < right:
+            break
+    return s, slope
 
 
 @kernel

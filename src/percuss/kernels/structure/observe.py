@@ -266,10 +266,12 @@ def order_of_zero(flight: ModalFlight, i: int, doubt: float) -> float:
     """Return the order of a guard's zero at the start of a flight, up to 3.
 
     ``doubt`` is the rounding of its value. A wall lets go without an acceleration: the velocity
-    there has a double zero, whose slope is rounding alone.
+    there has a double zero, whose slope is rounding alone, that of all forces which cancel.
     """
     _, first, second, _, _, _ = derivatives(flight, i, 0.0, True)
     rate = flight.basis.of_set[QUICKEST]
+    if rate > 0.0:
+        doubt = max(doubt, uncertainty(flight, i, 1.0 / rate))
     if abs(first) > doubt * rate:
         return 1.0
     return 2.0 if abs(second) > doubt * rate * rate else 3.0

@@ -26,6 +26,7 @@ from percuss.orbits.bifurcations.special_points import SpecialPointKind
 from percuss.orbits.continuation.correct import corrected, tangent_of
 from percuss.orbits.continuation.problem import Point, along_parameter
 from percuss.orbits.orbit.moved_structure_orbit import closure_by_parameters
+from percuss.orbits.orbit.stability import stability_of_multipliers
 from percuss.orbits.orbit.structure_orbit import (
     PeriodMap,
     StructureOrbit,
@@ -208,8 +209,8 @@ class StructureBranch(StructureRows, BranchRows[StructureOrbit]):
 
     @property
     def stability(self) -> NDArray[np.str_]:
-        """(m,) array of "asymptotic" and "unstable", as branches of one displacement have it."""
-        return np.where(self.is_stable, "asymptotic", "unstable")
+        """(m,) array of strings, to first order: as `StructureOrbit.stability` has it."""
+        return np.array([stability_of_multipliers(row) for row in self.multipliers])
 
     def to_xarray(self) -> Dataset:
         """Return the table as a dataset along ``point``, for files and for pandas."""

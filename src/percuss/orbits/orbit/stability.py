@@ -10,13 +10,25 @@ import numpy as np
 
 from percuss.arrays import Complexes, Floats
 
-__all__ = ["Stability", "multipliers_of", "stability_of", "stability_of_cycle"]
+__all__ = [
+    "ON_CIRCLE",
+    "Stability",
+    "multipliers_of",
+    "stability_of",
+    "stability_of_cycle",
+    "stability_of_multipliers",
+]
 
 Stability: TypeAlias = Literal["asymptotic", "elliptic", "parabolic", "unstable"]
 
 # A trace this near to the edge of stability, as a part of the matrix, is on it: orbits are
 # found to some 1e-12, and a conservative family lies there exactly.
 ON_EDGE = 1e-9
+# A multiplier within this distance of the unit circle may be on it: an orbit is known to some
+# 1e-12.
+ON_CIRCLE = 1e-9
+# Where two multipliers that are inverse to each other meet at +1 or -1, each has half of the digits.
+NEAR_EDGE = math.sqrt(ON_EDGE)
 
 
 def multipliers_of(monodromy: Floats, determinant: float, *, is_free: bool = False) -> Complexes:
@@ -70,6 +82,32 @@ def stability_of(monodromy: Floats, determinant: float, *, conservative: bool) -
     if trace >= edge - ON_EDGE * size:
         return "parabolic"
     return "elliptic" if conservative else "asymptotic"
+
+
+def stability_of_multipliers(multipliers: Complexes) -> Stability:
+    """Return the stability of an orbit to first order, from multipliers of any number.
+
+    "asymptotic" where all lie inside the unit circle, and "unstable" where one lies outside.
+    Between, those on the circle are complex pairs, "elliptic", or one is +1 or -1, "parabolic".
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> stability_of_multipliers(np.array([0.6 + 0.8j, 0.6 - 0.8j, 0.5, 0.1]))
+    'elliptic'
+    """
+    sizes = np.abs(multipliers)
+    if (sizes < 1.0 - ON_CIRCLE).all():
+        return "asymptotic"
+    if not np.isfinite(sizes).all():
+        return "unstable"
+    from_edge = np.minimum(np.abs(multipliers - 1.0), np.abs(multipliers + 1.0))
+    inverse = np.abs(np.outer(multipliers, multipliers) - 1.0) <= ON_CIRCLE
+    np.fill_diagonal(inverse, False)
+    is_at_edge = (from_edge <= ON_CIRCLE) | ((from_edge <= NEAR_EDGE) & inverse.any(axis=0))
+    if (sizes[~is_at_edge] > 1.0 + ON_CIRCLE).any():
+        return "unstable"
+    return "parabolic" if is_at_edge.any() else "elliptic"
 
 
 def stability_of_cycle(determinant: float, *, conservative: bool) -> Stability:

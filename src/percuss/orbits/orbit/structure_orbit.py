@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import ClassVar, Literal, NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
@@ -32,6 +32,7 @@ from percuss.orbits.orbit.moved_structure_orbit import (
     StructureOrbitSensitivity,
     sensitivity_of_structure_orbit,
 )
+from percuss.orbits.orbit.stability import ON_CIRCLE, Stability, stability_of_multipliers
 from percuss.pictures import HasPicture
 from percuss.wording import counted
 
@@ -54,8 +55,6 @@ SOLVED = 1e-12
 MOST_STEPS = 30
 # Newton's step may be halved so often before it counts as lost.
 HALVINGS = 8
-# Multipliers this near to the unit circle are on it.
-ON_CIRCLE = 1e-9
 # Periods of an orbit after which a motion from rest may have settled.
 SETTLING = 200
 # States, a period apart, from which an orbit is then sought.
@@ -179,9 +178,13 @@ class StructureOrbit(HasPicture):
         return bool((np.abs(self.multipliers) < 1.0 - ON_CIRCLE).all())
 
     @property
-    def stability(self) -> Literal["asymptotic", "unstable"]:
-        """As `is_stable` says it, in the words of orbits of one displacement."""
-        return "asymptotic" if self.is_stable else "unstable"
+    def stability(self) -> Stability:
+        """To first order: "asymptotic", "elliptic", "parabolic" or "unstable".
+
+        Elliptic are orbits with complex pairs of multipliers on the unit circle and none outside,
+        as without damping; parabolic those with one at +1 or -1.
+        """
+        return stability_of_multipliers(self.multipliers)
 
     @property
     def impacts(self) -> StructureImpacts:
@@ -240,11 +243,10 @@ class StructureOrbit(HasPicture):
     def __repr__(self) -> str:
         """Return the orbit in a line."""
         largest = float(np.abs(self.multipliers).max())
-        kind = "stable" if self.is_stable else "unstable"
         return (
             f"<StructureOrbit: {counted(self.structure.n, 'coordinate')}, "
             f"{counted(self.n_periods, 'period')} = {self.period:.6g}, "
-            f"{counted(self.n_impacts, 'impact')}; {kind}, largest multiplier {largest:.6g}"
+            f"{counted(self.n_impacts, 'impact')}; {self.stability}, largest multiplier {largest:.6g}"
             f"{'' if self.admissible else '; formal: it passes through a wall'}>"
         )
 

@@ -15,7 +15,8 @@ from percuss.model.exact import real
 from percuss.model.oscillator import On
 from percuss.motion.tables import HasTable
 from percuss.numerics import directions, matmul, norm
-from percuss.orbits.orbit.structure_orbit import ON_CIRCLE, StructureOrbit, map_between
+from percuss.orbits.orbit.stability import ON_CIRCLE
+from percuss.orbits.orbit.structure_orbit import StructureOrbit, map_between
 from percuss.orbits.surface.manifold_branch import ManifoldBranch
 from percuss.orbits.surface.manifold_growth import TOLERANCE, Grower, grow, local_manifold
 from percuss.pictures import HasPicture

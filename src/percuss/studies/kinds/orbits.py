@@ -16,7 +16,6 @@ from percuss.studies.study import Question, StudyDraft
 from percuss.studies.tables import Count, Flag, Whole, default, table
 
 if TYPE_CHECKING:
-    from percuss.orbits import PeriodicOrbit, StructureOrbit
     from percuss.studies.study import Study
 
 __all__ = ["Orbits"]
@@ -75,7 +74,7 @@ class Orbits(Question):
             ax = figure.add_subplot(rows, columns, i + 1)
             plot_orbit(orbit, ax, units=study.draw.units(), on=on)
             turns = f", {orbit.n_periods})" if orbit.n_periods else ")"
-            ax.set_title(f"({orbit.n_impacts:g}{turns} {_stability(orbit)}", fontsize=9.0)
+            ax.set_title(f"({orbit.n_impacts:g}{turns} {orbit.stability}", fontsize=9.0)
         left_out = len(result) - len(shown)
         if left_out or not shown:
             figure.supxlabel(f"and {left_out} more" if left_out else "no orbits found")
@@ -84,7 +83,7 @@ class Orbits(Question):
         """Return how many there are, each in a line, and how many may be unseen."""
         from percuss.orbits.finding.found import FoundOrbits
 
-        count = Counter(map(_stability, result))
+        count = Counter(orbit.stability for orbit in result)
         words = ", ".join(f"{n} {name}" for name, n in count.items())
         rows = {"orbits": f"{len(result)}: {words}" if result else "none found"}
         for i, orbit in enumerate(result[:MOST_ROWS]):
@@ -94,10 +93,3 @@ class Orbits(Question):
         if isinstance(result, FoundOrbits):
             rows["search"] = result.completeness()
         return rows
-
-
-def _stability(orbit: PeriodicOrbit | StructureOrbit) -> str:
-    """Return the stability in a word; of a structure's orbit there are two."""
-    if hasattr(orbit, "structure"):
-        return "stable" if orbit.is_stable else "unstable"
-    return orbit.stability
