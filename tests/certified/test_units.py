@@ -67,6 +67,13 @@ def test_a_ball_that_falls_for_a_long_time() -> None:
     assert "at 3 instants" in theorem_of(certificate(pc.certify(run)))
 
 
+def test_a_mass_that_nothing_turns_between_small_stops() -> None:
+    stops = pc.Wall(0, "below", "1/2"), pc.SoftStop("1/10000000", "above", 100)
+    run = pc.simulate(pc.Oscillator(0, 0, stops), v0="1/1000000", max_impacts=3)
+
+    assert "meets the stops at" in theorem_of(certificate(pc.certify(run)))
+
+
 @pytest.mark.parametrize("digits", [40, 300])
 def test_orbits_of_many_digits(digits: int) -> None:
     orbit = pc.find_orbit(pc.impact_oscillator("4/5"), pc.cosine("5/2"))

@@ -231,3 +231,12 @@ def test_a_velocity_against_the_direction_is_refused_and_no_passage_is_nan() -> 
 
     assert np.isnan(far(0.0, 1.0)[1]) or float(far(0.0, 1.0)[1]) < 0.0
     assert np.isnan(far.jacobian(0.0, -1.0)).all()
+
+
+def test_under_a_record_a_motion_that_stays_off_the_stop_has_no_image() -> None:
+    """No proof that nothing comes any more goes past a knot: the search did not end."""
+    osc = pc.Oscillator(damping=1, stops=(pc.Wall(-1, "below", 0), pc.Wall(1, "above", "0.4")))
+    impacts = pc.impact_map(osc, pc.square_wave(2, amplitude="0.1"))
+
+    assert np.isnan(impacts(0.3, 0.5)).all()
+    assert np.isnan(impacts.jacobian(0.3, 0.5)).all()

@@ -28,6 +28,15 @@ def kind_of(study: dict[str, Any]) -> str:
     return str(header["impact_times"]["kind"])
 
 
+def test_a_forcing_so_slow_that_each_period_is_a_billion_swings_is_answered_at_once(
+    study: dict[str, Any],
+) -> None:
+    study["forcing"]["harmonics"][0]["omega"] = "1e-9"
+
+    # It took minutes, in which the page was told nothing of any other motion.
+    assert told(study)["exponent"] is None
+
+
 def test_chaos_has_an_exponent_above_its_error(study: dict[str, Any]) -> None:
     study["oscillator"]["damping"] = 0
     study["oscillator"]["stops"][0]["at"] = 0

@@ -127,6 +127,29 @@ def test_on_a_phone_the_keys_come_to_nothing_that_is_behind_the_plots(phone: Pag
     assert behind == []
 
 
+def test_a_text_to_copy_that_comes_behind_the_help_does_not_stay(page: Page) -> None:
+    # As on pages over a network without TLS, which have no clipboard.
+    page.evaluate(
+        "Object.defineProperty(navigator, 'clipboard', { value: undefined, configurable: true })"
+    )
+    page.get_by_role("button", name="Copy link").click()
+    expect(page.locator("textarea.copy")).to_be_focused()
+    page.keyboard.press("Tab")
+    expect(page.locator("textarea.copy")).to_have_count(0)
+    page.evaluate(
+        """() => {
+          [...document.querySelectorAll('button')].find((it) => it.textContent === 'Copy as Python').click();
+          [...document.querySelectorAll('button')].find((it) => it.textContent === '?').click();
+        }"""
+    )
+    expect(page.locator("dialog[open]")).to_be_visible()
+    page.wait_for_timeout(500)
+
+    expect(page.locator("textarea.copy")).to_have_count(0)
+    page.keyboard.press("Escape")
+    page.evaluate("delete navigator.clipboard")
+
+
 def test_lists_of_terms_hold_terms_and_descriptions_alone(page: Page) -> None:
     wrong = page.evaluate(
         """() => [...document.querySelectorAll('dl')].flatMap((list) => [...list.children].flatMap(

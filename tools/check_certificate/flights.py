@@ -331,9 +331,9 @@ class Flight:
     def _apart(self) -> Fraction:
         """Return about how much later some states are than others, at a speed of this flight."""
         t, x, v = self.start
-        longest = self.numbers.steps.longest
+        first = self.numbers.steps.first
         a = self.acceleration(self.force(of(0)), x, v)
-        speed, apart = v.size + a.size * longest, x.width + v.width * longest
+        speed, apart = v.size + a.size * first, x.width + v.width * first
         return max(Fraction(t.width, unit()), Fraction(apart, speed) if speed else Fraction(0))
 
     def _settles(self, tau: Fraction) -> bool:

@@ -14,6 +14,7 @@ from percuss.model.oscillator import SoftStop, Wall
 from percuss.motion.trajectory import Outcome, Trajectory
 from percuss.orbits import PeriodicOrbit
 from percuss.orbits.finding.find import find_orbit
+from percuss.orbits.finding.search_budget import swings_of
 from percuss.plotting.samples import sample_curve
 from percuss.studies.study import Study
 from percuss.web.explore import moving
@@ -39,6 +40,8 @@ PATIENCE = 1.0
 TRANSIENT, PERIODS = 200, 1000
 # Events times harmonics in the run to the attractor: motions with more take too long.
 MOST_TERMS = 200_000
+# Swings in the time that the exponent is taken over: so many take the kernels about a second.
+MOST_SWINGS = 1e10
 
 
 def answer_facts(request: PageRequest, running: RunningRequest | None = None) -> bytes:
@@ -122,6 +125,8 @@ def exponent_of(study: Study, run: Trajectory) -> dict[str, object] | None:
         return None
     events = len(run.impacts) + len(run.crossings) + len(run.contacts)
     if events * (1 + len(force.components())) > MOST_TERMS:
+        return None
+    if swings_of(run.system.law, (TRANSIENT + PERIODS) * force.period) > MOST_SWINGS:
         return None
     try:
         result = lyapunov_exponents(

@@ -15,7 +15,13 @@ from percuss.errors import ParameterError
 from percuss.kernels import record as columns
 from percuss.kernels.arithmetic import turns
 from percuss.kernels.flight import acceleration_and_jerk, constant_force, set_phases
-from percuss.kernels.law_columns import N_HARMONICS, PERIOD, PERIOD_TURNS, PERIOD_TURNS_LOW
+from percuss.kernels.law_columns import (
+    N_HARMONICS,
+    N_KNOTS,
+    PERIOD,
+    PERIOD_TURNS,
+    PERIOD_TURNS_LOW,
+)
 from percuss.kernels.shooting import factor_of_error
 from percuss.model.exact import as_float, real, reals, whole
 from percuss.model.faults import raise_first
@@ -72,7 +78,8 @@ class ImpactMap:
     def __call__(self, cycle: ArrayLike, v_after: ArrayLike) -> tuple[Floats, Floats]:
         """Return cycle and velocity after the next impact; NaN where there is none.
 
-        None within 4096 impacts on other stops counts as none.
+        None within 4096 impacts on other stops, and under a record within 4096 forcing periods,
+        counts as none.
 
         Parameters
         ----------
@@ -134,9 +141,14 @@ class ImpactMap:
         """Return the record up to the next impact, None if there is none."""
         at = as_float(self.oscillator.stops[self.stop].at)
         bound = entry(self.oscillator, self.stop).bound
+        # Under harmonics the kernels prove that no impact comes any more, not past the knots of a
+        # record.
+        end = math.inf
+        if runs.law[0, N_KNOTS] > 0.0:
+            end = t + LOOKED_FOR[-1] * float(runs.law[0, PERIOD])
         n = 1
         while n <= MOST_IMPACTS:
-            events, marks = runs.follow(at, v, t, n_impacts=n)
+            events, marks = runs.follow(at, v, t, t_end=end, n_impacts=n)
             kinds = marks[:, columns.KIND]
             impacts = (kinds == columns.IMPACT) | (kinds == columns.CROSSING)
             hits = np.flatnonzero(impacts & (marks[:, columns.BOUND] == bound))

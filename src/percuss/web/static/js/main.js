@@ -282,13 +282,8 @@ class App {
     this.#copy(location.href, "link copied");
   }
 
-  async #copyPython() {
-    try {
-      const { blob } = await this.options.file("py", this.#request());
-      await this.#copy(await blob.text(), "Python copied");
-    } catch (error) {
-      say(this.root, error.message);
-    }
+  #copyPython() {
+    this.#make(async ({ blob }) => this.#copy(await blob.text(), "Python copied"), "py");
   }
 
   async #copy(text, done) {
@@ -296,24 +291,30 @@ class App {
       await navigator.clipboard.writeText(text);
       say(this.root, done);
     } catch {
-      const box = element("textarea", { class: "copy", readonly: true, "aria-label": "Copy this" });
-      box.value = text;
-      box.addEventListener("blur", () => box.remove());
+      const box = element("textarea", { class: "copy", readonly: true, "aria-label": "Copy this", onblur: () => box.remove() }, text);
       this.root.append(box);
       box.focus();
       box.select();
-      say(this.root, "press Ctrl-C to copy");
+      // Behind the help it has no focus.
+      if (box.matches(":focus")) say(this.root, "press Ctrl-C to copy");
+      else box.remove();
     }
   }
 
-  async #download(extension, table) {
-    try {
-      say(this.root, "making the file …");
-      const { name, blob } = await this.options.file(extension, { ...this.#request(), ...(table && { table }) });
+  #download(extension, table) {
+    say(this.root, "making the file …");
+    const keep = ({ name, blob }) => {
       const address = URL.createObjectURL(blob);
       element("a", { href: address, download: name }).click();
       setTimeout(() => URL.revokeObjectURL(address), 10_000);
       say(this.root, name);
+    };
+    this.#make(keep, extension, table);
+  }
+
+  async #make(take, extension, table) {
+    try {
+      await take(await this.options.file(extension, { ...this.#request(), ...(table && { table }) }));
     } catch (error) {
       say(this.root, error.message);
     }
@@ -321,8 +322,8 @@ class App {
 
   #theme() {
     // The first click is to be seen: it leads away from the colours of the system.
-    const themes = this.darkness.matches ? ["system", "light", "dark"] : ["system", "dark", "light"];
-    this.theme = themes[(themes.indexOf(this.theme) + 1) % themes.length];
+    const themes = ["system", "light", "dark"];
+    this.theme = themes[(themes.indexOf(this.theme) + (this.darkness.matches ? 1 : 2)) % 3];
     say(this.root, `${this.theme} colours`);
     this.#paint();
   }
