@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections import Counter
 
 import numpy as np
 import pytest
@@ -131,3 +132,20 @@ def test_no_family_begins_among_flights_of_negative_duration() -> None:
     family = BranchEquations(formal, "forcing.amplitude", 2.3, 2.5)
 
     assert start_beyond(family, formal, amplitude) is None
+
+
+def test_zeros_that_come_in_pairs_within_a_step_are_found_where_a_point_shows_them() -> None:
+    """Without losses another branch crosses next to each fold: both in a step of usual length."""
+    osc = pc.Oscillator(1, 0, (pc.SoftStop("0.273", "above", "2790.404"),))
+    force = pc.cosine("2.228", amplitude="0.326", phase="pi")
+    orbit = min(pc.find_orbits(osc, force, 1, 2)[1:], key=lambda each: abs(each.multipliers[0]))
+    kinds = []
+    for largest_step in (0.02, 0.005):
+        ranges = {"forcing.omega": (2.01, 2.3)}
+        branch = pc.continue_orbit(orbit, over=ranges, largest_step=largest_step)
+        kinds.append(Counter(point.kind for point in branch.special_points))
+        for point in branch.special_points:
+            if point.kind == "branch_point" and point.status == "located":
+                assert np.abs(point.orbit.multipliers - 1.0).min() < 1e-3
+    assert kinds[0] == kinds[1]
+    assert min(kinds[0].values()) > 0

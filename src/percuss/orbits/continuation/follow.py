@@ -141,9 +141,7 @@ def unbounded_growth(new: Point[P], size: float, standing: float) -> str:
     return f"the velocities grow without bound towards {new.text}" if grows else ""
 
 
-def hides_zeros(
-    here: Point[P], new: Point[P], rows: Sequence[tuple[Point[P], S | None]]
-) -> bool:
+def hides_zeros(here: Point[P], new: Point[P], rows: Sequence[tuple[Point[P], S | None]]) -> bool:
     """Return whether a test has one sign at two neighbours, and the other at a point between them.
 
     Then two of its zeros, or more, lie within the step.
