@@ -651,9 +651,13 @@ def test_the_end_of_a_doubled_branch_is_one_special_point() -> None:
     branch = pc.continue_orbit(pc.switch_branch(first[0]), over=over, max_points=600)
 
     assert "two-fold cover" in branch.end_reason
+    # The orbit at the second graze has a multiplier above 1: it lies between two folds.
     assert [point.kind for point in branch.special_points] == [
-        "period_doubling", "grazing", "grazing", "period_doubling",
+        "period_doubling", "grazing", "fold", "grazing", "fold", "period_doubling",
     ]  # fmt: skip
+    largest = [abs(point.orbit.multipliers[0]) for point in branch.special_points[2:5]]
+    assert largest[::2] == pytest.approx([1.0, 1.0], abs=1e-6)
+    assert largest[1] > 1.001
 
 
 def test_orbits_of_one_displacement_and_of_several_are_read_alike() -> None:
