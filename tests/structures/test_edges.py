@@ -487,3 +487,12 @@ def test_a_soft_stop_given_in_two_parts_is_entered_and_left_in_both() -> None:
         rounding = 1e-14 / (second - first)
         np.testing.assert_allclose(run.crossings.t[::2], expected.t, rtol=0, atol=rounding)
         np.testing.assert_allclose(run.crossings.t[1::2], expected.t, rtol=0, atol=rounding)
+
+
+@pytest.mark.parametrize(("name", "times"), [("t0", (1e16, 1e16 + 10)), ("t_end", (0, 1e18))])
+def test_times_at_which_phases_have_no_digits_are_refused(
+    name: str, times: tuple[float, float]
+) -> None:
+    one = pc.chain([1], [1, 0], "0.1", [pc.Wall(5, "above", "0.8", on=0)])
+    with pytest.raises(pc.ParameterError, match=rf"^{name} = 1e\+1[68]: more than 1e\+14 periods"):
+        pc.simulate(one, {0: pc.cosine(2)}, t0=times[0], t_end=times[1])

@@ -189,6 +189,11 @@ def _of_structure(
     reason = reason_of(int(result.status[0]), plan)
     if reason is not None:
         raise ParameterError("start", tuple(start[0].tolist()), reason)
+    if np.isneginf(result.logs[0, 0]).any():
+        # A contact in the transient took perturbations: after it others begin.
+        settled = group.follow(Plan(plan.since, plan.every, plan.since, max_impacts=most))
+        begin = np.column_stack([settled.ends, plan.since])
+        result = group.beginning(np.zeros(1, dtype=np.int64), begin).follow(plan)
     duration = float(plan.until[0] - plan.since[0])
     logs = result.logs[0]
     with np.errstate(invalid="ignore"):

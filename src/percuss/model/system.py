@@ -17,6 +17,7 @@ from typing import NamedTuple, cast
 import numpy as np
 
 from percuss.arrays import Floats, Integers
+from percuss.errors import ParameterError
 from percuss.kernels import law_columns as at
 from percuss.kernels import law_formulas
 from percuss.kernels.law_columns import Law
@@ -34,10 +35,12 @@ from percuss.model.restitution import (
     restitution_at_rest,
     restitution_knots,
 )
+from percuss.model.start import late_problem
 
 __all__ = [
     "RegionBounds",
     "System",
+    "check_phases",
     "fill_harmonic",
     "fill_motion",
     "fill_response",
@@ -253,6 +256,23 @@ def turns_of(law: Law) -> tuple[list[float], list[float]]:
     halves = law[rows.start : rows.stop : rows.step, at.HALF_TURNS]
     driven = law[at.FIRST_HARMONIC : at.FIRST_HARMONIC + n, at.TURNS]
     return [2.0 * half for half in halves.tolist()], driven.tolist()
+
+
+def check_phases(law: Law, t0: float, t_end: float) -> float:
+    """Return the most turns in a unit of time, where phases have digits left at both times.
+
+    Raises
+    ------
+    ParameterError
+        If they have none, and by how much.
+    """
+    free, driven = turns_of(law)
+    fastest = max(free + driven)
+    for name, time in (("t0", t0), ("t_end", t_end)):
+        problem = late_problem(time, fastest) if abs(time) < math.inf else None
+        if problem is not None:
+            raise ParameterError(name, time, problem)
+    return fastest
 
 
 @lru_cache(maxsize=256)

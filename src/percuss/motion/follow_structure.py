@@ -22,6 +22,7 @@ from percuss.model.parameter_fields import is_tied
 from percuss.model.start import end_after_periods, limit_faults, periods_faults
 from percuss.model.structure import Structure
 from percuss.model.structure_start import StructureStart
+from percuss.model.system import check_phases
 from percuss.motion.structures import StructureTrajectory, as_far_as_filled
 from percuss.motion.trajectory import Outcome
 from percuss.progress import RunProgress
@@ -62,6 +63,7 @@ def follow_structure(
     if is_tied(t_end) or is_tied(periods):
         parameters_in(structure, system.loads, start, t_end, periods)  # one name has one value
     end = as_float(t_end)
+    check_phases(system.sets.law[0], begin, end)
     progress_of_run = RunProgress(progress, begin, end, limit)
     run, outcome = followed(system, (start.x, start.v, begin), end, limit, progress_of_run)
     lasts = None if periods is None else cast("Exact", plain(periods))

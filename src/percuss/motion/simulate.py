@@ -30,7 +30,6 @@ from percuss.model.start import (
     MOST_PERIODS,
     Start,
     end_after_periods,
-    late_problem,
     limit_faults,
     periods_faults,
     start_of,
@@ -38,7 +37,7 @@ from percuss.model.start import (
 )
 from percuss.model.structure import Structure
 from percuss.model.structure_start import StructureStart, structure_start
-from percuss.model.system import System, turns_of
+from percuss.model.system import System, check_phases, turns_of
 from percuss.motion.reach import free_until
 from percuss.motion.trajectory import AnyRun, Outcome, Trajectory
 from percuss.progress import RunProgress
@@ -253,12 +252,8 @@ def _refuse_both(start: object, x0: object, v0: object, t0: object) -> None:
 
 def _check_times(law: Law, t0: float, t_end: float) -> None:
     """Refuse times so late that a phase there has no digits left."""
-    free, driven = turns_of(law)
-    fastest = max(free + driven)
-    for name, time in (("t0", t0), ("t_end", t_end)):
-        problem = late_problem(time, fastest) if abs(time) < math.inf else None
-        if problem is not None:
-            raise ParameterError(name, time, problem)
+    free, _ = turns_of(law)
+    fastest = check_phases(law, t0, t_end)
     slowest = min((turns for turns in free if turns > 0.0), default=math.inf)
     if t_end == math.inf and fastest > MOST_PERIODS * slowest:
         reason = (
