@@ -215,7 +215,9 @@ def test_a_contact_in_the_transient_is_no_part_of_the_exponents(phase: float, v0
     rates = pc.lyapunov_exponents(osc, force, start=(0.0, v0), transient=200, periods=64)
     swept = pc.sweep("largest_lyapunov_exponent", osc, force, over={}, start=(0.0, v0))
     one = pc.Structure([1], [1], stops=[pc.Wall(0, "below", 0.8, on=0)])
-    same = pc.lyapunov_exponents(one, {0: force}, start=([0], [v0]), transient=200, periods=64)
+    same = pc.lyapunov_exponents(
+        one, pc.Loads({0: force}), start=([0], [v0]), transient=200, periods=64
+    )
 
     assert len(run.contacts) == 1
     np.testing.assert_allclose(same.exponents, rates.exponents, rtol=0, atol=1e-10)

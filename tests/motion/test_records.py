@@ -471,3 +471,26 @@ def test_one_long_piece_is_that_of_the_matrix_exponential(stiffness: float, damp
             exact = mpmath.expm(equation * instant) * force
             size = max(1.0, abs(float(exact[0])))
             assert abs(float(run(instant)[0]) - float(exact[0])) < 1e-13 * size
+
+
+@pytest.mark.parametrize("damping", [0, "0.1"])
+@pytest.mark.parametrize("gap", [1.2, 5])
+def test_a_run_without_end_ends_where_no_impact_comes_any_more(
+    damping: float | str, gap: float
+) -> None:
+    """Under a repeated record: the periodic motion and what is left of the free one stay away."""
+    osc = pc.Oscillator(1, damping, (pc.Wall(gap, "above", 0.8),))
+    force = pc.square_wave(2)
+    run = pc.simulate(osc, force, v0=0.5, max_impacts=50)
+
+    assert run.outcome is pc.Outcome.no_more_impacts
+    followed = pc.simulate(osc, force, v0=0.5, t_end=2000)
+    assert run.impacts.t.tolist() == followed.impacts.t.tolist()
+    assert followed.extremes("displacement", between=(run.t_end, 2000)).maximum < gap
+
+
+def test_a_motion_that_may_still_come_back_is_followed() -> None:
+    """The periodic motion stays away from the wall; the free one reaches it now and then."""
+    osc = pc.Oscillator(1, 0, (pc.Wall(0.9, "above", 0.99),))
+    run = pc.simulate(osc, pc.square_wave("2.7"), v0=0.6, max_impacts=3)
+    assert run.outcome is pc.Outcome.reached_max_impacts

@@ -12,7 +12,7 @@ import numpy as np
 
 from percuss.arrays import Floats
 from percuss.kernels.arithmetic import later
-from percuss.kernels.flight import Flight, FlightStart, move, set_phases
+from percuss.kernels.flight import Flight, FlightStart, move, move_over_knots, set_phases
 from percuss.kernels.law_columns import (
     AMPLITUDE,
     COSINE,
@@ -22,16 +22,23 @@ from percuss.kernels.law_columns import (
     GAIN_RE,
     GROWTH,
     LOWER,
+    N_HARMONICS,
     OMEGA,
+    ORIGIN_FORCE,
+    PERIOD,
     SINE,
     STIFFNESS,
     UPPER,
     Law,
 )
 from percuss.kernels.next_event import event_free_until, slowest
-from percuss.numerics import exp, hypot
+from percuss.kernels.tangent import propagator
+from percuss.numerics import determinant, exp, hypot, solve_linear
 
-__all__ = ["free_until"]
+__all__ = ["IDENTITY", "free_until", "misses", "periodic_state", "steady"]
+
+# A monodromy matrix so near to the identity makes every free motion periodic too.
+IDENTITY = 1e-10
 
 
 # Displacements are rounded here as in any flight; a clearance has to be larger than this part of
@@ -86,6 +93,32 @@ def steady(law: Law, region: int, phases: Floats) -> Floats:
     y = in_phase * real + quadrature * imaginary
     v = -rows[:, OMEGA] * (in_phase * imaginary - quadrature * real)
     return np.column_stack([y, v])
+
+
+def periodic_state(law: Law, region: int, t: float) -> tuple[float, float] | None:
+    """Return (x - ORIGIN, v) at t of the periodic motion of a region under a repeated record.
+
+    A period is an affine map of the state, whose fixed point it is; None where it has not one.
+    """
+    period = float(law[0, PERIOD])
+    moved = _moved(law, region, (0.0, 0.0), period)
+    rest = np.eye(2) - np.array(propagator(law, region, period)).reshape(2, 2)
+    if not abs(determinant(rest)) > IDENTITY:
+        return None
+    y, v = solve_linear(rest, np.array(moved)).tolist()
+    if t % period == 0.0:
+        return y, v
+    further, speed = _moved(law, region, (y, v), t % period)
+    return y + further, speed
+
+
+def _moved(law: Law, region: int, state: tuple[float, float], t: float) -> tuple[float, float]:
+    """Return the change of x, and v, from t = 0 to t, of a state (x - ORIGIN, v) in a region."""
+    phases, arrival = np.empty((2, int(law[0, N_HARMONICS]), 2))
+    set_phases(law, 0.0, 0.0, phases)
+    force = float(law[region, ORIGIN_FORCE]) - float(law[region, STIFFNESS]) * state[0]
+    start = (0.0, 0.0, state[1], force)
+    return move_over_knots(Flight(law, region, start, phases, arrival), t)
 
 
 def drifts_away(

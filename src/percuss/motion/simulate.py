@@ -16,7 +16,13 @@ from percuss.kernels import march as engine
 from percuss.kernels import record as columns
 from percuss.kernels.law_columns import (
     GROWTH,
+    LOWER,
+    N_KNOTS,
     N_REGIONS,
+    ORIGIN,
+    PERIOD,
+    STIFFNESS,
+    UPPER,
     Law,
 )
 from percuss.kernels.sample import evaluate
@@ -38,7 +44,8 @@ from percuss.model.start import (
 from percuss.model.structure import Structure
 from percuss.model.structure_start import StructureStart, structure_start
 from percuss.model.system import System, check_phases, turns_of
-from percuss.motion.reach import free_until
+from percuss.motion.extremes import extremes_of_motion
+from percuss.motion.reach import free_until, misses, periodic_state
 from percuss.motion.trajectory import AnyRun, Outcome, Trajectory
 from percuss.progress import RunProgress
 from percuss.wording import counted
@@ -209,7 +216,7 @@ def simulate(
     limit = MOST_IMPACTS if max_impacts is None else min(int(max_impacts), 2**62)
     begin, end = as_float(begins.t0), math.inf if t_end is None else as_float(t_end)
     _check_times(system.law, begin, end)
-    march = _March(system.law, as_float(begins.x0), as_float(begins.v0), begin, limit)
+    march = _March(system, as_float(begins.x0), as_float(begins.v0), begin, limit)
     outcome = march.run(end, limit, RunProgress(progress, begin, end, limit))
     stopped: Phase = march.last_time
     if outcome in (Outcome.reached_t_end, Outcome.at_rest) and t_end is not None:
@@ -274,7 +281,8 @@ def _longer(rows: NDArray[_Number]) -> NDArray[_Number]:
 class _March:
     """The engine's arrays during a run: they grow with the events."""
 
-    def __init__(self, law: Law, x0: float, v0: float, t0: float, limit: int) -> None:
+    def __init__(self, system: System, x0: float, v0: float, t0: float, limit: int) -> None:
+        self.system, law = system, system.law
         # Each entry into a soft stop, which counts as an impact, has an exit that does not.
         events = limit + 4 + (limit if law[0, N_REGIONS] > 1 else 0)
         self.arrays = columns.new_run(law, min(events, FIRST_CAPACITY))
@@ -295,6 +303,8 @@ class _March:
                 if status in _OUTCOMES:
                     return _OUTCOMES[status]
                 if status == columns.FULL:
+                    if end == math.inf and self._is_out_of_reach():
+                        return Outcome.no_more_impacts
                     self._grow()
                 elif self._look_far(end) == math.inf and end == math.inf:
                     return Outcome.no_more_impacts
@@ -370,6 +380,35 @@ class _March:
         for side in (columns.FREE_BELOW, columns.FREE_ABOVE):
             self.state[side] = max(self.state[side], min(free, longest))
         return free
+
+    def _is_out_of_reach(self) -> bool:
+        """Return whether the motion under a repeated record provably meets no bound any more.
+
+        It is the periodic motion of its region and a free motion, whose energy does not grow.
+        """
+        law, region = self.arrays.law, int(self.counters[columns.REGION])
+        period, stiffness = float(law[0, PERIOD]), float(law[region, STIFFNESS])
+        flies = self.counters[columns.TOUCHED] == 0 and law[region, GROWTH] == 0.0
+        if not (flies and law[0, N_KNOTS] > 0.0 < period and stiffness > 0.0):
+            return False
+        states = [periodic_state(law, region, t) for t in (0.0, self.last_time)]
+        if None in states:
+            return False
+        (y0, v0), (y, v) = cast("list[tuple[float, float]]", states)
+        origin, x = float(law[region, ORIGIN]), float(self.state[columns.X])
+        free = math.hypot(x - origin - y, (float(self.state[columns.V]) - v) / math.sqrt(stiffness))
+        low, high = float(law[region, LOWER]), float(law[region, UPPER])
+        if not low < origin + y0 < high:
+            return False
+        steady = _March(self.system, origin + y0, v0, 0.0, 1)
+        if steady.run(period, 1, RunProgress(None, 0.0, period, 1)) is not Outcome.reached_t_end:
+            return False
+        _, events, marks, _ = steady.record()
+        if not np.isin(marks[:, columns.KIND], (columns.START, columns.KNOT)).all():
+            return False
+        whole = columns.MotionRecord(law, origin + y0, events, marks)
+        ends = extremes_of_motion(self.system, whole, (0.0, period), "displacement", 0)
+        return misses((low, high), ends.minimum - free, ends.maximum + free, abs(x) + free)
 
     def _grow(self) -> None:
         """Lengthen the arrays of events and grazes."""

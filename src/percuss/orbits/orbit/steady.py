@@ -10,14 +10,14 @@ from percuss.arrays import Floats, Integers
 from percuss.errors import ConvergenceError
 from percuss.kernels import law_columns as at
 from percuss.kernels import record as columns
-from percuss.kernels.flight import Flight, move_over_knots, set_phases
+from percuss.kernels.flight import set_phases
 from percuss.kernels.law_columns import Law
 from percuss.kernels.tangent import propagator
 from percuss.model.oscillator import mass_of
 from percuss.model.system import System
-from percuss.motion.reach import steady
+from percuss.motion.reach import IDENTITY, periodic_state, steady
 from percuss.motion.tables import Impacts
-from percuss.numerics import determinant, exp, solve_linear
+from percuss.numerics import exp
 from percuss.orbits.orbit.itinerary import row_of_region
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.stability import multipliers_of, stability_of
@@ -29,10 +29,6 @@ from percuss.orbits.orbit.turning_points import (
 )
 
 __all__ = ["free_region", "regions", "steady_orbit", "steady_state"]
-
-
-# A monodromy matrix so near to the identity makes every free motion periodic too.
-IDENTITY = 1e-10
 
 
 def regions(law: Law) -> list[int]:
@@ -73,7 +69,7 @@ def steady_orbit(system: System, region: int) -> PeriodicOrbit:
     n = int(law[0, at.N_HARMONICS])
     period = float(law[0, at.PERIOD])
     if law[0, at.N_KNOTS] > 0.0:
-        y, v = _under_record(law, region, period)
+        y, v = steady_state(law, region, 0.0)
         start = float(law[region, at.ORIGIN]) + y, v, period
         return _orbit(system, region, start, *_started(v, region))
     phases = np.empty((n, 2))
@@ -97,31 +93,6 @@ def _started(v0: float, region: int) -> tuple[Floats, Integers]:
     return events, np.array([[columns.START, -1, region]], dtype=np.int64)
 
 
-def _under_record(law: Law, region: int, period: float) -> tuple[float, float]:
-    """Return (x - ORIGIN, v) at t = 0 of the periodic motion of a region under a repeated record.
-
-    A period is an affine map of the state, whose fixed point it is.
-    """
-    moved = _moved(law, region, (0.0, 0.0), period)
-    rest = np.eye(2) - np.array(propagator(law, region, period)).reshape(2, 2)
-    if not abs(determinant(rest)) > IDENTITY:
-        reason = (
-            "no one periodic motion without impacts: in resonance without damping, or springless"
-        )
-        raise ConvergenceError(reason, None, math.nan, "add damping, or ask for impacts")
-    y, v = solve_linear(rest, np.array(moved))
-    return float(y), float(v)
-
-
-def _moved(law: Law, region: int, state: tuple[float, float], t: float) -> tuple[float, float]:
-    """Return the change of x, and v, from t = 0 to t, of a state (x - ORIGIN, v) in a region."""
-    phases, arrival = np.empty((2, int(law[0, at.N_HARMONICS]), 2))
-    set_phases(law, 0.0, 0.0, phases)
-    force = float(law[region, at.ORIGIN_FORCE]) - float(law[region, at.STIFFNESS]) * state[0]
-    start = (0.0, 0.0, state[1], force)
-    return move_over_knots(Flight(law, region, start, phases, arrival), t)
-
-
 def steady_state(law: Law, region: int, t: float) -> tuple[float, float]:
     """Return (x - ORIGIN, v) of the periodic motion of a region under a repeated record.
 
@@ -130,10 +101,13 @@ def steady_state(law: Law, region: int, t: float) -> tuple[float, float]:
     ConvergenceError
         If there is none.
     """
-    period = float(law[0, at.PERIOD])
-    y, v = _under_record(law, region, period)
-    moved, speed = _moved(law, region, (y, v), t % period)
-    return y + moved, speed
+    state = periodic_state(law, region, t)
+    if state is None:
+        reason = (
+            "no one periodic motion without impacts: in resonance without damping, or springless"
+        )
+        raise ConvergenceError(reason, None, math.nan, "add damping, or ask for impacts")
+    return state
 
 
 def _mean(law: Law, region: int) -> float | None:
