@@ -9,7 +9,7 @@ import pytest
 
 import percuss as pc
 from percuss.kernels import record as columns
-from percuss.model.system import law
+from percuss.model.system import System
 from percuss.motion.simulate import _March
 
 STIFF = pc.Oscillator(1.0, 0.0, (pc.SoftStop(0.0, "below", 1e8, 1e6),))
@@ -17,7 +17,7 @@ STIFF = pc.Oscillator(1.0, 0.0, (pc.SoftStop(0.0, "below", 1e8, 1e6),))
 
 def searches(osc: pc.Oscillator, force: pc.Forcing, t_end: float, x0: float, v0: float) -> int:
     """Return how many searches a run takes, to the next few hundred."""
-    march = _March(law(osc, force), x0, v0, 0.0, 100_000)
+    march = _March(System(osc, force), x0, v0, 0.0, 100_000)
     for count in range(1, 1000):
         status = engine_step(march, t_end, 300)
         if status != columns.SPENT:
