@@ -130,7 +130,7 @@ def test_what_goes_wrong_with_one_figure_leaves_the_others(
 def test_a_folder_that_is_not_empty_is_refused_before_any_work(tmp_path: Path) -> None:
     (tmp_path / "mine").write_text("")
 
-    with pytest.raises(OutputError, match="the folder is not empty; --force"):
+    with pytest.raises(OutputError, match="the folder is not empty; force=True"):
         run_paper(tmp_path, only="fig1")
     assert [path.name for path in tmp_path.iterdir()] == ["mine"]
 
