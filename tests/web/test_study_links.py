@@ -237,6 +237,7 @@ def test_a_study_that_the_page_does_not_show_is_refused() -> None:
     omega, restitution = chart.over
     for other, words in (
         (replace(chart, over={omega: chart.over[omega]}), "not on the page, whose charts have"),
+        (replace(chart, paired=True), "paired = True: not on the page, whose charts have all"),
         (replace(chart, over={**chart.over, omega: Span(2, 3, 17)}), "with one count"),
         (
             replace(chart, over={path: Span("0.5", "0.9", 300) for path in (omega, restitution)}),

@@ -223,6 +223,9 @@ def _sweep(sweep: Sweep, study: Study) -> Shown:
 
 def _check_chart(sweep: Sweep) -> None:
     """Refuse a sweep that the page's chart of two parameters would not take as it stands."""
+    if sweep.paired:
+        reason = "not on the page, whose charts have all combinations"
+        raise ParameterError("sweep.paired", sweep.paired, reason)
     counts = [_ends(axis)[2] for axis in sweep.over.values() if isinstance(axis, Span)]
     fewest, most = CELLS
     if len(sweep.over) != 2 or len(counts) != 2 or counts[0] != counts[1]:
