@@ -124,6 +124,7 @@ CALLS: list[tuple[Callable[[], Any], str]] = [
     (lambda: api.pulses(None, 0.5), "omega = None: not a number"),
     (lambda: api.square_wave(None), "omega = None: not a number; a wave has"),
     (lambda: api.force_at(FORCE, [0.0, -1e300]), "t = 1e+300: more than 1e+14 periods of 6.28"),
+    (lambda: api.force_at(api.square_wave(2), 1e20), "t = 1e+20: more than 1e+14 periods of 3.14"),
     (lambda: api.classify_impact_times([1.0, np.inf], OSC), "run = (2,): not one array of finite"),
     (lambda: period(transient=1e300), "transient = "),
     (lambda: period(periods=HUGE), "periods = int of too many digits: not a whole number from 1"),

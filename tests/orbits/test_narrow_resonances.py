@@ -167,3 +167,23 @@ def test_a_response_without_damping_has_a_branch_on_each_side_of_its_resonance()
     assert chart.plot().get_ylim()[1] < 10.0
     without = next(b for b in chart.branches if b[0].n_impacts == 0)
     assert np.abs(without.plot().get_ylim()).max() < 50.0
+
+
+@pytest.mark.parametrize(
+    ("amplitude", "path", "ends"),
+    [
+        (0, "forcing.record.amplitude", (0.0, 0.5)),
+        (0.2, "forcing.record.amplitude", (-0.3, 0.5)),
+        (1e-9, "forcing.constant", (-0.5, 0.5)),
+        (1e-9, "oscillator.stiffness", (0.5, 5.0)),
+    ],
+)
+def test_under_a_record_a_motion_may_grow_from_nothing_or_move(
+    amplitude: float, path: str, ends: tuple[float, float]
+) -> None:
+    osc = pc.Oscillator(stiffness=2, damping=0.05, stops=(pc.Wall(5, "above", 0.8),))
+    force = pc.square_wave("2.5", amplitude) + pc.Forcing(constant=0.1)
+    orbit = pc.find_orbit(osc, force, n_impacts=0)
+    branch = pc.continue_orbit(orbit, over={path: ends})
+    assert (branch.values.min(), branch.values.max()) == ends
+    assert len(branch) < 200

@@ -125,6 +125,16 @@ def test_axes_are_named_by_the_short_form_where_there_is_one_harmonic() -> None:
     )
 
 
+def test_a_coordinate_beside_the_path_does_not_take_its_place() -> None:
+    data = pc.sweep(
+        "period", pc.impact_oscillator(0.8), pc.cosine(2.5), over={"forcing.omega": [2.5, 2.6]}
+    )
+    beside = data.assign_coords(ratio=("forcing.omega", [1.0, 2.0]))
+    assert plot_sweep(beside, ax=new_axes()).get_xlabel().startswith("forcing frequency")
+    with pytest.raises(pc.ParameterError, match="no measure over two parameters"):
+        plot_chart(beside.assign_coords(more=("forcing.omega", [1.0, 2.0])), ax=new_axes())
+
+
 @pytest.mark.parametrize("plot", [plot_sweep, plot_chart])
 def test_a_column_of_a_table_is_not_the_table(plot) -> None:  # type: ignore[no-untyped-def]
     column = chart("period", [[1.0, 2.0], [0.0, 1.0]]).period

@@ -164,7 +164,8 @@ class Law:
 def _steps(k: Any, rates: Sequence[Any]) -> Steps:
     """Return steps as long as sqrt K and some frequencies and rates ask for, in any unit of time.
 
-    The longest is 1 to 2 over the fastest of them. It is no more than what is tried first.
+    The longest is 1 to 2 over the fastest of them. It is only tried first: a step is halved until
+    it proves something.
     """
     fastest = max(
         isqrt(dual(k).value.size << arithmetic.BITS), *(dual(rate).value.size for rate in rates)

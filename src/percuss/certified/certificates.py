@@ -78,11 +78,11 @@ def certificate(
     ------
     ParameterError
         If nothing is proven; if numbers are irrational, an interval or of more than 2000 digits,
-        the force has a record or a wall a table of restitutions; if a run holds a chatter or a contact, or an orbit has no
-        events; if the numbers of the equation of motion are not linear in the parameter of a
-        branch; if the orbits of a special point are formal, or it is a corner or the graze of a
-        soft stop; if a list is not complete, or of more than one wall; if no cell of a basin is
-        proven.
+        the force has a record or a wall a table of restitutions; if a run holds a chatter or a
+        contact, or an orbit has no events; if the numbers of the equation of motion are not linear
+        in the parameter of a branch; if the orbits of a special point are formal, or it is a corner
+        or the graze of a soft stop; if a list is not complete, or of more than one wall; if no cell
+        of a basin is proven.
 
     Examples
     --------

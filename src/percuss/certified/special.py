@@ -217,10 +217,8 @@ def crossing_of(point: SpecialPoint, path: str, digits: int) -> tuple[arb, bool 
         # Third roots of 1 have trace -1, fourth roots 0.
         return 1 + monodromy.trace if "third" in point.detail else monodromy.trace
 
-    equations, value = (
-        partial(Shooting.of, events=events, n_periods=n_periods),
-        Fraction(point.value),
-    )
+    equations = partial(Shooting.of, events=events, n_periods=n_periods)
+    value = Fraction(point.value)
     branch = ParameterBranch(system, path, equations, parameter_size(point.orbit, path, value))
     return branch.enclosed_zero(test_function, value, guess, digits)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -49,7 +48,7 @@ from percuss.model.periods import require_period
 from percuss.model.start import Start, late_problem
 from percuss.model.structure import Structure
 from percuss.model.structure_start import StructureStart
-from percuss.model.system import law, turns_of
+from percuss.model.system import law, most_turns
 from percuss.progress import Report
 
 if TYPE_CHECKING:
@@ -269,7 +268,7 @@ class Scattered:
                 groups.append(self._of_structure(system, places[numbers], t0, rows, faults))
                 continue
             own_law = law(osc, force)
-            problem = late_problem(t0, max(itertools.chain(*turns_of(own_law))))
+            problem = late_problem(t0, most_turns(own_law))
             if problem is not None:
                 faults |= {int(row): f"t0 = {t0}: {problem}" for row in rows}
                 continue

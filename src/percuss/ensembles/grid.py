@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -27,7 +26,7 @@ from percuss.model.paths import long_form, moved_fields, replace_parameters
 from percuss.model.start import BEHIND_A_WALL, MOST_PERIODS, Start, late_problem, start_of
 from percuss.model.structure import Structure
 from percuss.model.structure_start import StructureStart, check_start, structure_start
-from percuss.model.system import law, stop_rows, turns_of
+from percuss.model.system import law, most_turns, stop_rows
 from percuss.model.units import in_units
 from percuss.wording import counted
 
@@ -378,7 +377,7 @@ def _in_time(
     t0 = starts[rows, 2]
     if not t0.any():
         return np.ones(len(rows), dtype=np.bool_)
-    fastest = np.array([max(itertools.chain(*turns_of(own_law))) for own_law in laws])[which]
+    fastest = np.array([most_turns(own_law) for own_law in laws])[which]
     late = np.abs(t0) * fastest > MOST_PERIODS
     for i in np.flatnonzero(late):
         faults[int(rows[i])] = f"t0 = {t0[i]}: {late_problem(t0[i], fastest[i])}"

@@ -61,7 +61,8 @@ class LyapunovExponents:
     ----------
     exponents
         (2,) array, the larger first [1/time]; both -inf where a contact has ended all memory, the
-        second where impacts have no restitution. Of a structure of n coordinates (2 n,), two of them -inf for each wall that has held it.
+        second where impacts have no restitution. Of a structure of n coordinates (2 n,), two of
+        them -inf for each wall that has held it.
     errors
         (2,) array, (2 n,) of a structure, their errors [1/time]: the standard error from the means
         of blocks, and with it the difference between the two halves where this is more than chance.

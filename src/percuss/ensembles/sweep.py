@@ -161,10 +161,9 @@ def sweep(
     -------
     xarray.Dataset
         A variable for each measure over one dimension for each path, as it was asked for, or over
-        ``sample``. Points
-        without an answer hold NaN, and `reason` over the dimension `failure` says why; `point`
-        is their number in the grid, the last axis the fastest; the attribute `failed` counts
-        them. The bits do not depend on the engine. As a table of pandas it is
+        ``sample``. Points without an answer hold NaN, and `reason` over the dimension `failure`
+        says why; `point` is their number in the grid, the last axis the fastest; the attribute
+        `failed` counts them. The bits do not depend on the engine. As a table of pandas it is
         ``data.drop_dims("failure").to_dataframe()``.
 
     Warns

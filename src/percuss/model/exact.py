@@ -320,6 +320,7 @@ def whole(name: str, value: object, least: int, most: float = MOST_COUNTED) -> i
     is_whole = isinstance(number, int) and not isinstance(number, bool)
     if is_whole and least <= cast("int", number) <= most:
         return cast("int", number)
+    # An end that only a machine has is named where it is passed.
     is_limited = most < MOST_ROWS or (is_whole and cast("int", number) > most)
     limits = f"from {least} to {most}" if is_limited else f"of at least {least}"
     raise ParameterError(name, number, f"not a whole number {limits}")
@@ -419,7 +420,7 @@ def phase_problem(value: object) -> str | None:
         return NOT_A_PHASE if problem == NOT_A_NUMBER else problem
     times, plus = multiple.times, multiple.plus
     problem = range_problem(times) or range_problem(plus)
-    # Two floats, but their sum may be none.
+    # Two floats, but with pi, which is below 4, their sum may be none.
     is_in_range = problem is not None or math.isfinite(4.0 * float(times) + float(plus))
     return problem if is_in_range else OUT_OF_RANGE
 

@@ -47,6 +47,7 @@ __all__ = [
     "kind_faults",
     "law",
     "lines",
+    "most_turns",
     "region_rows",
     "stop_rows",
     "touching_stops",
@@ -243,7 +244,9 @@ def law(oscillator: Oscillator, forcing: Forcing | None) -> Law:
 
 
 def turns_of(law: Law) -> tuple[list[float], list[float]]:
-    """Return the turns in a unit of time of the free motion in each region, and of each harmonic.
+    """Return the turns in a unit of time of the free motion in each region, and of the force.
+
+    Those of the force are of each harmonic and of a repeated record.
 
     Examples
     --------
@@ -254,8 +257,17 @@ def turns_of(law: Law) -> tuple[list[float], list[float]]:
     n, rows = int(law[0, at.N_HARMONICS]), region_rows(law)
     # As a slice the rows are no copy.
     halves = law[rows.start : rows.stop : rows.step, at.HALF_TURNS]
-    driven = law[at.FIRST_HARMONIC : at.FIRST_HARMONIC + n, at.TURNS]
-    return [2.0 * half for half in halves.tolist()], driven.tolist()
+    driven = law[at.FIRST_HARMONIC : at.FIRST_HARMONIC + n, at.TURNS].tolist()
+    repeat = float(law[0, at.REPEAT])
+    if repeat > 0.0:
+        driven.append(1.0 / repeat)
+    return [2.0 * half for half in halves.tolist()], driven
+
+
+def most_turns(law: Law) -> float:
+    """Return the most turns in a unit of time, of free motion or of the force."""
+    free, driven = turns_of(law)
+    return max(free + driven)
 
 
 def check_phases(law: Law, t0: float, t_end: float) -> float:
@@ -264,10 +276,9 @@ def check_phases(law: Law, t0: float, t_end: float) -> float:
     Raises
     ------
     ParameterError
-        If they have none, and by how much.
+        If they have none at one of them.
     """
-    free, driven = turns_of(law)
-    fastest = max(free + driven)
+    fastest = most_turns(law)
     for name, time in (("t0", t0), ("t_end", t_end)):
         problem = late_problem(time, fastest) if abs(time) < math.inf else None
         if problem is not None:

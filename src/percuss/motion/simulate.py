@@ -389,7 +389,7 @@ class _March:
         law, region = self.arrays.law, int(self.counters[columns.REGION])
         period, stiffness = float(law[0, PERIOD]), float(law[region, STIFFNESS])
         flies = self.counters[columns.TOUCHED] == 0 and law[region, GROWTH] == 0.0
-        if not (flies and law[0, N_KNOTS] > 0.0 < period and stiffness > 0.0):
+        if not (flies and law[0, N_KNOTS] > 0.0 and period > 0.0 and stiffness > 0.0):
             return False
         states = [periodic_state(law, region, t) for t in (0.0, self.last_time)]
         if None in states:

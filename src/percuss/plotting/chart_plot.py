@@ -17,6 +17,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from percuss.arrays import Flags, Floats
+from percuss.ensembles.grid import SAMPLE
 from percuss.errors import ParameterError
 from percuss.model.units import Units
 from percuss.plotting.cells import check_table, draw_cells, hatch_missing, missing_patch
@@ -42,8 +43,8 @@ PERIODS = (
 MINUS_INFINITY = "#8FCFB2"
 # Dots over one parameter that are drawn small.
 MANY = 400
-# Of dots over two: where there is no answer, the area of all together, and the least and largest of one
-# [point^2].
+# Dots over two parameters: their colour where there is no answer, the area of all together, and the
+# least and largest of one [point^2].
 NO_ANSWER, DOTS, DOT_SIZES = "#A0A0A0", 12_000.0, (3.0, 30.0)
 # The colours span all but this part of the values, in percent, at either end.
 FAR_OUT = 0.5
@@ -214,7 +215,10 @@ def _measure_of(data: xr.Dataset, measure: str | None, n_axes: int) -> str:
         str(name)
         for name, values in data.data_vars.items()
         if values.size
-        and (len(own := _parameters_of(data, str(name))) == n_axes or values.ndim == 1 < len(own))
+        and (
+            (count := len(_parameters_of(data, str(name)))) == n_axes
+            or (values.dims == (SAMPLE,) and count > n_axes)
+        )
         and all(part.dtype.kind in "fi" for part in (values, *(data[dim] for dim in values.dims)))
         and "failure" not in values.dims
     ]
@@ -229,12 +233,11 @@ def _measure_of(data: xr.Dataset, measure: str | None, n_axes: int) -> str:
 
 
 def _parameters_of(data: xr.Dataset, name: str) -> list[str]:
-    """Return the parameters of a measure: its dimensions, or those that vary along its only one."""
+    """Return the parameters of a measure: its dimensions, or those that samples have."""
     dims = data[name].dims
-    varying = [
-        str(other) for other in data.coords if other not in dims and data[other].dims == dims
-    ]
-    return varying or [str(dim) for dim in dims]
+    if dims != (SAMPLE,):
+        return [str(dim) for dim in dims]
+    return [str(other) for other in data.coords if other != SAMPLE and data[other].dims == dims]
 
 
 def _axes_of(data: xr.Dataset, name: str, over: object, n_axes: int) -> list[str]:
@@ -243,7 +246,7 @@ def _axes_of(data: xr.Dataset, name: str, over: object, n_axes: int) -> list[str
     if over is None:
         return known[:n_axes]
     asked: list[Any] = list(over) if isinstance(over, list | tuple) else [over]
-    if len(asked) != n_axes or len(set(asked)) != n_axes or not set(asked) <= set(known):
+    if not all(one in known for one in asked) or not len(asked) == len(set(asked)) == n_axes:
         each = "one" if n_axes == 1 else f"{n_axes} different ones"
         raise ParameterError("over", over, f"not {each} of {', '.join(known)}")
     return asked

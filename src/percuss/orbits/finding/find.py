@@ -180,9 +180,12 @@ abs(multipliers) 0.5843, 0.5843>
     (array([0.14800746, 0.44255645]), True)
     """
     if isinstance(osc, Structure):
-        given = {"n_impacts": n_impacts != 1, "sequence": sequence is not None, "formal": formal}
-        for name, value in zip(given, (n_impacts, sequence, formal), strict=True):
-            if given[name]:
+        for name, value, is_given in (
+            ("n_impacts", n_impacts, n_impacts != 1),
+            ("sequence", sequence, sequence is not None),
+            ("formal", formal, formal),
+        ):
+            if is_given:
                 reason = "of a structure the orbit near a guess is found, with the impacts it has"
                 raise ParameterError(name, value, reason)
         return find_structure_orbit(osc, force, guess, n_periods)

@@ -21,9 +21,10 @@ __all__ = ["passes_modal_resonance", "passes_resonance"]
 
 # A dynamic stiffness between two neighbours may fall below theirs by this factor.
 STIFF = 0.9999
-# Under a record, whose harmonics are not known, displacements may change by this part of their
-# range from one neighbour to the next, at so many instants.
-CHANGED, SEEN = 0.25, 65
+# Under a record, whose harmonics are not known, oscillations may change by this part of their range
+# from one neighbour to the next, at so many instants, and by this part of the displacement in any
+# case, which is rounding.
+CHANGED, SEEN, ROUNDING = 0.25, 65, 1e-12
 # Inputs into a mode below this part of the largest are rounding.
 NOT_DRIVEN = 1e-12
 
@@ -31,11 +32,9 @@ NOT_DRIVEN = 1e-12
 def passes_resonance(before: PeriodicOrbit, after: PeriodicOrbit) -> bool:
     """Return whether an oscillator has a resonance between two neighbours without events."""
     law, other = before.system.law, after.system.law
-    if law[0, at.N_KNOTS] > 0.0:
-        phases = np.linspace(0.0, 1.0, SEEN)
-        x, y = (orbit.trajectory()(orbit.period * phases)[0] for orbit in (before, after))
-        return bool(np.abs(y - x).max() > CHANGED * max(np.ptp(x), np.ptp(y)))
     region, rows = int(before.record[1][0, 2]), _harmonics(law)
+    if law[0, at.N_KNOTS] > 0.0 and _is_reshaped(before, after, region):
+        return True
     acts = np.append(
         law[region, at.ORIGIN_FORCE] != 0.0,
         np.maximum(law[rows, at.AMPLITUDE], other[rows, at.AMPLITUDE]) > 0.0,
@@ -46,6 +45,25 @@ def passes_resonance(before: PeriodicOrbit, after: PeriodicOrbit) -> bool:
         omega = np.append(0.0, own[rows, at.OMEGA])
         ends.append(stiffness - omega * omega + 2j * damping * omega)
     return _falls(ends[0], ends[1], acts)
+
+
+def _is_reshaped(before: PeriodicOrbit, after: PeriodicOrbit, region: int) -> bool:
+    """Return whether the oscillation under a record changes much with the dynamic stiffnesses.
+
+    With a force alone it changes as that does, however much: there is no resonance to be passed.
+    """
+    stiffnesses = [
+        (*orbit.system.law[region, [at.STIFFNESS, at.DAMPING]], orbit.system.law[0, at.PERIOD])
+        for orbit in (before, after)
+    ]
+    if stiffnesses[0] == stiffnesses[1]:
+        return False
+    phases = np.linspace(0.0, 1.0, SEEN)
+    x, y = (orbit.trajectory()(orbit.period * phases)[0] for orbit in (before, after))
+    # A mean moves without a resonance.
+    change = np.abs((y - y.mean()) - (x - x.mean())).max()
+    floor = ROUNDING * max(np.abs(x).max(), np.abs(y).max())
+    return bool(change > CHANGED * max(np.ptp(x), np.ptp(y)) + floor)
 
 
 def passes_modal_resonance(before: StructureOrbit, after: StructureOrbit) -> bool:

@@ -195,10 +195,8 @@ def velocity_gap_curve(
     >>> bool(abs(curve.velocities_at(1.0)[0] - orbit.impacts.v_before[0]) < 1e-12)
     True
     """
-    n_periods, n_points = (
-        whole("n_periods", n_periods, 1),
-        whole("n_points", n_points, 3, MOST_ROWS),
-    )
+    n_periods = whole("n_periods", n_periods, 1)
+    n_points = whole("n_points", n_points, 3, MOST_ROWS)
     system = System.of(osc, force)
     _check(system)
     check_length(system.law, 1, n_periods)
