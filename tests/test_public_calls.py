@@ -89,6 +89,7 @@ CALLS: list[tuple[Callable[[], Any], str]] = [
     (lambda: api.eigenset_motion(1.0, ["x"]), "t = 'x': not a number"),
     (lambda: api.eigenset_motion(1.0, [0.5, -1.0]), "t = -1.0: not a finite time of at least 0"),
     (lambda: api.eigenset_motion(1.0, np.nan), "t = nan: not a finite time of at least 0"),
+    (lambda: api.eigenset_motion(1.0, 1e22), "t = 1e+22: more than 1e+14 periods of 6.28"),
     (lambda: api.subset_forcing(1e300), "not a whole number from 2 to"),
     (lambda: api.subset_critical_velocity(HUGE), "m = int of too many digits: not a whole"),
     (lambda: api.classify_impact_times("abc", OSC), "run = 'abc': not a number"),

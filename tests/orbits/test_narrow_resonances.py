@@ -140,16 +140,30 @@ def test_under_a_record_the_steps_follow_the_resonance() -> None:
 
 
 def test_neighbours_on_one_side_of_a_resonance_have_none_between() -> None:
-    def at(omega: float, damping: float = 0.0) -> pc.PeriodicOrbit:
-        osc = pc.Oscillator(stiffness=1, damping=damping)
-        return pc.find_orbit(osc, pc.cosine(omega), n_impacts=0)
+    def at(omega: float, damping: float = 0.0, wall: float = -49) -> pc.PeriodicOrbit:
+        osc = pc.Oscillator(1, damping, (pc.Wall(wall, "below", 0.7),))
+        return pc.find_orbit(osc, pc.cosine(omega), n_impacts=0, formal=True)
 
     assert passes_resonance(at(0.9), at(1.1))
-    assert passes_resonance(at(0.99, 0.01), at(1.01, 0.01))
+    assert passes_resonance(at(0.98, 0.01), at(1.02, 0.01))
     assert not passes_resonance(at(0.8), at(0.99))
     assert not passes_resonance(at(1.01, 0.01), at(1.2, 0.01))
     # Damped so much it has no resonance.
     assert not passes_resonance(at(0.9, 2.0), at(1.1, 2.0))
+    # No motion reaches the wall; or all orbits are formal. Without damping there is no bound.
+    assert not passes_resonance(at(0.98, 0.01, -60), at(1.02, 0.01, -60))
+    assert not passes_resonance(at(0.98, 0.01, -2), at(1.02, 0.01, -2))
+    assert passes_resonance(at(0.9, 0, -2), at(1.1, 0, -2))
+
+
+def test_harmonics_that_reach_no_wall_make_no_steps_shorter() -> None:
+    harmonics = tuple(
+        pc.Harmonic(amplitude=1, omega=Fraction(1, 2) + Fraction(n, 50)) for n in range(20)
+    )
+    osc = pc.Oscillator(3, "0.05", (pc.Wall(1000, "above", 0.8),))
+    orbit = pc.find_orbit(osc, pc.Forcing(harmonics=harmonics, period="100*pi"), 0)
+    branch = pc.continue_orbit(orbit, over={"oscillator.stiffness": (0.2, 8)})
+    assert len(branch) < 100
 
 
 def test_a_response_without_damping_has_a_branch_on_each_side_of_its_resonance() -> None:

@@ -20,6 +20,7 @@ from percuss.errors import ParameterError
 from percuss.model.exact import Exact, as_float, cos_sin, pi_times, real, reals, whole
 from percuss.model.forcing import Forcing
 from percuss.model.harmonic_forces import cosine, sine
+from percuss.model.start import late_problem
 from percuss.numerics import cos, sin, tan
 
 __all__ = [
@@ -56,7 +57,7 @@ def eigenset_motion(v0: Exact, t: ArrayLike) -> tuple[Floats, Floats]:
     Raises
     ------
     ParameterError
-        If v0 is negative, or a time is negative or not finite.
+        If v0 is negative, or a time is negative, not finite, or later than phases are exact.
 
     Examples
     --------
@@ -70,6 +71,10 @@ def eigenset_motion(v0: Exact, t: ArrayLike) -> tuple[Floats, Floats]:
     outside = ~((times >= 0.0) & (times < math.inf))
     if outside.any():
         raise ParameterError("t", float(times[outside][0]), "not a finite time of at least 0")
+    latest = float(times.max(initial=0.0))
+    problem = late_problem(latest, 0.5 / math.pi)
+    if problem is not None:
+        raise ParameterError("t", latest, problem)
     s, c = sin(times), cos(times)
     # A time within its rounding of an impact is that of the impact.
     is_impact = np.abs(s) <= np.spacing(times)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from percuss.arrays import Complexes, Flags
+from percuss.arrays import Complexes, Floats
 from percuss.kernels import law_columns as at
 from percuss.kernels.law_columns import Law
 from percuss.kernels.record import KIND, KNOT, NEXT_REGION, START
@@ -19,12 +19,15 @@ from percuss.orbits.orbit.structure_orbit import StructureOrbit
 
 __all__ = ["passes_modal_resonance", "passes_resonance"]
 
-# A dynamic stiffness between two neighbours may fall below theirs by this factor.
-STIFF = 0.9999
+# A dynamic stiffness between two neighbours may fall below theirs by the first factor. Below the
+# second one it is none: the amplitude has no bound.
+STIFF, NONE = 0.9999, 1e-9
 # Under a record, whose harmonics are not known, oscillations may change by this part of their range
 # from one neighbour to the next, at so many instants, and by this part of the displacement in any
 # case, which is rounding.
 CHANGED, SEEN, ROUNDING = 0.25, 65, 1e-12
+# In place of 0 in a denominator.
+TINY = np.finfo(np.float64).tiny
 # Inputs into a mode below this part of the largest are rounding.
 NOT_DRIVEN = 1e-12
 
@@ -35,16 +38,38 @@ def passes_resonance(before: PeriodicOrbit, after: PeriodicOrbit) -> bool:
     region, rows = int(before.record[1][0, 2]), _harmonics(law)
     if law[0, at.N_KNOTS] > 0.0 and _is_reshaped(before, after, region):
         return True
-    acts = np.append(
-        law[region, at.ORIGIN_FORCE] != 0.0,
-        np.maximum(law[rows, at.AMPLITUDE], other[rows, at.AMPLITUDE]) > 0.0,
-    )
+    amplitudes = np.maximum(law[rows, at.AMPLITUDE], other[rows, at.AMPLITUDE])
+    acts = np.append(law[region, at.ORIGIN_FORCE] != 0.0, amplitudes > 0.0)
     ends = []
     for own in (law, other):
         stiffness, damping = own[region, [at.STIFFNESS, at.DAMPING]]
         omega = np.append(0.0, own[rows, at.OMEGA])
         ends.append(stiffness - omega * omega + 2j * damping * omega)
-    return _falls(ends[0], ends[1], acts)
+    least, falls = _least(ends[0], ends[1])
+    formal = not (before.admissible or after.admissible)
+    if not _matters(falls[acts], formal=formal):
+        return False
+    if law[0, at.N_KNOTS] > 0.0 or (falls[acts] < NONE).any():
+        return True
+    return _reaches((law, other), region, float((amplitudes / least[1:]).sum()))
+
+
+def _reaches(laws: tuple[Law, Law], region: int, swing: float) -> bool:
+    """Return whether swings about the mean, between its two values, may reach a bound."""
+    rows = np.array([law[region] for law in laws])
+    if (rows[:, at.STIFFNESS] == 0.0).any():
+        return True
+    means = rows[:, at.ORIGIN] + rows[:, at.ORIGIN_FORCE] / rows[:, at.STIFFNESS]
+    low, high = rows[:, at.LOWER].max(), rows[:, at.UPPER].min()
+    return not low < means.min() - swing <= means.max() + swing < high
+
+
+def _matters(falls: Floats, *, formal: bool) -> bool:
+    """Return whether dynamic stiffnesses that fall, by these factors, may hide a graze or an end.
+
+    Between two formal orbits there is no graze of a motion.
+    """
+    return bool((falls < (NONE if formal else STIFF)).any())
 
 
 def _is_reshaped(before: PeriodicOrbit, after: PeriodicOrbit, region: int) -> bool:
@@ -88,7 +113,9 @@ def passes_modal_resonance(before: StructureOrbit, after: StructureOrbit) -> boo
         ends.append(stiffness[order])
         driven.append(np.concatenate(inputs, axis=1)[order])
     largest = np.maximum(*driven)
-    return _falls(ends[0], ends[1], largest > NOT_DRIVEN * largest.max())
+    _, falls = _least(ends[0], ends[1])
+    formal = not (before.admissible or after.admissible)
+    return _matters(falls[largest > NOT_DRIVEN * largest.max()], formal=formal)
 
 
 def _harmonics(law: Law) -> slice:
@@ -96,10 +123,10 @@ def _harmonics(law: Law) -> slice:
     return slice(at.FIRST_HARMONIC, at.FIRST_HARMONIC + int(law[0, at.N_HARMONICS]))
 
 
-def _falls(here: Complexes, there: Complexes, acts: Flags) -> bool:
-    """Return whether dynamic stiffnesses that act are smaller between two values than at both."""
+def _least(here: Complexes, there: Complexes) -> tuple[Floats, Floats]:
+    """Return the least dynamic stiffnesses between two values, and as parts of the lesser value."""
     chord = there - here
-    square = np.maximum(np.abs(chord) ** 2, np.finfo(np.float64).tiny)
+    square = np.maximum(np.abs(chord) ** 2, TINY)
     part = np.clip(-(here.conj() * chord).real / square, 0.0, 1.0)
-    least = np.abs(here + part * chord)
-    return bool((acts & (least < STIFF * np.minimum(np.abs(here), np.abs(there)))).any())
+    least = np.maximum(np.abs(here + part * chord), TINY)
+    return least, least / np.maximum(np.minimum(np.abs(here), np.abs(there)), TINY)
