@@ -488,6 +488,19 @@ def test_a_run_without_end_ends_where_no_impact_comes_any_more(
     assert followed.extremes("displacement", between=(run.t_end, 2000)).maximum < gap
 
 
+def test_a_late_run_ends_where_one_from_time_0_does() -> None:
+    """The steady motion comes within 1e-6 of the wall: at 1e11 periods a double has no such phase."""
+    free = pc.simulate(pc.Oscillator(1, "0.3"), pc.square_wave(2), t_end=200)
+    top = free.extremes("displacement", between=(190, 200)).maximum
+    x0, v0 = map(float, free(60 * math.pi))
+    for gap, outcome in ((top + 1e-6, "no_more_impacts"), (top - 1e-6, "reached_max_impacts")):
+        osc = pc.Oscillator(1, "0.3", (pc.Wall(gap, "above", 0.8),))
+        for n in (0, 10**11):
+            run = pc.simulate(osc, pc.square_wave(2), x0, v0, t0=pc.pi_times(n), max_impacts=3)
+            assert run.outcome is pc.Outcome[outcome]
+            assert run.t_end - run.t0 < 1000
+
+
 def test_a_motion_that_may_still_come_back_is_followed() -> None:
     """The periodic motion stays away from the wall; the free one reaches it now and then."""
     osc = pc.Oscillator(1, 0, (pc.Wall(0.9, "above", 0.99),))

@@ -25,7 +25,7 @@ from percuss.kernels.law_columns import (
     UPPER,
     Law,
 )
-from percuss.kernels.sample import evaluate
+from percuss.kernels.sample import cycles, evaluate
 from percuss.model.exact import Exact, Phase, as_float, plain
 from percuss.model.expression import Expression, parameters_in
 from percuss.model.faults import raise_first
@@ -391,7 +391,10 @@ class _March:
         flies = self.counters[columns.TOUCHED] == 0 and law[region, GROWTH] == 0.0
         if not (flies and law[0, N_KNOTS] > 0.0 and period > 0.0 and stiffness > 0.0):
             return False
-        states = [periodic_state(law, region, t) for t in (0.0, self.last_time)]
+        # Of a late time the digits of its place in the period are in both of its parts.
+        cycle, now = np.empty(1), self.state[[columns.T, columns.T_LOW]]
+        cycles(law, now[:1], now[1:], cycle)
+        states = [periodic_state(law, region, t) for t in (0.0, float(cycle[0]) * period)]
         if None in states:
             return False
         (y0, v0), (y, v) = cast("list[tuple[float, float]]", states)
