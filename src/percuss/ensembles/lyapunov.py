@@ -191,10 +191,11 @@ def _of_structure(
     if reason is not None:
         raise ParameterError("start", tuple(start[0].tolist()), reason)
     if np.isneginf(result.logs[0, 0]).any():
-        # A contact in the transient took perturbations: after it others begin.
+        # A contact in the transient took perturbations: after it others begin, if it is the last.
         settled = group.follow(Plan(plan.since, plan.every, plan.since, max_impacts=most))
         begin = np.column_stack([settled.ends, plan.since])
-        result = group.beginning(np.zeros(1, dtype=np.int64), begin).follow(plan)
+        after = group.beginning(np.zeros(1, dtype=np.int64), begin).follow(plan)
+        result = result if np.isneginf(after.logs[0, -1]).any() else after
     duration = float(plan.until[0] - plan.since[0])
     logs = result.logs[0]
     with np.errstate(invalid="ignore"):
