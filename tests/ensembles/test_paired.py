@@ -64,7 +64,7 @@ def test_samples_without_a_motion_say_which_they_are() -> None:
 
 def test_stores_parts_and_files_hold_the_samples(tmp_path: Path) -> None:
     def asked(**keywords: Any) -> Any:
-        return pc.sweep("period", OSC, FORCE, over=samples(9000), paired=True, **keywords)
+        return pc.sweep("period", OSC, FORCE, over=samples(3300), paired=True, **keywords)
 
     data = asked()
     assert asked(store=tmp_path / "whole.zarr").identical(data)
@@ -80,7 +80,7 @@ def test_stores_parts_and_files_hold_the_samples(tmp_path: Path) -> None:
     header, first, *_ = (tmp_path / "a.csv").read_text(encoding="utf-8").splitlines()
     assert header == f"sample,{OMEGA},{RESTITUTION},{V0},period"
     assert [float(x) for x in first.split(",")[1:4]] == [
-        float(v[0]) for v in samples(9000).values()
+        float(v[0]) for v in samples(3300).values()
     ]
 
 

@@ -26,16 +26,18 @@ def force_of(amplitudes: list[float]) -> pc.Forcing:
     return pc.Forcing(harmonics=harmonics, period="40*pi/9")
 
 
-def resonances(kind: str, damping: float, at: float, amplitudes: list[float]) -> Any:
-    """Return the branch over the stiffness of the motion that meets no wall, in closed form."""
+def resonances(
+    kind: str, damping: float, at: float, amplitudes: list[float], ends: tuple[float, float]
+) -> Any:
+    """Return the branch over the stiffness of the motion that meets no wall, from its end on."""
     wall = pc.Wall(at=-at, side="below", restitution=0.7, on=0 if kind == "structure" else None)
-    force, ends = force_of(amplitudes), (LOW, HIGH)
+    force, (low, high) = force_of(amplitudes), ends
     if kind == "oscillator":
-        osc = pc.Oscillator(stiffness=LOW, damping=damping, stops=(wall,))
+        osc = pc.Oscillator(stiffness=low, damping=damping, stops=(wall,))
         orbit: Any = pc.find_orbit(osc, force, n_impacts=0, formal=True)
     else:
-        one = pc.Structure(mass=[1], stiffness=[HIGH], damping=[2 * damping], stops=[wall])
-        orbit = pc.find_orbit(one, {0: force}, guess=state_of(HIGH, damping, amplitudes))
+        one = pc.Structure(mass=[1], stiffness=[high], damping=[2 * damping], stops=[wall])
+        orbit = pc.find_orbit(one, {0: force}, guess=state_of(high, damping, amplitudes))
     return pc.continue_orbit(orbit, over={STIFFNESS[kind]: ends})
 
 
@@ -80,7 +82,7 @@ CASES = [
 def test_grazes_in_narrow_resonances_are_found(
     damping: float, at: float, amplitudes: list[float]
 ) -> None:
-    branch = resonances("oscillator", damping, at, amplitudes)
+    branch = resonances("oscillator", damping, at, amplitudes, (LOW, HIGH))
     found = [point for point in branch.special_points if point.kind == "grazing"]
     assert len(found) == grazes_of(damping, at, amplitudes)
     values = np.array([point.value for point in found])
@@ -88,17 +90,15 @@ def test_grazes_in_narrow_resonances_are_found(
     np.testing.assert_allclose(least, -at, rtol=1e-4)
 
 
-@pytest.mark.parametrize(("damping", "at", "amplitudes"), CASES[:1])
-def test_a_structure_has_the_grazes_of_the_oscillator(
-    damping: float, at: float, amplitudes: list[float]
-) -> None:
-    own = resonances("oscillator", damping, at, amplitudes)
-    branch = resonances("structure", damping, at, amplitudes)
-    values = [
-        np.sort([point.value for point in each.special_points if point.kind == "grazing"])
-        for each in (own, branch)
-    ]
-    assert len(values[0]) == 6
+def test_a_structure_has_the_grazes_of_the_oscillator() -> None:
+    # About the second resonance, at 0.81, far narrower than a step.
+    damping, at, amplitudes = CASES[0]
+    values = []
+    for kind in ("oscillator", "structure"):
+        branch = resonances(kind, damping, at, amplitudes, (0.6, 0.9))
+        grazes = [point.value for point in branch.special_points if point.kind == "grazing"]
+        values.append(np.sort(grazes))
+    assert len(values[0]) == 2
     np.testing.assert_allclose(values[0], values[1], rtol=1e-9)
 
 

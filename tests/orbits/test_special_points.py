@@ -134,6 +134,7 @@ def test_no_family_begins_among_flights_of_negative_duration() -> None:
     assert start_beyond(family, formal, amplitude) is None
 
 
+@pytest.mark.nightly
 def test_zeros_that_come_in_pairs_within_a_step_are_found_where_a_point_shows_them() -> None:
     """Without losses another branch crosses next to each fold: both in a step of usual length."""
     osc = pc.Oscillator(1, 0, (pc.SoftStop("0.273", "above", "2790.404"),))
