@@ -216,7 +216,7 @@ def reach_of(branches: Sequence[AnyBranch], columns: Sequence[Floats]) -> float:
     largest = 0.0
     for branch, values in zip(branches, columns, strict=True):
         largest = float(np.fmax.reduce(np.abs(values[branch.admissible]), initial=largest))
-    return SHOWN * (min(usual, largest) or usual)
+    return SHOWN * (usual if largest == 0.0 else min(usual, largest))
 
 
 def owner_of(branch: AnyBranch) -> Oscillator | Structure:

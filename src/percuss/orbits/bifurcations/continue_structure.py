@@ -120,18 +120,9 @@ class _BranchDetector:
             row = _special_at(here, new, zero, name, ends)
             if row is not None:
                 rows.append(row)
-        why = ""
         if end is not None:
             rows = [*(row for row in rows if row[0] < end[0]), end]
-            # Without the simpler orbit as many digits as are right.
-            value = equations.values(end[1].z)[0]
-            near = f"near {equations.paths[0]} = {value:.5g}"
-            where = near if end[2] is None else f"at {end[1].text}"
-            why = f"{where} {ENDS[equations.origin]}"
-        elif isinstance(equations, WallEquations) and equations.coincide(here.z, new.z):
-            # As many digits as are right.
-            value = equations.values(new.z)[0]
-            why = f"near {equations.paths[0]} = {value:.5g} {COINCIDENCE}"
+        why = _end_reason(here, new, end)
         rows.sort(key=lambda row: row[0])
         found: list[StructureRow] = [(point, special) for _, point, special in rows]
         is_astray = is_astray or hides_zeros(here, new, found)
@@ -186,6 +177,25 @@ class _BranchDetector:
             rows.append((point, special))
         beyond = cast("Point[StructureEquations] | None", border.beyond)
         return Segment(rows, border.end_reason, beyond)
+
+
+def _end_reason(
+    here: Point[StructureEquations], new: Point[StructureEquations], end: PlacedRow | None
+) -> str:
+    """Return why a branch ends between two neighbours, "" where it goes on.
+
+    ``end`` is the origin of its family, None where that is not there. Places that are not located
+    have as many digits as are right.
+    """
+    equations = here.problem
+    near = f"near {equations.paths[0]} ="
+    if end is not None:
+        rough = f"{near} {equations.values(end[1].z)[0]:.5g}"
+        where = rough if end[2] is None else f"at {end[1].text}"
+        return f"{where} {ENDS[equations.origin]}"
+    if isinstance(equations, WallEquations) and equations.coincide(here.z, new.z):
+        return f"{near} {equations.values(new.z)[0]:.5g} {COINCIDENCE}"
+    return ""
 
 
 def _fell_on_simpler(here: Point[StructureEquations], new: Point[StructureEquations]) -> bool:
