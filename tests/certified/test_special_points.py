@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import math
 
 import pytest
 from flint import arb, ctx
@@ -70,6 +71,34 @@ def test_a_graze_is_enclosed_from_both_sides(n_impacts: int) -> None:
     amplitude = 1 / (detuning * detuning + 4 * a * a * omega * omega).sqrt()
     assert proven.value.arb.overlaps(amplitude)
     assert proven.value.digits() >= 12
+
+
+@pytest.mark.parametrize("kind", ["fold", "grazing"])
+def test_hundreds_of_digits_need_no_more_bits_than_they_have(kind: str) -> None:
+    point = points(impacting(1), "oscillator.stops.0.at", 0.5, 2.5)[kind]
+
+    proven = pc.certify(point, digits=600)
+
+    assert proven.exists, proven.reason
+    assert proven.value.digits() >= 600
+    assert proven.precision < 600 / math.log10(2) + 100
+
+
+@pytest.mark.parametrize("bits", range(150, 158))
+def test_a_turning_point_that_stays_is_one_whatever_the_last_bit_is(bits: int) -> None:
+    point = points(impacting(0), "oscillator.stops.0.at", 0.5, 2.5)["grazing"]
+
+    assert pc.certify(point, digits=20, bits=bits).exists
+
+
+def test_too_few_bits_for_the_digits_are_named() -> None:
+    point = points(impacting(1), "oscillator.stops.0.at", 0.5, 2.5)["fold"]
+
+    proven = pc.certify(point, digits=600, most_bits=1000)
+
+    assert not proven.exists
+    assert proven.precision == 1000
+    assert proven.reason.endswith("; 600 digits were tried with 1000 bits")
 
 
 def test_a_frequency_as_parameter_moves_the_period_too() -> None:

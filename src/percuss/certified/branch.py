@@ -168,7 +168,7 @@ class ParameterBranch:
             check_inside(vector_of(trial), vector_of(inner))
             signs.append(is_positive(function(equations, inner)))
         if signs[0] == signs[1]:
-            raise Undecided("precision", "the test function does not change its sign there")
+            raise Undecided("precision", "the test function is not proven to change its sign")
         return ball(low).union(ball(high)), admissible_of(over, box)[0]
 
 
