@@ -3,6 +3,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
+from fractions import Fraction
 
 import pytest
 from flint import arb, ctx
@@ -10,6 +11,7 @@ from tests.certified.motions import backlash
 
 import percuss as pc
 from percuss.certified.ball_arithmetic import Undecided
+from percuss.certified.branch import NEXT_TO_ZERO, parameter_size
 from percuss.certified.grazing import TurningPoint, clearances_at_ends
 from percuss.certified.shooting import Image, Residual, shooting_of
 from percuss.certified.system import system_of
@@ -82,6 +84,17 @@ def test_hundreds_of_digits_need_no_more_bits_than_they_have(kind: str) -> None:
     assert proven.exists, proven.reason
     assert proven.value.digits() >= 600
     assert proven.precision < 600 / math.log10(2) + 100
+
+
+def test_a_parameter_next_to_zero_has_a_size_beyond_the_greatest_float() -> None:
+    wall = pc.Wall("1e260", "above", "0.7")
+    osc = pc.Oscillator.from_mass("1e60", "1e60", damping_ratio="1e-6", stops=[wall])
+    orbit = pc.find_orbit(osc, pc.cosine(1, "1e306"), 0)
+
+    # At resonance the motion's force on its mass is that of the cosine over twice the ratio.
+    size = parameter_size(orbit, "forcing.constant", Fraction(0))
+
+    assert size / NEXT_TO_ZERO / 10**306 == pytest.approx(500_000, rel=1e-3)
 
 
 @pytest.mark.parametrize("bits", range(150, 158))
