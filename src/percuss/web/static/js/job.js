@@ -101,6 +101,8 @@ export class Job {
   }
 
   #busy(isBusy) {
+    // The keys go on where they were.
+    if (!isBusy && this.stop.matches(":focus")) this.start.focus();
     this.stop.hidden = !isBusy;
     this.bar.hidden = !isBusy;
   }

@@ -11,6 +11,10 @@ const FACE = 'system-ui, "Segoe UI", Roboto, sans-serif';
 // Size of the text of the page on usual screens [pixels].
 const TEXT = 14;
 
+/** The options of plots of a motion: over time, and in its plane. */
+export const MOTION = { title: "Displacement", x: "time t", y: "displacement x", kind: "line", names: ["t", "x"] };
+export const PORTRAIT = { title: "Phase portrait", x: "displacement x", y: "velocity v", kind: "portrait", names: ["x", "v"] };
+
 /** One plot with its title and its read-out. */
 export class Plot {
   /**
