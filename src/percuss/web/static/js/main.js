@@ -86,7 +86,7 @@ class App {
 
   /** Tell the other views that their long answers are cancelled by this job. */
   supersede(job) {
-    for (const view of this.#all) if (view.job && view.job !== job) view.job.lost("another computation has begun; compute again");
+    for (const view of this.#all) if (view.job !== job) view.job?.lost("another computation has begun; compute again");
   }
 
   /** End the requests, and remove all listeners and elements. */

@@ -29,7 +29,7 @@ export class Plot {
     this.zoom = null;
     this.mark = null;
     this.isLog = options.logY === true;
-    this.readout = element("output", { class: "readout" });
+    this.readout = element("output", { class: "readout", "aria-live": "off" });
     this.key = element("span", { class: "key" });
     this.empty = element("p", { class: "empty", hidden: true });
     this.host = element("div", {
