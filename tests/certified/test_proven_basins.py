@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import matplotlib as mpl
 import numpy as np
 import pytest
+import xarray as xr
 
 import percuss as pc
+from percuss import progress
 from percuss.certified import CertifiedBasins, prove_basins
 from percuss.certified.ball_arithmetic import Undecided
 from percuss.certified.certify import certify
@@ -102,7 +106,7 @@ def test_no_trap_is_found_about_an_orbit_that_repels() -> None:
     osc, force = pc.impact_oscillator("0.8"), pc.cosine("2.8")
     saddle = pc.find_orbit(osc, force)
     with precision(64), pytest.raises(Undecided, match="mapped into itself"):
-        traps_about(system_of(osc, force), certify(saddle))
+        traps_about(system_of(osc, force), certify(saddle), lambda: True)
 
 
 def test_a_picture_has_a_colour_for_what_is_proven_and_one_for_what_is_open(
@@ -141,3 +145,41 @@ def test_attractors_that_are_none_are_refused_in_a_sentence() -> None:
     stable = pc.find_orbit(OSC, FORCE)
     with pytest.raises(pc.ParameterError, match="not orbits of one oscillator"):
         prove_basins([stable, saddle], x0=(0, 1), v0=(0, 1))
+
+
+class Clock:
+    """A clock on which a second passes each time that it is read."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+
+    def monotonic(self) -> float:
+        self.now += 1.0
+        return self.now
+
+
+def test_progress_is_reported_while_the_sets_about_attractors_grow_and_within_rows(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    orbit = pc.find_orbit(pc.impact_oscillator("0.7"), pc.cosine("2.3"))
+    monkeypatch.setattr(progress, "time", Clock())
+    seen: list[float] = []
+
+    def proven(goes_on: Callable[[float], bool]) -> CertifiedBasins:
+        def report(done: float, total: float) -> bool:
+            assert total == 2
+            seen.append(done)
+            return goes_on(done)
+
+        return prove_basins(
+            orbit, x0=("0.1", "0.2"), v0=("0.4", "0.5"), cells=2, depth=0, progress=report
+        )
+
+    assert proven(lambda _: True).decided == 1.0
+    assert seen.count(0.0) > 10
+    assert seen.count(1.0) >= 2
+    seen.clear()
+    stopped = proven(lambda _: False)
+    assert (seen, stopped.decided) == ([0.0], 0.0)
+    assert (stopped.labels == -1).all()
+    assert isinstance(stopped.to_xarray(), xr.Dataset)

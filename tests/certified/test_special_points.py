@@ -2,6 +2,8 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import math
+from fractions import Fraction
 
 import pytest
 from flint import arb, ctx
@@ -9,6 +11,7 @@ from tests.certified.motions import backlash
 
 import percuss as pc
 from percuss.certified.ball_arithmetic import Undecided
+from percuss.certified.branch import NEXT_TO_ZERO, parameter_size
 from percuss.certified.grazing import TurningPoint, clearances_at_ends
 from percuss.certified.shooting import Image, Residual, shooting_of
 from percuss.certified.system import system_of
@@ -70,6 +73,45 @@ def test_a_graze_is_enclosed_from_both_sides(n_impacts: int) -> None:
     amplitude = 1 / (detuning * detuning + 4 * a * a * omega * omega).sqrt()
     assert proven.value.arb.overlaps(amplitude)
     assert proven.value.digits() >= 12
+
+
+@pytest.mark.parametrize("kind", ["fold", "grazing"])
+def test_hundreds_of_digits_need_no_more_bits_than_they_have(kind: str) -> None:
+    point = points(impacting(1), "oscillator.stops.0.at", 0.5, 2.5)[kind]
+
+    proven = pc.certify(point, digits=600)
+
+    assert proven.exists, proven.reason
+    assert proven.value.digits() >= 600
+    assert proven.precision < 600 / math.log10(2) + 100
+
+
+def test_a_parameter_next_to_zero_has_a_size_beyond_the_greatest_float() -> None:
+    wall = pc.Wall("1e260", "above", "0.7")
+    osc = pc.Oscillator.from_mass("1e60", "1e60", damping_ratio="1e-6", stops=[wall])
+    orbit = pc.find_orbit(osc, pc.cosine(1, "1e306"), 0)
+
+    # At resonance the motion's force on its mass is that of the cosine over twice the ratio.
+    size = parameter_size(orbit, "forcing.constant", Fraction(0))
+
+    assert size / NEXT_TO_ZERO / 10**306 == pytest.approx(500_000, rel=1e-3)
+
+
+@pytest.mark.parametrize("bits", range(150, 158))
+def test_a_turning_point_that_stays_is_one_whatever_the_last_bit_is(bits: int) -> None:
+    point = points(impacting(0), "oscillator.stops.0.at", 0.5, 2.5)["grazing"]
+
+    assert pc.certify(point, digits=20, bits=bits).exists
+
+
+def test_too_few_bits_for_the_digits_are_named() -> None:
+    point = points(impacting(1), "oscillator.stops.0.at", 0.5, 2.5)["fold"]
+
+    proven = pc.certify(point, digits=600, most_bits=1000)
+
+    assert not proven.exists
+    assert proven.precision == 1000
+    assert proven.reason.endswith("; 600 digits were tried with 1000 bits")
 
 
 def test_a_frequency_as_parameter_moves_the_period_too() -> None:

@@ -45,8 +45,9 @@ scales = pytest.mark.parametrize(
         Scale(MILLION, Fraction(1)),
         Scale(Fraction(1), MILLION),
         Scale(1 / MILLION, 1 / MILLION),
+        Scale(MILLION, MILLION),
     ],
-    ids=["small", "large", "slow", "small and fast"],
+    ids=["small", "large", "slow", "small and fast", "large and slow"],
 )
 
 

@@ -75,6 +75,8 @@ def test_a_limit_that_no_setting_keeps_is_told() -> None:
     assert not best.converged
     assert "max_displacement" in best.reason
     assert best.reason in repr(best)
+    # How SLSQP goes on without a setting that keeps to it hangs on rounding.
+    assert best.n_motions < 50
 
 
 def test_the_multiplier_of_an_orbit() -> None:

@@ -112,7 +112,7 @@ def test_a_formal_entry_without_velocity_ends_a_branch_with_a_sentence() -> None
     assert orbits
 
     for orbit in orbits:
-        branch = pc.continue_orbit(orbit, over={"forcing.omega": (0.5, 3.5)})
+        branch = pc.continue_orbit(orbit, over={"forcing.omega": (1.9, 3.2)})
         assert "the orbit does not meet soft stop 0" in branch.end_reason
 
 

@@ -18,7 +18,7 @@ from flights import Bound, Law, Region
 from orbits import (
     Cycle,
     Shot,
-    bits_for,
+    bits_to_try,
     check_first,
     check_inside,
     contracted,
@@ -211,7 +211,13 @@ def _proven_curve(text: Any, curve: Any) -> str:
     if any(claim["stability"] not in (*STABILITIES, "undecided") for claim in curve["strips"]):
         raise NotProvenError("a stability is none that can be claimed")
     _check_range(text, curve)
-    with bits(bits_for(size for claim in curve["strips"] for size in claim["sizes"] if size > 0)):
+    sizes = [size for claim in curve["strips"] for size in claim["sizes"] if size > 0]
+    return with_first(bits_to_try(sizes), lambda n: _proven_strips(text, curve, n))
+
+
+def _proven_strips(text: Any, curve: Any, n: int) -> str:
+    """Prove the strips of a curve, and that each goes on in the next one, with so many bits."""
+    with bits(n):
         strips = [Strip(text, curve, claim) for claim in curve["strips"]]
         for strip, following in pairwise(strips):
             if not any(strip.goes_on_in(following, steps) for steps in range(3)):

@@ -45,8 +45,8 @@ def proven_orbit(law: Law, text: Any) -> str:
     if any(claim[name][0] >= claim[name][1] for claim in claims for name in "tv"):
         raise NotProvenError("an interval of the orbit is empty, or one point")
     cycle = Cycle(law, claims, periods)
-    enough = bits_for(high - low for claim in claims for low, high in (claim["t"], claim["v"]))
-    stability = with_first([enough * times for times in MORE_BITS], lambda n: _proven(cycle, n))
+    sizes = [high - low for claim in claims for low, high in (claim["t"], claim["v"])]
+    stability = with_first(bits_to_try(sizes), lambda n: _proven(cycle, n))
     if text["stability"] not in (stability, "undecided"):
         raise NotProvenError(f"the orbit is {stability}, not {text['stability']}")
     said = {"asymptotic": "Neighbouring motions approach it.", "unstable": "It is unstable."}.get(
@@ -59,9 +59,13 @@ def proven_orbit(law: Law, text: Any) -> str:
     )
 
 
-def bits_for(sizes: Iterable[Fraction]) -> int:
-    """Return bits for sides of boxes, and some to spare beyond those of the shortest one."""
-    return min(max((COARSE, *(ceil(1 / size).bit_length() + 64 for size in sizes))), MOST_BITS)
+def bits_to_try(sizes: Iterable[Fraction]) -> list[int]:
+    """Return bits for sides of boxes, first some to spare beyond those of the shortest one.
+
+    Under a law with small numbers, as slow ones have, more bits are lost.
+    """
+    enough = max((COARSE, *(ceil(1 / size).bit_length() + 64 for size in sizes)))
+    return [min(enough, MOST_BITS) * times for times in MORE_BITS]
 
 
 def _proven(cycle: Cycle, n: int) -> str:

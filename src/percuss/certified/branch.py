@@ -168,7 +168,7 @@ class ParameterBranch:
             check_inside(vector_of(trial), vector_of(inner))
             signs.append(is_positive(function(equations, inner)))
         if signs[0] == signs[1]:
-            raise Undecided("precision", "the test function does not change its sign there")
+            raise Undecided("precision", "the test function is not proven to change its sign")
         return ball(low).union(ball(high)), admissible_of(over, box)[0]
 
 
@@ -198,11 +198,12 @@ def parameter_size(orbit: PeriodicOrbit, path: str, value: Fraction) -> Fraction
     """
     osc = orbit.oscillator
     mass, length, time = exponents_of(dimensions_of(path, osc, orbit.forcing))
-    # A radian of the period.
-    pace = float(orbit.period) / (2.0 * math.pi)
-    unit = (greatest_speed(orbit) * pace) ** length * pace**time
-    unit *= 1.0 if osc.mass is None else as_float(osc.mass) ** mass
-    return max(abs(value), Fraction(unit) * NEXT_TO_ZERO) or Fraction(1)
+    # A radian of the period; products of floats may be beyond the greatest one.
+    pace = Fraction(float(orbit.period) / (2.0 * math.pi))
+    unit = (Fraction(greatest_speed(orbit)) * pace) ** length * pace**time
+    if osc.mass is not None:
+        unit *= Fraction(as_float(osc.mass)) ** mass
+    return max(abs(value), unit * NEXT_TO_ZERO) or Fraction(1)
 
 
 def greatest_speed(orbit: PeriodicOrbit) -> float:

@@ -87,14 +87,16 @@ class OrbitCurve:
         """Return the bits of derivatives."""
         return min(ctx.prec, COARSE)
 
-    def by_parameter(self, equations: Shooting, states: States, value: arb) -> Vector:
-        """Return the derivative of the equations by the parameter."""
+    def by_parameter(
+        self, equations: Shooting, states: States, value: arb, bits: int | None = None
+    ) -> Vector:
+        """Return the derivative of the equations by the parameter, to some bits or the usual ones."""
         cap = ctx.cap
         ctx.cap = 2
         try:
             series = arb_series([value, arb(1)])
             law = BallLaw(equations.system, self.path, series)  # type: ignore[arg-type]
-            images = [self._flight_by_parameter(equations, law, states, i)
+            images = [self._flight_by_parameter(equations, law, states, i, bits or self.coarse())
                       for i in range(len(states))]  # fmt: skip
             by_t, by_v = images[-1]
             later = slope_of(law.period(self.n_periods))
@@ -105,11 +107,11 @@ class OrbitCurve:
         return vector_of([images[-1], *images[:-1]])
 
     def _flight_by_parameter(
-        self, equations: Shooting, law: BallLaw, states: States, i: int
+        self, equations: Shooting, law: BallLaw, states: States, i: int, bits: int
     ) -> tuple[arb, arb]:
         event, following = equations.events[i], equations.next_event(i)
         t, v = states[i]
-        arrival, _ = equations.arrival(i, states, self.coarse())
+        arrival, _ = equations.arrival(i, states, bits)
         pieces = [start.piece for start, _ in equations.pieces_of_flight(i, states)]
         place, begin = law.places[event.bound], Moment(t)
         flight = flight_from(law, event.after, begin, (place, v), pieces[0])
@@ -137,10 +139,10 @@ class OrbitsAlong(OrbitCurve):
         value, z[self.along] = z[self.along], eta
         return z, value
 
-    def with_column(self, matrix: arb_mat, w: Vector, eta: arb) -> arb_mat:
+    def with_column(self, matrix: arb_mat, w: Vector, eta: arb, bits: int) -> arb_mat:
         """Return a derivative with that by the parameter in place of that by the coordinate."""
         z, value = self.split(w, eta)
-        column = self.by_parameter(self.equations(value), pairs(z), value)
+        column = self.by_parameter(self.equations(value), pairs(z), value, bits)
         table = matrix.tolist()
         for row, entry in zip(table, column, strict=True):
             row[self.along] = entry
@@ -148,7 +150,8 @@ class OrbitsAlong(OrbitCurve):
 
     def solution(self, eta: arb, guess: Vector) -> Vector:
         """Return the orbit and the parameter at a value of the coordinate."""
-        residual = CurveResidual(self, eta)
+        # Newton's method doubles digits with derivatives to all bits alone.
+        residual = CurveResidual(self, eta, ctx.prec)
 
         def step(w: Vector) -> arb_mat:
             missed = residual.value(w).mid()
@@ -158,7 +161,7 @@ class OrbitsAlong(OrbitCurve):
 
     def enclosed(self, middle: Vector, eta: arb) -> Solved:
         """Return the boxes of the orbits for a ball of the coordinate."""
-        residual = CurveResidual(self, eta)
+        residual = CurveResidual(self, eta, self.coarse())
         return krawczyk(residual.value, residual.derivative, middle)
 
     def fold_function(self, w: Vector, eta: arb) -> arb:
@@ -177,15 +180,18 @@ def flight_from(
 
 
 class CurveResidual(Residual):
-    """The equations at a value of the coordinate; the parameter is the unknown in its place."""
+    """The equations at a value of the coordinate; the parameter is the unknown in its place.
 
-    def __init__(self, curve: OrbitsAlong, eta: arb) -> None:
+    Derivatives have so many bits.
+    """
+
+    def __init__(self, curve: OrbitsAlong, eta: arb, bits: int) -> None:
         super().__init__(self._images)
-        self.curve, self.eta = curve, eta
+        self.curve, self.eta, self.bits = curve, eta, bits
 
     def _images(self, w: Vector) -> list[Image]:
         z, value = self.curve.split(w, self.eta)
-        return self.curve.equations(value).images(pairs(z), self.curve.coarse())
+        return self.curve.equations(value).images(pairs(z), self.bits)
 
     def value(self, z: Vector) -> arb_mat:
         """Return by how much the orbit misses itself."""
@@ -193,7 +199,7 @@ class CurveResidual(Residual):
 
     def derivative(self, z: Vector) -> arb_mat:
         """Return the derivative by the other coordinates and the parameter."""
-        return self.curve.with_column(super().derivative(z), z, self.eta)
+        return self.curve.with_column(super().derivative(z), z, self.eta, self.bits)
 
 
 class Turn(NamedTuple):
@@ -240,7 +246,7 @@ def fold_of(point: SpecialPoint, path: str, digits: int) -> tuple[arb, bool | No
         check_inside(solved.trial, box)
         signs.append(is_positive(curve.fold_function(box, near)))
     if signs[0] == signs[1]:
-        raise Undecided("precision", "the parameter does not turn on this stretch")
+        raise Undecided("precision", "the parameter is not proven to turn")
     z, value = curve.split(solved.box, whole)
     return value, admissible_of(curve.equations(value), pairs(z))[0]
 

@@ -13,7 +13,7 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from flint import arb
+from flint import arb, ctx
 
 from percuss.certified.ball_arithmetic import Undecided
 from percuss.certified.ball_law import law_of
@@ -108,7 +108,9 @@ class TurningBranch:
             jerk = j.abs_upper() + trial * fourth_around(flight, s, trial, size)
             return a + span(trial * jerk)
 
-        step, trial = interval_newton(v, slope, 2 * v.abs_upper() / a.abs_lower())
+        # Wide beside the last bits of s, in which the turning points of neighbours differ.
+        least = abs(s) * arb(2) ** -(ctx.prec // 2)
+        step, trial = interval_newton(v, slope, (2 * v.abs_upper() / a.abs_lower()).max(least))
         sign = 1 if system.regions[self.region].lower == self.bound else -1
         place = law_of(system).places[self.bound]
         clearance = sign * (x + step * span(v.abs_upper()) - place)
@@ -213,7 +215,7 @@ def grazing_of(point: SpecialPoint, path: str, digits: int) -> tuple[arb, bool |
     low, high = stretch_around(zero, size, digits)
     before, after, admissible = branch.over(low, high)
     if is_positive(before) == is_positive(after):
-        raise Undecided("precision", "the turning point does not pass the stop on the stretch")
+        raise Undecided("precision", "the turning point is not proven to pass the stop")
     return ball(low).union(ball(high)), admissible
 
 

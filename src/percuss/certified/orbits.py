@@ -48,7 +48,7 @@ def certify_orbit(
 ) -> CertifiedOrbit:
     """Prove an orbit; see `percuss.certify`."""
     system = system_for(system_of(orbit.oscillator, orbit.forcing), over)
-    work = bits or math.ceil(digits / math.log10(2)) + FIRST_MARGIN
+    work = bits or min(most_bits, math.ceil(digits / math.log10(2)) + FIRST_MARGIN)
     before = -math.inf
     while True:
         try:

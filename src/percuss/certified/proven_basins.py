@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, wait
 from dataclasses import dataclass, field
 from fractions import Fraction
-from itertools import repeat
 from multiprocessing import get_context
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -61,6 +60,8 @@ LOOKED_FOR, MOST_PERIODS = 2, 60
 WITHIN = 0.99
 # Points of the outline of a set in which motions stay.
 OUTLINE = 61
+# How long other processes are waited for before progress is reported [s].
+WAITED = 0.2
 
 
 class _Cell(NamedTuple):
@@ -120,13 +121,16 @@ class _Fates:
     depth: int
     most_impacts: int
 
-    def row(self, cells: Sequence[_Cell]) -> _Row:
-        """Return the labels of cells, and what is proven of parts of those that are open."""
+    def row(self, cells: Sequence[_Cell], go_on: Callable[[], bool] = lambda: True) -> _Row:
+        """Return the labels of cells, and what is proven of parts of those that are open.
+
+        All are open that are left when ``go_on``, asked before each, is False.
+        """
         system = system_of(self.oscillator, self.forcing)
         row = _Row([], {}, [])
         with precision(BITS):
             for cell in cells:
-                parts = list(self._parts(system, cell, self.depth))
+                parts = list(self._parts(system, cell, self.depth)) if go_on() else [(OPEN, cell)]
                 for label, part in parts:
                     row.areas[label] = row.areas.get(label, 0.0) + part.area
                 labels = {label for label, _ in parts}
@@ -358,7 +362,8 @@ def prove_basins(
         Processes. With more than one a script needs ``if __name__ == "__main__":``.
     progress
         True shows a line on the error stream; a function ``(done, total) -> bool`` is called after
-        each row of cells, and ends the proof by returning False: the other cells are open.
+        each row of cells, and each second before and between, and ends the proof by returning
+        False: the other cells are open.
 
     Returns
     -------
@@ -398,8 +403,9 @@ def prove_basins(
     depth, most_impacts = whole("depth", depth, 0), whole("most_impacts", most_impacts, 1)
     n_workers = whole("n_workers", n_workers, 1)
     edges = _edges("x0", x0, nx), _edges("v0", v0, nv)
+    reported = Progress(progress, nx, "rows of cells")
     proven = [_certified(orbit) for orbit in orbits]
-    traps, steady = _sets_of(system_of(osc, force), orbits, proven)
+    traps, steady = _sets_of(system_of(osc, force), orbits, proven, reported)
     fates = _Fates(osc, force, t0, tuple(traps), tuple(steady), depth, most_impacts)
     rows = [
         [_Cell(a, b, c, d) for c, d in zip(edges[1], edges[1][1:], strict=False)]
@@ -407,9 +413,8 @@ def prove_basins(
     ]
     labels = np.full((nx, nv), OPEN)
     areas: dict[int, float] = {}
-    reported = Progress(progress, nx, "rows of cells")
     done, pieces = 0, list[tuple[int, _Cell]]()
-    for i, row in enumerate(_each(fates, rows, n_workers)):
+    for i, row in enumerate(_each(fates, rows, n_workers, reported)):
         labels[i] = row.labels
         pieces += row.parts
         done = i + 1
@@ -446,14 +451,22 @@ def prove_basins(
     )
 
 
-def _each(fates: _Fates, rows: list[list[_Cell]], n_workers: int) -> Iterator[_Row]:
-    """Yield what is proven of rows of cells in their order."""
+def _each(
+    fates: _Fates, rows: list[list[_Cell]], n_workers: int, reported: Progress
+) -> Iterator[_Row]:
+    """Yield what is proven of rows of cells in their order, until the caller wants no more."""
+    if reported.is_stopped:
+        return
     if n_workers == 1:
-        yield from map(fates.row, rows)
+        yield from (fates.row(row, reported.tick) for row in rows)
         return
     with ProcessPoolExecutor(n_workers, get_context("spawn")) as pool:
         try:
-            yield from pool.map(_row, repeat(fates), rows)
+            for future in [pool.submit(_row, fates, row) for row in rows]:
+                while not wait([future], WAITED).done:
+                    if not reported.tick():
+                        return
+                yield future.result()
         finally:
             pool.shutdown(cancel_futures=True)
 
@@ -480,9 +493,19 @@ def _certified(orbit: PeriodicOrbit) -> CertifiedOrbit:
 
 
 def _sets_of(
-    system: BallSystem, orbits: Sequence[PeriodicOrbit], proven: Sequence[CertifiedOrbit]
+    system: BallSystem,
+    orbits: Sequence[PeriodicOrbit],
+    proven: Sequence[CertifiedOrbit],
+    reported: Progress,
 ) -> tuple[list[tuple[Trap, int]], list[tuple[int, int]]]:
-    """Return the sets about all attractors, each with the number of its attractor."""
+    """Return the sets about all attractors, each with the number of its attractor.
+
+    Those that are known when the caller wants no more.
+    """
+
+    def go_on() -> bool:
+        return reported.tick(f"the set about attractor {k + 1} of {len(orbits)}")
+
     traps: list[tuple[Trap, int]] = []
     steady: list[tuple[int, int]] = []
     with precision(BITS):
@@ -491,8 +514,10 @@ def _sets_of(
                 steady.append((region_of_row(system, int(orbit.record[1][0, 2])), k))
                 continue
             try:
-                traps += [(trap, k) for trap in traps_about(system, certified)]
+                traps += [(trap, k) for trap in traps_about(system, certified, go_on)]
             except Undecided as question:
+                if reported.is_stopped:
+                    break
                 raise ParameterError("attractors", orbit, question.reason) from None
     return traps, steady
 

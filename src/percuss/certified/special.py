@@ -114,7 +114,7 @@ def certify_point(
 ) -> CertifiedPoint:
     """Prove a special point; see `percuss.certify`."""
     path = long_form(point.path, point.orbit.oscillator, point.orbit.forcing)
-    work = bits or math.ceil(digits / math.log10(2)) + FIRST_MARGIN
+    work = bits or min(most_bits, math.ceil(digits / math.log10(2)) + FIRST_MARGIN)
 
     value, admissible, statement, reason = arb.nan(), None, "", ""
     while True:
@@ -123,10 +123,12 @@ def certify_point(
                 value, admissible, statement = _proof(point, path, digits)
             break
         except Undecided as question:
-            if bits is not None or 2 * work > most_bits or question.kind in HOPELESS:
+            if bits is not None or work >= most_bits or question.kind in HOPELESS:
                 reason = question.reason or question.kind
+                if question.kind not in HOPELESS:
+                    reason += f"; {digits} digits were tried with {work} bits"
                 break
-            work *= 2
+            work = min(most_bits, 2 * work)
     return CertifiedPoint(
         kind=point.kind,
         path=path,

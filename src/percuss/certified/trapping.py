@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -112,7 +112,7 @@ def _finest(cloud: Cloud) -> float:
     return SHORTEST * float(cloud.box()[0].rad())
 
 
-def traps_about(system: BallSystem, orbit: CertifiedOrbit) -> list[Trap]:
+def traps_about(system: BallSystem, orbit: CertifiedOrbit, go_on: Callable[[], bool]) -> list[Trap]:
     """Return sets about the impacts of an orbit, proven to be mapped into themselves.
 
     Parameters
@@ -121,6 +121,8 @@ def traps_about(system: BallSystem, orbit: CertifiedOrbit) -> list[Trap]:
         The exact system, without a record.
     orbit
         Proven to be asymptotically stable, and to have events.
+    go_on
+        Asked before each part of a set is followed; False ends the search for larger sets.
 
     Raises
     ------
@@ -134,10 +136,12 @@ def traps_about(system: BallSystem, orbit: CertifiedOrbit) -> list[Trap]:
     states = [state for event, state in events if event == kind]
     back = _Return(ImpactSurface(system, kind), len(states))
     scale = float(back.surface.period), max(float(abs(v)) for _, v in states)
-    return [_wider(back.surface, _trap(back, state, scale)) for state in states]
+    return [_wider(back.surface, _trap(back, state, scale, go_on), go_on) for state in states]
 
 
-def _trap(back: _Return, state: BallPair, scale: tuple[float, float]) -> Trap:
+def _trap(
+    back: _Return, state: BallPair, scale: tuple[float, float], go_on: Callable[[], bool]
+) -> Trap:
     """Return the largest of the sets that are mapped into themselves after some rounds."""
     axes = _axes(back, state, scale)
     best: Trap | None = None
@@ -146,7 +150,7 @@ def _trap(back: _Return, state: BallPair, scale: tuple[float, float]) -> Trap:
         radius = LARGEST
         while radius > least:
             trap = _scaled(back.surface.event, state, axes, radius, rounds)
-            if _is_mapped_into_itself(replace(back, n=rounds * back.n), trap):
+            if _is_mapped_into_itself(replace(back, n=rounds * back.n), trap, go_on):
                 best, least = trap, radius
                 break
             radius *= SMALLER
@@ -201,26 +205,30 @@ def _scaled(
     return Trap(event, state, ((a, b), (c, d)), inverse, ((a, b), (c, d)), rounds)
 
 
-def _wider(surface: ImpactSurface, trap: Trap) -> Trap:
+def _wider(surface: ImpactSurface, trap: Trap, go_on: Callable[[], bool]) -> Trap:
     """Return the largest ellipse, by stages, from which all motions are proven to come into a trap."""
     while True:
         stage = WIDER ** (len(trap.stages) + 1)
         scaled = _scaled(trap.event, trap.state, trap.within, stage, trap.rounds)
         wider = scaled._replace(within=trap.within, stages=(*trap.stages, stage))
         try:
-            if not _all_come_into(surface, wider, trap):
+            if not _all_come_into(surface, wider, trap, go_on):
                 return trap
         except Undecided:
             return trap
         trap = wider
 
 
-def _all_come_into(surface: ImpactSurface, outer: Trap, inner: Trap) -> bool:
+def _all_come_into(
+    surface: ImpactSurface, outer: Trap, inner: Trap, go_on: Callable[[], bool]
+) -> bool:
     """Return whether all motions from an ellipse are proven to come into another one."""
     middle = outer.state[0].mid(), outer.state[1].mid()
     unit = arb(0, 1.0 + 2.0 * MARGIN)
     parts, done = [Cloud(middle, outer.axes, (unit, unit))], 0
     while parts:
+        if not go_on():
+            return False
         part = parts.pop()
         done += 1
         if _is_outside(outer, middle, part) or _comes_into(surface, part, inner):
@@ -254,7 +262,7 @@ def _comes_into(surface: ImpactSurface, cloud: Cloud, trap: Trap) -> bool:
     return False
 
 
-def _is_mapped_into_itself(back: _Return, trap: Trap) -> bool:
+def _is_mapped_into_itself(back: _Return, trap: Trap, go_on: Callable[[], bool]) -> bool:
     """Return whether the derivative is proven to shrink the norm abs(w) on all of the set."""
     middle = trap.state[0].mid(), trap.state[1].mid()
     offset = applied(trap.inverse, (trap.state[0] - middle[0], trap.state[1] - middle[1]))
@@ -263,6 +271,8 @@ def _is_mapped_into_itself(back: _Return, trap: Trap) -> bool:
     unit = arb(0, 1.0 + 2.0 * MARGIN)
     parts, done = [Cloud(middle, trap.axes, (unit, unit))], 0
     while parts:
+        if not go_on():
+            return False
         part = parts.pop()
         done += 1
         if _shrinks(back, trap, part):

@@ -250,7 +250,8 @@ class StructureSystem:
             "feed": feed,
             "record_feed": into_guards[:, records],
         }
-        law = self._law(modes)
+        springs, drags = modes[:, at.SPRING].tolist(), modes[:, at.DRAG].tolist()
+        law = _law_of_modes(tuple(springs), tuple(drags), tuple(self.omegas))
         arrays |= {"law": law, "of_set": self._bounds(law, arrays)}
         walk = np.empty((at.WALK_ROWS + at.DRIVE_ENTRIES * m, n))
         walk[: at.WALK_ROWS] = modes[:, : at.WALK_ROWS].T
@@ -262,21 +263,6 @@ class StructureSystem:
         fill_steps(law, modes, shortest, steps[:n_levels], turns[:n_levels])
         return arrays | {"walk": walk, "steps": steps, "turns": turns}
 
-    def _law(self, modes: Floats) -> Law:
-        """Return the modes as regions of a law under harmonics of these frequencies."""
-        m, n = len(self.omegas), len(modes)
-        law = np.zeros((FIRST_HARMONIC + m + n * (1 + m), COLUMNS))
-        law[0, N_HARMONICS], law[0, N_REGIONS] = m, n
-        for k, omega in enumerate(self.omegas):
-            fill_harmonic(law[FIRST_HARMONIC + k], Component(omega, 1.0, 0.0))
-        for j, mode in enumerate(modes):
-            row = FIRST_HARMONIC + m + j * (1 + m)
-            stiffness, damping = Fraction(mode[at.SPRING]), Fraction(mode[at.DRAG]) / 2
-            law[row] = _motion_row(float(mode[at.SPRING]), float(mode[at.DRAG]))
-            for k, omega in enumerate(self.omegas):
-                fill_response(law[row + 1 + k], stiffness, damping, omega)
-        return law
-
     def _bounds(self, law: Law, arrays: dict[str, Floats]) -> Floats:
         """Fill what bounds the guards' fourth derivatives; return the columns of the set."""
         modes, drive = arrays["modes"], arrays["drive"]
@@ -285,6 +271,25 @@ class StructureSystem:
         fill_mode_bounds(modes, drive, arrays["record_drive"], omegas, of_set)
         fill_guard_bounds(modes, drive, omegas, arrays["guard"], arrays["feed"], arrays["levels"])
         return of_set
+
+
+# Along a branch the loads change more often than what they act on.
+@lru_cache(maxsize=64)
+def _law_of_modes(
+    springs: tuple[float, ...], drags: tuple[float, ...], omegas: tuple[Fraction, ...]
+) -> Law:
+    """Return modes as regions of a law under harmonics of these frequencies."""
+    m, n = len(omegas), len(springs)
+    law = np.zeros((FIRST_HARMONIC + m + n * (1 + m), COLUMNS))
+    law[0, N_HARMONICS], law[0, N_REGIONS] = m, n
+    for k, omega in enumerate(omegas):
+        fill_harmonic(law[FIRST_HARMONIC + k], Component(omega, 1.0, 0.0))
+    for j, (spring, drag) in enumerate(zip(springs, drags, strict=True)):
+        row = FIRST_HARMONIC + m + j * (1 + m)
+        law[row] = _motion_row(spring, drag)
+        for k, omega in enumerate(omegas):
+            fill_response(law[row + 1 + k], Fraction(spring), Fraction(drag) / 2, omega)
+    return law
 
 
 @lru_cache(maxsize=1024)

@@ -504,7 +504,7 @@ def as_float(value: Phase) -> float:
         return value
     if type(value) is int and value.bit_length() <= sys.float_info.mant_dig:
         return float(value)
-    return _nearest(value) if type(value) is PiTimes else _rounded(value)
+    return _nearest(value) if isinstance(value, PiTimes | str) else _rounded(value)
 
 
 def _rounded(value: Phase) -> float:
@@ -512,7 +512,7 @@ def _rounded(value: Phase) -> float:
     return float(times * PI + plus) if times else float(plus)
 
 
-# The ends of runs and the phases of knots are asked for again and again.
+# Ends of runs, phases of knots and levels of stops are asked for again and again.
 _nearest = lru_cache(256)(_rounded)
 
 

@@ -67,14 +67,15 @@ def balanced(matrix: Floats) -> Floats:
            [2. , 0.5]])
     """
     matrix = np.array(matrix, dtype=np.float64)
+    if not is_finite(matrix):
+        return matrix
     for _ in range(MOST_ROUNDS):
         settled = True
         for i in range(len(matrix)):
-            column, row = (
-                float(np.abs(line).sum()) - abs(float(matrix[i, i]))
-                for line in (matrix[:, i], matrix[i])
-            )
-            if not (column > 0.0 and row > 0.0 and is_finite(matrix)):
+            sizes = np.abs(matrix)
+            own = float(sizes[i, i])
+            column, row = float(sizes[:, i].sum()) - own, float(sizes[i].sum()) - own
+            if not (0.0 < column < math.inf and 0.0 < row < math.inf):
                 continue
             factor = 2.0 ** round(0.5 * (math.frexp(row)[1] - math.frexp(column)[1]))
             if factor * column + row / factor < WORTH * (column + row):

@@ -31,7 +31,7 @@ OutcomeLimits: TypeAlias = tuple[float | None, float | None]
 # SLSQP ends when a step changes the scaled outcome by less; the most motions of a search, and how
 # often it begins again at its best one, without what it knows of curvatures, where that is no optimum.
 CLOSE, MOST_MOTIONS, RENEWALS = 1e-13, 200, 3
-# A wanted value is out of reach of the search where so many motions come no nearer to it.
+# What is wanted is out of reach of the search where so many motions come no nearer to it.
 MOST_VAIN = 30
 # Where an attractor ends, a search goes on along the next one, on so many.
 MOST_ATTRACTORS = 4
@@ -424,8 +424,10 @@ class _Path:
         if self._is_optimum(self.best):
             return ""
         shortfall = self.search.shortfall(self.best)
-        if shortfall or self._beyond(self.best) is None:
-            return stopped or shortfall or KINK
+        if shortfall:
+            return f"{shortfall}; {stopped}" if stopped else shortfall
+        if self._beyond(self.best) is None:
+            return stopped or KINK
         return NO_RUN if self.best.orbit is None else NO_ORBIT
 
     def near(self, place: Floats) -> Trial:
@@ -452,8 +454,7 @@ class _Path:
         self.n_vain += 1
         if self.search.is_better(SearchEnd(trial, ""), SearchEnd(self.best, "")):
             self.best, self.n_vain = trial, 0
-        is_vain = self.n_vain > MOST_VAIN and not isinstance(self.wanted.goal, str)
-        if is_vain and self.search.miss(self.best) > 0.0:
+        if self.n_vain > MOST_VAIN and self.search.miss(self.best) > 0.0:
             raise _StopSearchError(f"{MOST_VAIN} motions came no nearer to what is wanted")
         is_worse = self.search.is_better(SearchEnd(self.base, ""), SearchEnd(trial, ""))
         if trial.goes_on or not is_worse:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -36,6 +37,8 @@ __all__ = ["Settled", "settled_motions"]
 STAGE, TAIL, STAGES = 60, 25, 5
 # Largest distance of the ends of a stretch of a motion that is near its orbit.
 NEAR = 0.05
+# Stretches of one length that are tried: a motion that settles comes nearer with each.
+LATEST = 3
 # In the last stage orbits have up to so many times the impacts and periods that are asked for.
 LONGER = 4
 # Distance of the last stretch from its orbit, in cycles and as a part of the velocity.
@@ -192,16 +195,21 @@ class _Search:
             return _without_impacts(self.system, int(marks[0, columns.NEXT_REGION]))
         if (kinds == columns.CONTACT).any():
             return self.sticking[0] if self.sticking else None
-        # The last stretches, a few of each length: the shortest that closes is the orbit.
+        # The shortest stretch that closes is the orbit.
         most = longer * self.counts[0], longer * self.counts[1]
         last = 3 * (most[0] + 1) * (len(self.system.oscillator.stops) + 1)
         record = events[-last:], marks[-last:]
-        guesses = guesses_in(self.system, record, *most, near=NEAR)
-        for guess in sorted(guesses, key=lambda guess: (guess.n_periods, guess.n_impacts)):
-            orbit = _attractor(self.system, guess)
-            if orbit is not None:
-                return orbit
+        guesses = list(guesses_in(self.system, record, *most, near=NEAR))
+        for _, alike in groupby(sorted(guesses, key=_length), key=_length):
+            for guess in list(alike)[-LATEST:]:
+                orbit = _attractor(self.system, guess)
+                if orbit is not None:
+                    return orbit
         return None
+
+
+def _length(guess: Guess) -> tuple[int, int]:
+    return guess.n_periods, guess.n_impacts
 
 
 def _tail(record: tuple[Floats, Integers], end: float, period: float) -> tuple[Floats, Integers]:
