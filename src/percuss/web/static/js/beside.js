@@ -39,14 +39,6 @@ export class Beside {
     this.#wait("shown while the pointer is over the diagram");
   }
 
-  recolour() {
-    for (const plot of [this.portrait, this.motion]) plot.recolour();
-  }
-
-  close() {
-    for (const plot of [this.portrait, this.motion]) plot.close();
-  }
-
   #wait(text) {
     for (const plot of [this.portrait, this.motion]) plot.wait(text, { x: [0, 1], y: [-1, 1] });
   }

@@ -1,7 +1,6 @@
 // The setting of free parameters at which an outcome is best, and the front between two outcomes.
 
 import { button, element, fillTable, form, say, shown, wordsOf } from "./dom.js";
-import { count } from "./facts.js";
 import { choiceField, numberField } from "./fields.js";
 import { FreeParameters } from "./free.js";
 import { Job } from "./job.js";
@@ -46,14 +45,6 @@ export class Design {
     this.front.root.classList.add("broad");
     this.front.root.hidden = true;
     this.plots = [this.front, this.motion, this.portrait];
-  }
-
-  recolour() {
-    for (const plot of this.plots) plot.recolour();
-  }
-
-  close() {
-    for (const plot of this.plots) plot.close();
   }
 
   /** Another motion: what was found belongs to the one before. */
@@ -187,17 +178,16 @@ export class Design {
       this.limits = this.limits.filter((other) => other !== it);
       this.#set({});
     }, { "aria-label": `remove the limit of ${wordsOf(it.outcome)}` });
-    return element("div", {}, element("span", { class: "ends" }, choice, end("low", "at least"), end("high", "at most"), remove));
+    return element("div", { role: "group", "aria-label": `limit of ${wordsOf(it.outcome)}` }, element("span", { class: "ends" }, choice, end("low", "at least"), end("high", "at most"), remove));
   }
 
   #receive(header, arrays) {
     this.current = this.pending;
-    const { designs, outcomes, report, converged } = header;
+    const { designs, outcomes, report, converged, told } = header;
     const isFront = outcomes.length > 1;
     const labels = new Map(pathsOf(this.current.study).map((it) => [it.path, it.name]));
     const labelOf = (name) => labels.get(name) ?? wordsOf(name);
-    const reason = designs.find((it) => it.reason)?.reason;
-    this.verdict.textContent = converged ? (isFront ? `${count(designs.length, "design")}.` : "An optimum that keeps all limits.") : `No optimum: ${reason}. These are the best values found.`;
+    this.verdict.textContent = told;
     this.verdict.className = converged ? "" : "fault";
     const take = (design) => button("put into the sliders", () => this.#take(design), { title: "these values, and the start of the orbit, become those of Explore" });
     const paths = Object.keys(designs[0].values);
@@ -216,7 +206,7 @@ export class Design {
     this.front.root.hidden = front === null;
     if (front !== null) {
       const column = (k) => Float64Array.from(front.designs, (it) => it.outcomes[k]);
-      this.front.label(...front.outcomes.map(wordsOf));
+      this.front.label(...front.outcomes);
       this.front.take(null);
       this.front.show([{ x: column(0), y: column(1), kind: "points", colour: "--curve", size: 6 }]);
     }
@@ -225,7 +215,6 @@ export class Design {
     for (const plot of [this.motion, this.portrait]) plot.take(null);
     this.motion.show([{ x: t, y: x, colour: "--curve" }]);
     this.portrait.show([{ x: px, y: pv, colour: "--curve" }]);
-    this.root.dataset.drawn = String(Number(this.root.dataset.drawn ?? 0) + 1);
   }
 
   /** The values of a design, and where its orbit starts, become those of the motion. */

@@ -133,10 +133,6 @@ export class Explore {
     this.drawing.player.rewind();
   }
 
-  recolour() {
-    for (const plot of this.plots) plot.recolour();
-  }
-
   /** All sliders are released. */
   #settle() {
     for (const plot of this.plots) plot.settle();
@@ -147,7 +143,6 @@ export class Explore {
     clearTimeout(this.starting);
     this.panel.close();
     this.drawing.close();
-    for (const plot of this.plots) plot.close();
   }
 
   /** Request the motion as it is set now. */

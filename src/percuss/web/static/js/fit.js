@@ -1,6 +1,7 @@
 // A record and the parameters fitted to it.
 
-import { button, element, fillTable, form, isStudyFile, say, shown, textOf, watchDrops, wordsOf } from "./dom.js";
+import { button, element, fillTable, form, isStudyFile, say, textOf, watchDrops, wordsOf } from "./dom.js";
+import { count } from "./facts.js";
 import { checkField, choiceField, numberField } from "./fields.js";
 import { FreeParameters } from "./free.js";
 import { Job } from "./job.js";
@@ -68,14 +69,6 @@ export class Fit {
 
   #wait() {
     for (const plot of this.plots) plot.wait(plot === this.record ? "load a record, or drop a file here" : "", { x: [0, 1], y: [0, 1] });
-  }
-
-  recolour() {
-    for (const plot of this.plots) plot.recolour();
-  }
-
-  close() {
-    for (const plot of this.plots) plot.close();
   }
 
   /** Another motion: what is fitted belongs to the one before; the record stays. */
@@ -189,7 +182,7 @@ export class Fit {
         if (header.fault) return complain(header.fault);
         this.isRecord = true;
         this.columns = header.columns;
-        this.told.textContent = `${name}: ${header.n} values of ${header.quantities.map(wordsOf).join(", ")}`;
+        this.told.textContent = `${name}: ${count(header.n, "value")} of ${header.quantities.map(wordsOf).join(", ")}`;
         this.fault.textContent = "";
         this.#keep();
         this.#draw(header, arrays);
@@ -226,17 +219,13 @@ export class Fit {
   #receive(header, arrays) {
     this.current = this.pending;
     this.header = header;
-    const { values, converged, reason, chi2, whiteness, n, n_runs: runs } = header;
-    const noise = whiteness < -4 ? "the residuals hang together: the model misses something" : "the residuals look like noise";
-    this.verdict.textContent = converged
-      ? `Converged in ${runs} runs: mean square ${shown(chi2)} of ${n} residuals; ${noise}.`
-      : `Not converged: ${reason}. These are the best values found; mean square ${shown(chi2)}.`;
+    const { values, notes, converged, reason, n_runs: runs } = header;
+    this.verdict.textContent = converged ? `Converged in ${count(runs, "run")}.` : `Not converged: ${reason}. These are the best values found.`;
     this.verdict.className = converged ? "" : "fault";
-    const labels = new Map(this.#paths().map((it) => [it.path, it.name]));
-    const note = ({ error, end }) => (end ? `the ${end} of its range: the data ask for ${end === "least" ? "less" : "more"}` : error === null ? "not told by the data" : "");
-    const columns = [["parameter", ({ path }) => labels.get(path) ?? path], ["value", ({ text }) => text], ["", note]];
-    if (!values.some(note)) columns.pop();
-    fillTable(this.result, columns.map(([name]) => name), values.map((row) => columns.map(([, of]) => of(row))), (k) => ({ "data-fitted": values[k].path }));
+    const labels = this.#paths().map((it) => [it.path, it.name]);
+    const labelled = (text) => labels.reduce((now, [path, name]) => now.replaceAll(path, name), text);
+    const rows = [...values.map(({ path, text }) => [path, text]), ...notes];
+    fillTable(this.result, [], rows.map((row) => row.map(labelled)), (k) => ({ "data-fitted": values[k]?.path }));
     this.take.hidden = this.result.hidden = false;
     this.#draw(header, arrays);
   }
@@ -284,7 +273,6 @@ export class Fit {
     else this.impacts.wait("none", all);
     const size = 1.1 * residual.reduce((most, value) => Math.max(most, Math.abs(value)), 1.5);
     this.residuals.show([{ x: t, y: residual, kind: "points", colour: COLOURS.samples, size: 3 }], [{ y: -1, colour: COLOURS.fit }, { y: 1, colour: COLOURS.fit }], { x: all.x, y: [-size, size] });
-    this.root.dataset.drawn = String(Number(this.root.dataset.drawn ?? 0) + 1);
   }
 
   /** The other plots show the same time. */

@@ -10,7 +10,7 @@ import { Gallery } from "./gallery.js";
 import { makeHelp, makeMenu, makeTabs } from "./head.js";
 import { Mechanism } from "./mechanism.js";
 import { Paper } from "./paper.js";
-import { digitsOf } from "./scales.js";
+import { rounded } from "./scales.js";
 import { decodeLink, encode, StudyHistory, Store } from "./state.js";
 import { Tour } from "./tour.js";
 
@@ -81,7 +81,6 @@ class App {
   /** Keep in the link which part a plot shows; null for all. */
   keepZoom(name, zoom) {
     const { [name]: _, ...rest } = this.store.value.zooms ?? {};
-    const rounded = (ends) => ends.map((end) => Number(end.toPrecision(Math.max(8, digitsOf(ends)))));
     this.store.set({ zooms: zoom === null ? rest : { ...rest, [name]: { x: rounded(zoom.x), y: rounded(zoom.y) } } }, "zoom");
   }
 
@@ -95,6 +94,7 @@ class App {
     this.requests.close();
     for (const end of this.ends) end();
     for (const view of Object.values(this.views)) view.close?.();
+    for (const plot of this.#plots()) plot.close();
     clearTimeout(this.linking);
     this.root.replaceChildren();
   }
@@ -334,6 +334,12 @@ class App {
     this.root.dataset.theme = theme === "system" ? system : theme;
     // The report knows the system alone: see style.css.
     this.root.dataset.turned = String(this.root.dataset.theme !== system);
-    for (const view of Object.values(this.views ?? {})) view.recolour();
+    for (const plot of this.#plots()) plot.recolour();
+    for (const view of Object.values(this.views ?? {})) view.recolour?.();
+  }
+
+  /** All plots of the views that there are. */
+  #plots() {
+    return Object.values(this.views ?? {}).flatMap(({ plots = [] }) => plots);
   }
 }
