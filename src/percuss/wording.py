@@ -49,15 +49,29 @@ def closest(word: str, known: Iterable[str]) -> str | None:
 def shown(value: object) -> str:
     """Return a value as Python writes it, cut where that is long.
 
+    Numbers of NumPy are shown as numbers, in tuples and lists, too.
+
     Examples
     --------
-    >>> shown("2.8"), len(shown("2" * 10_000))
-    ("'2.8'", 224)
+    >>> import numpy as np
+    >>> shown("2.8"), len(shown("2" * 10_000)), shown((2, np.float64(0.5)))
+    ("'2.8'", 224, '(2, 0.5)')
     """
     try:
-        text = repr(value)
+        text = repr(_plain(value))
     except ValueError:  # a whole number of more digits than Python writes
         text = f"{type(value).__name__} of too many digits"
     if len(text) <= MOST_SHOWN:
         return text
     return f"{text[:MOST_SHOWN]} ... ({len(text):,} characters)"
+
+
+def _plain(value: object) -> object:
+    """Return a value with numbers and texts of Python in the place of those of NumPy."""
+    if isinstance(value, dict):
+        return {_plain(key): _plain(entry) for key, entry in value.items()}
+    if type(value) in (tuple, list):
+        return type(value)(map(_plain, value))  # type: ignore[call-arg, call-overload]
+    if type(value).__module__ == "numpy" and getattr(value, "shape", None) == ():
+        return value.item()  # type: ignore[attr-defined]
+    return value

@@ -182,6 +182,15 @@ def test_marks_of_thousands_are_refused_not_taken_for_decimals(cells: str) -> No
         forces_of_text(f"t;f\n{cells}\n")
 
 
+def test_a_blank_in_a_name_separates_nothing_where_semicolons_do() -> None:
+    with pytest.raises(ValueError, match=r"its columns are Zeit, Weg x$"):
+        columns_of_text("Zeit;Weg x\n0;1,5\n1;2\n")
+    found = columns_of_text(
+        "Zeit;Weg x\n0;1,5\n1;2\n", None, {"t": "Zeit", "displacement": "Weg x"}
+    )
+    assert found["displacement"].tolist() == [1.5, 2.0]
+
+
 def test_an_instant_that_is_there_twice_is_told_once() -> None:
     text = "t;f;x\n0;1;1\n1;2;2\n1;3;3\n"
     with pytest.raises(ValueError, match=r"^line 4: t = 1.0 is there twice; instants must rise$"):

@@ -54,3 +54,24 @@ def test_what_is_no_saddle_and_what_meets_no_stop_is_refused() -> None:
         homoclinic_orbits(steady, stop=0)
     with pytest.raises(pc.ParameterError, match="meets no stop"):
         homoclinic_orbits(steady)
+
+
+@pytest.mark.parametrize(
+    ("restitution", "wall", "omega"),
+    [("0.652", "-0.261", "3.611"), ("0.855", 0, "3.204"), ("0.305", "-0.227", "2.895")],
+)
+def test_each_comes_back_to_its_saddle_at_the_last(
+    restitution: str, wall: str | int, omega: str
+) -> None:
+    osc = pc.impact_oscillator(restitution, wall=wall)
+    orbits = pc.find_orbits(osc, pc.cosine(omega), max_impacts=1, max_periods=3)
+    saddles = [orbit for orbit in orbits if abs(orbit.multipliers[0]) > 1.0]
+
+    paths = [p for orbit in saddles for p in homoclinic_orbits(orbit, most_impacts=12)]
+
+    assert paths
+    # Beyond a fold of the manifold, and beside a jump of the map, motions pass the saddle on both
+    # sides, too: those ended up to 0.09 from it.
+    for path in paths:
+        assert np.abs(path.coordinates[0]).max() < 2e-4
+        assert np.abs(path.coordinates[-1]).max() < 1e-4

@@ -224,6 +224,19 @@ def test_restitution_of_0_ends_the_stable_manifold() -> None:
     assert {branch.end_reason for branch in curves.stable} == {"no_image"}
 
 
+def test_an_orbit_that_leaves_a_stop_slowly_is_fast_elsewhere() -> None:
+    stops = (pc.Wall("-0.236", "below", "0.677"), pc.Wall("0.556", "above", "0.757"))
+    osc = pc.Oscillator(1.0, 0.10789501080286258, stops)
+    force = pc.cosine(3.4444563539825968, amplitude=1.3741378272651137, phase=4.843404085715232)
+    orbit = pc.find_orbit(osc, force, 2, 2, sequence=(1, 0), guess=(0.8032036967, -0.012422763))
+
+    curves = pc.manifolds(orbit, section="impact", stop=1, length=0.5)
+
+    # Of the motion between impacts on this stop, at 0.012, the one on the other is at 0.39.
+    assert abs(curves.saddles[0, 1]) < 0.02
+    assert {branch.end_reason for branch in curves.stable} == {"length"}
+
+
 def test_an_orbit_of_two_periods_has_two_saddle_points() -> None:
     orbit = pc.find_orbit(pc.impact_oscillator(0.8), pc.cosine(4.8), n_impacts=1, n_periods=2)
 

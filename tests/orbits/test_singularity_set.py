@@ -231,6 +231,22 @@ def test_curves_without_number_are_cut_off_and_say_so() -> None:
     assert "unresolved" in {curve.ends for curve in curves}
 
 
+def test_a_curve_that_turns_back_where_an_edge_is_grazed_is_whole() -> None:
+    """Within 1e-4 of a period of grazes it goes down to v = 0.3 and comes back to v = 0.38."""
+    stops = (pc.Wall("-0.565", "below", "0.436"), pc.SoftStop("1.5", "above", 30))
+    osc = pc.Oscillator(0, 0.08312382304680543, stops)
+    force = pc.cosine(1.7200012881854545, amplitude=0.8939372099284666, phase=1.9179135191419552)
+
+    curves = pc.singularity_set(osc, force)
+
+    # By an independent way the map jumps here.
+    cycle, v = 0.5407289215845, 0.3450849907627
+    near = [
+        np.hypot((c.cycle - cycle + 0.5) % 1.0 - 0.5, c.v_after - v).min() for c in curves.curves
+    ]
+    assert min(near) < 0.005
+
+
 def test_to_xarray_holds_all_points() -> None:
     curves = pc.singularity_set(WALL, pc.cosine(2.5), n_iterates=2)
     data = curves.to_xarray()

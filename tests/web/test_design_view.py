@@ -112,9 +112,30 @@ def test_two_outcomes_give_a_front() -> None:
     }
     header, _ = answered(request(goals=["largest", "least"], **options))
 
+    assert header["outcomes"] == ["peak impact velocity", "max displacement"]
+    assert header["told"].startswith(f"{len(header['designs'])} designs")
     pairs = np.array([row["outcomes"] for row in header["designs"]])
     assert len(pairs) > 1
     assert (np.diff(pairs, axis=0) < 0.0).all()
+
+
+def test_outcomes_of_a_front_have_units_and_what_is_left_out_is_told() -> None:
+    tables = copy.deepcopy(STUDY)
+    tables["oscillator"]["units"] = {"length": "mm", "time": "s"}
+    # One design is the best in both outcomes: all others are left out.
+    outcomes = ["peak_impact_velocity", "peak_displacement"]
+    header, _ = answered(request(tables, outcomes=outcomes, goals=["least"] * 2, limits={}, n=3))
+
+    assert header["outcomes"] == ["peak impact velocity (mm/s)", "peak displacement (mm)"]
+    left = "; 2 more were no better in either outcome than one of these."
+    assert header["told"] == f"1 design{left}"
+
+
+def test_a_value_that_is_out_of_reach_is_told_in_words() -> None:
+    header, _ = answered(request(goals=[99], limits={}))
+
+    assert not header["converged"]
+    assert "No optimum: peak impact velocity = 99 is out of reach" in header["told"]
 
 
 @pytest.mark.parametrize(

@@ -12,10 +12,11 @@ import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
 from tests.web.frames import read_frame
-from tests.web.hands import box_of, link_of, view_of
+from tests.web.hands import box_of, follow_link, link_of, view_of
 
 import percuss as pc
 from percuss.errors import StudyError
+from percuss.execution import Execution
 from percuss.web.code_text import python_text
 from percuss.web.downloads import file_of
 from percuss.web.fit_view import MOST_VALUES, answer_measured
@@ -50,7 +51,11 @@ def test_a_table_is_read_with_its_faults_by_line() -> None:
     assert header["n"] == len(arrays["t0"]) == len(arrays["y0"]) == 200
     assert header["titles"] == ["Time (s)", "x"]
     with pytest.raises(BadRequest, match="load a record first"):
+        answer_measured(request("measured", csv=None))
+    with pytest.raises(BadRequest, match="the file is empty"):
         answer_measured(request("measured", csv=""))
+    with pytest.raises(BadRequest, match="a binary file; save it as CSV"):
+        answer_measured(request("measured", csv="PK\3\4\0\0x;t\n0;1\n"))
     for text, words in (
         ("t,x\n0,far\n1\n", 'line 2: x = "far" is no finite number; line 3: 1 cell'),
         ("t,x\n0,nan\n1,\n", "no values of displacement: all are missing"),
@@ -109,6 +114,27 @@ def test_a_fit_is_that_of_the_study_in_its_files(
     exec(python_text(study), told)  # noqa: S102  our own text
     assert told["result"].values[GAP] == pytest.approx(values[GAP]["value"], rel=1e-9)
     assert (tmp_path / "fit.png").exists()
+
+
+def test_a_fit_says_what_the_report_of_its_study_says_under_the_names_of_the_page() -> None:
+    tables = copy.deepcopy(STUDY)
+    tables["parameters"] = {"w": "2.8"}
+    tables["forcing"]["harmonics"][0]["omega"] = "w"
+    tables["oscillator"]["units"] = {"length": "m", "time": "s"}
+    free = {"parameters.w": 2.8, GAP: 0.2, RESTITUTION: 0.8}
+    asked = PageRequest(1, "fit", tables, {"csv": table(), "free": free, "noise": 5})
+    header, _ = read_frame(list(answer_job(asked, RunningRequest()))[-1])
+    study = study_of_view(asked)
+    report = study.question.report(study.question.answer(study, Execution()))
+
+    assert [row["path"] for row in header["values"]] == list(free)
+    texts = [row["text"] for row in header["values"]]
+    assert texts == [report[path] for path in ("w", GAP, RESTITUTION)]
+    assert texts[1].endswith(" m")
+    notes = dict(header["notes"])
+    # Of a noise in other units, which would pass for white residuals.
+    assert "times theirs: is it in the model's units?" in notes["residuals"]
+    assert notes == {name: report[name] for name in ("residuals", "noise")}
 
 
 def test_a_known_start_is_that_of_the_motion() -> None:
@@ -178,6 +204,70 @@ def test_a_record_is_loaded_fitted_and_put_into_the_sliders(page: Page, tmp_path
     shown = float(box_of(page, GAP).input_value())
     assert math.isclose(shown, value, abs_tol=error)
     assert abs(float(box_of(page, "start.v0").input_value()) - 0.3) < 0.1
+
+
+def test_a_parameter_of_expressions_is_fitted_and_goes_into_its_slider(
+    page: Page, address: str, tmp_path: Path
+) -> None:
+    (tmp_path / "rig.csv").write_text(table(), encoding="utf-8")
+    study = copy.deepcopy(STUDY)
+    study["parameters"] = {"w": "2.75"}
+    study["forcing"]["harmonics"][0]["omega"] = "w"
+    study["oscillator"]["stops"][0] |= {"at": "0.25", "restitution": "0.72"}
+    follow_link(page, address, {"study": study, "view": "explore"})
+    view = view_of(page, "Fit")
+    view.locator("input[type=file]").set_input_files(tmp_path / "rig.csv")
+    expect(view).to_contain_text("rig.csv: 200 values of displacement")
+    view.locator("[data-free='parameters.w']").check()
+    view.locator(".primary").click()
+    expect(view.locator("[data-fitted='parameters.w'] td").first).to_have_text("Parameters: w")
+    view.get_by_role("button", name="put into the sliders").click()
+    page.locator("[data-view=explore]").click()
+
+    assert float(box_of(page, "parameters.w").input_value()) == pytest.approx(2.8, abs=0.01)
+    expect(page.locator(".explore .stage > .fault")).to_be_empty()
+    page.goto("about:blank")
+
+
+def test_a_table_that_is_too_long_for_the_page_is_told(page: Page, tmp_path: Path) -> None:
+    rows = "".join(f"{i / 100:.6f},{math.sin(i / 100):.6f}\n" for i in range(60_000))
+    (tmp_path / "long.csv").write_text("t,x\n" + rows, encoding="utf-8")
+    (tmp_path / "one.csv").write_text("t,x\n0,1\n", encoding="utf-8")
+    view = view_of(page, "Fit")
+    file = view.locator("input[type=file]")
+    file.set_input_files(tmp_path / "long.csv")
+    told = "long.csv: more than 1 MB, the most on the page; percuss run takes any"
+    expect(view.locator(".settings > .fault")).to_have_text(told)
+    expect(view).not_to_contain_text("reading")
+    file.set_input_files(tmp_path / "one.csv")
+    expect(view).to_contain_text("one.csv: 1 value of displacement")
+
+
+def test_the_keys_go_on_where_a_fit_was_cancelled(page: Page, tmp_path: Path) -> None:
+    t = np.linspace(0, 600, 9000).tolist()
+    rows = "".join(f"{a:.5f},{math.sin(a) + 0.3 * math.sin(2.2 * a):.5f}\n" for a in t)
+    (tmp_path / "long.csv").write_text("t,x\n" + rows, encoding="utf-8")
+    view = view_of(page, "Fit")
+    view.locator("input[type=file]").set_input_files(tmp_path / "long.csv")
+    expect(view).to_contain_text("long.csv: 9000 values")
+    view.locator(f"[data-free='{GAP}']").check()
+    view.locator(".primary").focus()
+    page.keyboard.press("Enter")
+    page.keyboard.press("Tab")
+    expect(view.get_by_role("button", name="Cancel")).to_be_focused()
+    page.keyboard.press("Enter")
+
+    expect(view.locator(".job .status")).to_have_text("cancelled")
+    expect(view.locator(".primary")).to_be_focused()
+
+
+def test_forces_of_stops_are_counted_from_one(page: Page, tmp_path: Path) -> None:
+    text = "t,x,stop_force_1\n" + "".join(f"{i / 10},{math.sin(i / 10)},1\n" for i in range(60))
+    (tmp_path / "rig.csv").write_text(text, encoding="utf-8")
+    page.get_by_role("button", name="add a soft stop").click()
+    view = view_of(page, "Fit")
+    view.locator("input[type=file]").set_input_files(tmp_path / "rig.csv")
+    expect(view).to_contain_text("rig.csv: 120 values of displacement, stop force 2")
 
 
 CHOOSE = """(root, wanted) => {

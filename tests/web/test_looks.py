@@ -268,3 +268,38 @@ def test_small_plots_stand_below_each_other_in_a_narrow_window(page: Page) -> No
     assert first is not None
     assert second is not None
     assert first["y"] + first["height"] <= second["y"]
+
+
+@pytest.mark.parametrize("name", ["Explore", "Fit", "Design", "Structure"])
+def test_in_a_low_window_the_plots_do_not_hide_the_form(page: Page, name: str) -> None:
+    # As a window of 1280 x 1024 that is enlarged four times.
+    page.set_viewport_size({"width": 320, "height": 256})
+    view = view_of(page, name)
+    control = view.locator("form :is(input, select):visible").last
+    control.scroll_into_view_if_needed()
+    seen = control.evaluate(
+        """(it) => {
+          const { x, y, width, height } = it.getBoundingClientRect();
+          return it.contains(document.elementFromPoint(x + width / 2, y + height / 2));
+        }"""
+    )
+    assert seen
+    page.goto("about:blank")
+
+
+def test_a_label_is_no_longer_than_its_plot(page: Page) -> None:
+    page.set_viewport_size({"width": 683, "height": 500})
+    plot = page.locator('.explore .plot[data-y="speed before the impact"]')
+    expect(plot.locator(".canvas")).to_be_visible()
+    page.wait_for_timeout(300)
+    # The ends of the label are the outermost dark pixels of the first columns: none is at the edge.
+    edges = plot.locator("canvas").evaluate(
+        """(canvas) => {
+          const { data, width } = canvas.getContext('2d').getImageData(0, 0, Math.round(14 * devicePixelRatio), canvas.height);
+          const rows = [];
+          for (let i = 3; i < data.length; i += 4) if (data[i] > 99) rows.push(Math.floor(i / 4 / width));
+          return [Math.min(...rows), canvas.height - Math.max(...rows)];
+        }"""
+    )
+    assert min(edges) > 2
+    page.goto("about:blank")

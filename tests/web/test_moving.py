@@ -343,7 +343,7 @@ def test_the_sound_is_mute_until_it_is_put_on(page: Page, name: str) -> None:
     page.evaluate(SILENCE)
     view = view_of(page, name)
     page.wait_for_selector(f".{name.lower()}[data-drawn]", timeout=WAIT)
-    view.get_by_label("speed").select_option("4")
+    view.locator(".speed select").select_option("4")
     view.get_by_role("button", name="Play").click()
     page.wait_for_timeout(400)
     assert page.evaluate("window.sounds.length") == 0

@@ -224,6 +224,15 @@ def test_the_picture_is_the_structure_and_follows_its_time(page: Page) -> None:
     assert places(view) == before
 
 
+def test_entries_into_a_soft_stop_are_no_impacts(page: Page) -> None:
+    view = structure(page, "two_masses")
+    expect(view.locator(".card").nth(2)).to_contain_text("1 entry into a stop in 1 forcing period")
+    expect(view.locator(".card").nth(1)).to_contain_text("59 entries into a stop")
+    view = structure(page, "three_masses")
+    orbit = "4 impacts and entries into a stop in 1 forcing period"
+    expect(view.locator(".card").nth(2)).to_contain_text(orbit)
+
+
 def test_who_wants_less_motion_gets_the_slider_of_the_time_alone(page: Page) -> None:
     page.emulate_media(reduced_motion="reduce")
     view = structure(page, "impact_pair")

@@ -274,3 +274,19 @@ def test_settings_of_the_long_views_are_in_the_link(page: Page, address: str) ->
     page.evaluate("link => { location.hash = new URL(link).hash; }", link)
     expect(basins).to_be_visible()
     assert field(basins, "v to").input_value() == "3.5"
+
+
+def test_a_narrow_part_of_basins_is_computed_in_its_own_ends(page: Page) -> None:
+    view = view_of(page, "Basins")
+    fill(view, "starts along a side", "32")
+    field(view, "saddles and manifolds").uncheck()
+    for name, end in (("x from", "0.1"), ("x to", "0.1000001")):
+        fill(view, name, end)
+    compute(view)
+    over = view.locator(".u-over").first
+    drag(page, middle(over, 0.25, 0.25), middle(over, 0.75, 0.75))
+    view.get_by_role("button", name="Compute what is shown").click()
+    expect(view.locator(".status")).to_contain_text("done", timeout=WAIT)
+
+    ends = [float(field(view, name).input_value()) for name in ("x from", "x to")]
+    assert ends == pytest.approx([0.100000025, 0.100000075], abs=2e-9)

@@ -363,9 +363,10 @@ def _table_of_text(
         for separator in SEPARATORS:
             cells = _cells(line, separator)
             count = len(_columns_in(cells, names))
-            # A word of a sentence above the table is no name of a column.
-            is_sentence = separator is None and len(cells) > 3 * count
-            if count and not is_sentence and (best is None or count > best[0]):
+            # A word of a sentence above the table is no name of a column, and neither is one of a
+            # longer name, "Weg x", between other marks.
+            is_other = separator is None and (len(cells) > 3 * count or ";" in line or "\t" in line)
+            if count and not is_other and (best is None or count > best[0]):
                 best = count, i, separator
     if best is None:
         raise ValueError(_no_columns(lines, names))

@@ -9,10 +9,13 @@ from typing import Any
 import numpy as np
 
 from percuss.arrays import Floats
+from percuss.ensembles.measures import outcome_dimensions
 from percuss.execution import Execution
 from percuss.model.oscillator import Oscillator
+from percuss.model.units import in_units, is_unit
 from percuss.motion.trajectory import Trajectory
 from percuss.optimization import Design as DesignResult
+from percuss.optimization import ParetoFront
 from percuss.optimization.outcomes import outcome_names
 from percuss.plotting.samples import reduce_to_columns, sample_curve
 from percuss.studies.kinds.design import Design as DesignQuestion
@@ -21,6 +24,7 @@ from percuss.web.answer_cache import ANSWERS
 from percuss.web.frame import frame
 from percuss.web.request import BadRequest, PageRequest, RunningRequest
 from percuss.web.wording import plain
+from percuss.wording import counted
 
 __all__ = ["answer_design", "design_tables", "outcomes_of_page"]
 
@@ -107,8 +111,9 @@ def answer_design(study: Study, request: PageRequest, running: RunningRequest) -
     Yields
     ------
     bytes
-        One frame: `report`, rows of a name and words; `outcomes`; `designs`, each with `values` by
-        path, its `outcomes`, the `reason` why it is no optimum, and the `start` of its motion;
+        One frame: `told`, how the search ended; `report`, rows of a name and words; `outcomes`,
+        named with their units; `designs`, each with `values` by path, its `outcomes` and the
+        `start` of its motion;
         arrays ``t``, ``x``, ``portrait_x``, ``portrait_v`` of the motion at the first of them.
     """
     question = study.question
@@ -126,20 +131,38 @@ def answer_design(study: Study, request: PageRequest, running: RunningRequest) -
         "kind": request.kind,
         "done": True,
         "share": 1.0,
-        "outcomes": list(question.outcome),
+        "outcomes": [_named(name, designs[0]) for name in question.outcome],
         "converged": not any(best.reason for best in designs),
+        "told": _told(result, designs),
         "report": [[asked.get(name, name), text] for name, text in question.report(result).items()],
         "designs": [
             {
                 "values": {asked[path]: value for path, value in best.values.items()},
                 "outcomes": pair,
-                "reason": plain(best.reason),
                 "start": _start(best),
             }
             for best, pair in zip(designs, pairs, strict=True)
         ],
     }
     yield frame(header, _curve(designs[0]))
+
+
+def _named(name: str, best: DesignResult) -> str:
+    """Return an outcome with its unit, as it stands over a column or along an axis."""
+    osc = best.oscillator
+    unit = in_units(osc.units, outcome_dimensions(name, osc))
+    return name.replace("_", " ") + (f" ({unit})" if is_unit(unit) else "")
+
+
+def _told(result: DesignResult | ParetoFront, designs: list[DesignResult]) -> str:
+    """Return in a sentence how a search ended."""
+    reason = next((best.reason for best in designs if best.reason), "")
+    if reason:
+        return f"No optimum: {plain(reason).replace('_', ' ')}. These are the best values found."
+    if isinstance(result, DesignResult):
+        return "An optimum that keeps all limits."
+    left_out = f"; {result.n_left_out} more were no better in either outcome than one of these"
+    return f"{counted(len(result), 'design')}{left_out if result.n_left_out else ''}."
 
 
 def _start(best: DesignResult) -> list[float]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -13,7 +12,7 @@ from percuss.errors import ParameterError
 from percuss.execution import Execution
 from percuss.fitting.data_file import columns_of_text, quantities_of_text, titles_of_text
 from percuss.fitting.measured import IMPACT_TIMES, measurable, quantity_number
-from percuss.fitting.result import Fit, with_error
+from percuss.fitting.result import Fit
 from percuss.fitting.summaries import impacts_of, motion_of
 from percuss.model.exact import as_float
 from percuss.studies.kinds.fit import Fit as FitQuestion
@@ -29,6 +28,8 @@ __all__ = ["answer_fit", "answer_measured", "fit_tables"]
 MOST_VALUES, POINTS = 20_000, 3000
 # Parameters that may be free at once.
 MOST_FREE = 12
+# Rows of the report of a fit that the page says in its own words, or draws.
+SHOWN_ELSEWHERE = ("fit", "impacts")
 
 
 def answer_measured(request: PageRequest, running: RunningRequest | None = None) -> bytes:  # noqa: ARG001
@@ -55,6 +56,8 @@ def answer_measured(request: PageRequest, running: RunningRequest | None = None)
         If the table has no columns.
     """
     study, text = study_of(request.tables), _text(request)
+    if "\0" in text[:1000]:
+        raise BadRequest("no text, but a binary file; save it as CSV")
     titles = titles_of_text(text)
     known = _titles(request) or quantities_of_text(text)
     columns = {name: known.get(name, "") for name in measurable(study.oscillator)}
@@ -80,7 +83,9 @@ def answer_measured(request: PageRequest, running: RunningRequest | None = None)
 def _text(request: PageRequest) -> str:
     text = request.options.get("csv")
     if not isinstance(text, str) or not text:
-        raise BadRequest("load a record first: a table with a column t and one of displacement")
+        is_read = text == "" and request.kind == "measured"
+        first = "load a record first: a table with a column t and one of displacement"
+        raise BadRequest("the file is empty" if is_read else first)
     return text
 
 
@@ -156,9 +161,10 @@ def answer_fit(study: Study, request: PageRequest, running: RunningRequest) -> I
     Yields
     ------
     bytes
-        One frame: `values` by path with value, error and both in words; arrays ``t{i}``, ``y{i}``,
-        ``residual{i}`` [standard deviations], ``curve_t{i}``, ``curve{i}`` of the i-th quantity,
-        and ``impact_t``, ``impact_v`` of the impacts of the fitted motion.
+        One frame: `values` by the path that was asked for, with value, error and both in words;
+        `notes`, rows of a name and words on the residuals, the noise and what is not told; arrays
+        ``t{i}``, ``y{i}``, ``residual{i}`` [standard deviations], ``curve_t{i}``, ``curve{i}`` of
+        the i-th quantity, and ``impact_t``, ``impact_v`` of the impacts of the fitted motion.
     """
     question = study.question
     assert isinstance(question, FitQuestion)
@@ -167,22 +173,17 @@ def answer_fit(study: Study, request: PageRequest, running: RunningRequest) -> I
         return
     ANSWERS.put(study, fit)
     header = {"id": request.id, "kind": request.kind, "done": True, "share": 1.0}
-    yield frame(header | _facts(fit, list(question.free)), _arrays(fit))
+    yield frame(header | _facts(fit, question, list(request.options["free"])), _arrays(fit))
 
 
-def _facts(fit: Fit, paths: list[str]) -> dict[str, object]:
-    """Return what the page says of a fit."""
+def _facts(fit: Fit, question: FitQuestion, asked: list[str]) -> dict[str, object]:
+    """Return what the page says of a fit whose free parameters have these paths on the page."""
     names = list(dict.fromkeys(fit.residuals.quantity.values.tolist()))
+    words = question.report(fit)
     rows = [
-        {
-            "path": path,
-            "value": value,
-            "error": error,
-            "text": with_error(value, error) if 0.0 < error < math.inf else f"{value:.5g}",
-            "end": fit.end_of(name),
-        }
-        for path, (name, value), error in zip(
-            paths, fit.values.items(), fit.errors.values(), strict=True
+        {"path": path, "value": value, "error": error, "text": words.pop(own)}
+        for path, own, value, error in zip(
+            asked, question.free, fit.values.values(), fit.errors.values(), strict=True
         )
     ]
     start = fit.start
@@ -193,10 +194,8 @@ def _facts(fit: Fit, paths: list[str]) -> dict[str, object]:
         "reason": plain(fit.reason),
         "n_runs": fit.n_runs,
         "chi2": fit.chi2,
-        "whiteness": fit.whiteness,
-        "noise": [fit.noise[name] for name in names],
+        "notes": [[name, text] for name, text in words.items() if name not in SHOWN_ELSEWHERE],
         "start": [as_float(value) for value in (start.x0, start.v0, start.t0)],  # type: ignore[arg-type]
-        "n": fit.residuals.sizes["sample"],
     }
 
 

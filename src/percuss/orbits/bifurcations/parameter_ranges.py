@@ -40,7 +40,7 @@ def range_about(
     except (TypeError, ValueError) as error:
         raise ParameterError(path, given, "not a range of two numbers") from error
     if first == last or not min(first, last) <= value <= max(first, last):
-        reason = f"no range that holds the {whose}'s own value {value:.12g}"
+        reason = f"no range that holds the {whose}'s own value {repr(value).removesuffix('.0')}"
         raise ParameterError(path, given, reason)
     return first, last
 

@@ -20,15 +20,17 @@ __all__ = ["HomoclinicOrbit", "homoclinic_orbits"]
 
 # Points of the fundamental domain of an unstable manifold that are followed.
 SAMPLES = 800
-# Where it begins, in units of a cycle and of the orbit's largest velocity: the curvature of the
+# Where it ends, in units of a cycle and of the orbit's largest velocity: the curvature of the
 # manifold moves it by the square of this.
-BEGIN = 1e-4
+END = 1e-4
 # Within this distance of the saddle, in the same units, its stable manifold is nearly straight.
 NEAR = 0.15
 # Halvings of a part of the domain: as many as a float has bits.
 HALVINGS = 60
 # Impacts after a motion has come near the saddle, in which it leaves it on one side.
 LEAVES = 60
+# Neighbouring motions that come back this near each other, in the same units, enclose a crossing.
+RESOLVED = 1e-6
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
@@ -178,7 +180,7 @@ class _UnstableManifold:
         places: list[tuple[tuple[float, float], int]] = []
         stretch = abs(self.multiplier) if self.multiplier > 0.0 else self.multiplier**2
         for side in (1.0, -1.0) if self.multiplier > 0.0 else (1.0,):
-            s = side * BEGIN * power(stretch, np.linspace(0.0, 1.0, SAMPLES))
+            s = side * END * power(stretch, np.linspace(-1.0, 0.0, SAMPLES))
             points, used = self.begin(s), np.zeros(SAMPLES - 1, dtype=bool)
             for k in range(1, most_impacts + 1):
                 points = self.forward(points)
@@ -190,18 +192,21 @@ class _UnstableManifold:
         return sorted(places, key=lambda crossing: crossing[1])
 
     def side(self, s: float, k: int) -> float:
-        """Return on which side of the stable manifold a motion comes back, as a sign."""
-        point = self.begin(np.array([s]))
-        sign = 1.0
-        for number in range(k + LEAVES):
-            point = self.forward(point)
-            a, b = self.coordinates(point)[0]
-            if number + 1 > k:
-                sign *= math.copysign(1.0, self.multiplier)
-                if not abs(a) < NEAR:
-                    return sign * float(a)
-            if number + 1 == k and not max(abs(a), abs(b)) < NEAR:
+        """Return on which side of the stable manifold a motion comes back, as a sign.
+
+        Its motion along the unstable direction tells it as soon as it is the larger one: farther
+        from the saddle the manifolds bend.
+        """
+        points = self.begin(np.array([s]))
+        for _ in range(k):
+            points = self.forward(points)
+        for number in range(LEAVES):
+            a, b = self.coordinates(points)[0]
+            if not max(abs(a), abs(b)) < NEAR:
                 return math.nan
+            if abs(a) > abs(b):
+                return math.copysign(1.0, self.multiplier) ** number * float(a)
+            points = self.forward(points)
         return 0.0
 
     def orbit_from(self, between: tuple[float, float], k: int) -> Floats | None:
@@ -213,14 +218,24 @@ class _UnstableManifold:
         for _ in range(HALVINGS):
             middle = 0.5 * (low + high)
             side = self.side(middle, k)
-            if not abs(side) > 0.0:
-                break
-            low, high = (middle, high) if side * first > 0.0 else (low, middle)
-        points = [self.begin(np.array([0.5 * (low + high)]))]
+            if math.isnan(side):
+                return None
+            if side == 0.0:
+                low = high = middle
+            elif side * first > 0.0:
+                low = middle
+            else:
+                high = middle
+        points = [self.begin(np.array([low, high]))]
         for _ in range(k + LEAVES):
             points.append(self.forward(points[-1]))
-        orbit = np.concatenate(points)
+        sides = self.coordinates(points[k])[:, 0]
+        if not abs(sides[1] - sides[0]) < RESOLVED:
+            # The map jumps there, or rounding does not tell on which side a motion comes back.
+            return None
+        orbit = np.array(points)[:, 0]
         sizes = np.nan_to_num(hypot(*self.coordinates(orbit).T), nan=np.inf)
-        # It ends where it is nearest to the saddle: from there rounding carries it away.
-        last = k + int(np.argmin(sizes[k:]))
-        return orbit[: last + 1] if sizes[last] < NEAR else None
+        away = np.flatnonzero(sizes[k:] > NEAR)
+        # It ends where it is nearest to the saddle: from there on rounding carries it away.
+        last = k + int(np.argmin(sizes[k:][: away[0] if away.size else None]))
+        return orbit[: last + 1]

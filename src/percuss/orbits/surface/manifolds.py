@@ -28,6 +28,7 @@ from percuss.orbits.surface.manifold_growth import (
 )
 from percuss.orbits.surface.maps import impact_map, stroboscopic_map
 from percuss.orbits.surface.saddles import (
+    SAMPLES,
     ImpactSection,
     SaddlePoints,
     Section,
@@ -310,14 +311,14 @@ def _section(
     assert orbit.forcing is not None
     if kind == "stroboscopic":
         saddles = points_at_strobes(orbit, cycle % 1.0)
-        fastest = _fastest(saddles, length)
+        fastest = _fastest(orbit, saddles, length)
         strobe = stroboscopic_map(orbit.oscillator, orbit.forcing, cycle=cycle % 1.0)
         return StroboscopicSection(strobe, fastest), saddles, None
     if stop is None:
         stop = int(orbit.impacts.stop[0]) if len(orbit.impacts) else None
     saddles = points_at_impacts(orbit, stop)
     next_impact = impact_map(orbit.oscillator, orbit.forcing, stop or 0)
-    return ImpactSection(next_impact, _fastest(saddles, length)), saddles, stop
+    return ImpactSection(next_impact, _fastest(orbit, saddles, length)), saddles, stop
 
 
 def _check(section: SectionKind, length: float, spacing: float) -> None:
@@ -328,9 +329,14 @@ def _check(section: SectionKind, length: float, spacing: float) -> None:
             raise ParameterError(name, value, "not a finite positive number")
 
 
-def _fastest(saddles: SaddlePoints, length: float) -> float:
-    """Return a velocity far above those of a branch without jumps."""
-    return float(np.abs(saddles.points[:, 1]).max() + FAR * (1.0 + length) * saddles.scale[1])
+def _fastest(orbit: PeriodicOrbit, saddles: SaddlePoints, length: float) -> float:
+    """Return a velocity far above those of a branch without jumps.
+
+    An orbit that leaves a stop slowly is fast elsewhere.
+    """
+    run = orbit.trajectory()
+    largest = float(np.abs(run(np.linspace(run.t0, run.t0 + orbit.period, SAMPLES))[1]).max())
+    return largest + FAR * (1.0 + length) * max(largest, float(saddles.scale[1]))
 
 
 def _local(

@@ -25,6 +25,7 @@ from percuss.orbits.surface.backward import BackwardMotions
 from percuss.orbits.surface.maps import ImpactMap, StroboscopicMap, impact_map, stroboscopic_map
 
 __all__ = [
+    "SAMPLES",
     "ImpactSection",
     "SaddlePoints",
     "Section",
@@ -41,7 +42,7 @@ __all__ = [
 HYPERBOLIC = 1e-6
 # An impact this near the instant of a section, as a part of a period, is at it.
 AT_SECTION = 1e-6
-# Points of an orbit whose ranges of x and v are its scale.
+# Points of an orbit that show how far and how fast it is.
 SAMPLES = 257
 
 

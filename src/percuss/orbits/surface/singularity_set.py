@@ -140,8 +140,9 @@ def stretches(
 ) -> list[CurveStretch]:
     """Return the curves of the grazes in an interval of instants.
 
-    Where neighbours are more distant than the spacing, one more graze is followed between them,
-    until they are near enough or their instants are neighbours: there the curve has an end.
+    Where neighbours are more distant than the spacing, or the motions have other events, one more
+    graze is followed between them, until they are near enough or their instants are neighbours:
+    there the curve has an end.
 
     Parameters
     ----------
@@ -175,7 +176,7 @@ def stretches(
         gaps = rows[1:, 0] - rows[:-1, 0]
         wide = np.zeros(len(gaps), dtype=np.bool_)
         for k, scale in enumerate(scales):
-            wide |= _are_distant(rows, k, scale, period, spacing)
+            wide |= _are_distant(rows, k, scale, period, spacing) | _differ_in_events(rows, k)
         wide &= gaps > FINEST * period
         if not wide.any() or len(rows) + wide.sum() > max_points:
             break
@@ -218,6 +219,16 @@ def _are_distant(rows: Floats, k: int, scale: float, period: float, spacing: flo
     known = np.isfinite(v)
     far = hypot(np.diff(t) / period, np.diff(v) / scale) > spacing
     return np.asarray(np.where(known[1:] & known[:-1], far, known[1:] != known[:-1]))
+
+
+def _differ_in_events(rows: Floats, k: int) -> Flags:
+    """Return between which neighbours an edge is grazed.
+
+    The curve goes on there, but may turn so sharply that neighbours on both sides are near.
+    """
+    _, v, events = _columns(rows, k)
+    known = np.isfinite(v)
+    return np.asarray(known[1:] & known[:-1] & (events[1:] != events[:-1]))
 
 
 def _split(

@@ -7,7 +7,7 @@ import { JobView } from "./job_view.js";
 import { limitsOf, named, unitsOf } from "./models.js";
 import { startsAt } from "./provenance.js";
 import { Saddles } from "./saddles.js";
-import { endsOf } from "./scales.js";
+import { endsOf, rounded } from "./scales.js";
 
 const DEFAULTS = { x_low: -2, x_high: 2, v_low: -2, v_high: 2, starts: 256, manifolds: true, isComputed: false };
 const LABELS = { x_low: "x from", x_high: "x to", v_low: "v from", v_high: "v to", starts: "starts along a side" };
@@ -31,7 +31,6 @@ export class Basins extends JobView {
   }
 
   recolour() {
-    super.recolour();
     this.#paint();
     this.#draw();
   }
@@ -126,8 +125,8 @@ export class Basins extends JobView {
 
   refine() {
     const { x, y } = this.plot.limits;
-    const ends = { x_low: x[0], x_high: x[1], v_low: y[0], v_high: y[1] };
-    for (const [name, value] of Object.entries(ends)) this.settings[name] = Number(value.toPrecision(6));
+    const [[x_low, x_high], [v_low, v_high]] = [x, y].map(rounded);
+    Object.assign(this.settings, { x_low, x_high, v_low, v_high });
     this.#fields();
     this.run(this.current.study);
   }

@@ -1,12 +1,11 @@
 // The setting of free parameters at which an outcome is best, and the front between two outcomes.
 
 import { button, element, fillTable, form, say, shown, wordsOf } from "./dom.js";
-import { count } from "./facts.js";
 import { choiceField, numberField } from "./fields.js";
 import { FreeParameters } from "./free.js";
 import { Job } from "./job.js";
 import { axesOf, pathsOf, startAt } from "./models.js";
-import { Plot } from "./plots.js";
+import { MOTION, PORTRAIT, Plot } from "./plots.js";
 import { isTable, put, settingsOf } from "./state.js";
 
 const HINT = "Tick what may change and give its range; choose what shall be best, and keep other outcomes within limits. SciPy's SLSQP searches with exact derivatives, from the setting of Explore and from others in the ranges. Two outcomes give a front: designs of which neither can be better without the other being worse.";
@@ -41,19 +40,11 @@ export class Design {
 
   #plots() {
     this.front = new Plot({ title: "Front", x: "", y: "", kind: "points", names: ["first outcome", "second outcome"], about: "the designs of the front, the second outcome over the first" });
-    this.motion = new Plot({ title: "Motion at the best setting", x: "time t", y: "displacement x", kind: "line", names: ["t", "x"], about: "of an orbit one period; of a front its first design" });
-    this.portrait = new Plot({ title: "Phase portrait", x: "displacement x", y: "velocity v", kind: "portrait", names: ["x", "v"], about: "velocity over displacement" });
+    this.motion = new Plot({ ...MOTION, title: "Motion at the best setting", about: "of an orbit one period; of a front its first design" });
+    this.portrait = new Plot({ ...PORTRAIT, about: "velocity over displacement" });
     this.front.root.classList.add("broad");
     this.front.root.hidden = true;
     this.plots = [this.front, this.motion, this.portrait];
-  }
-
-  recolour() {
-    for (const plot of this.plots) plot.recolour();
-  }
-
-  close() {
-    for (const plot of this.plots) plot.close();
   }
 
   /** Another motion: what was found belongs to the one before. */
@@ -183,21 +174,21 @@ export class Design {
       it[name] = value;
       this.#keep();
     }, { mayBeEmpty: true });
+    const label = `limit of ${wordsOf(it.outcome)}`;
     const remove = button("remove", () => {
       this.limits = this.limits.filter((other) => other !== it);
       this.#set({});
-    }, { "aria-label": `remove the limit of ${wordsOf(it.outcome)}` });
-    return element("div", {}, element("span", { class: "ends" }, choice, end("low", "at least"), end("high", "at most"), remove));
+    }, { "aria-label": `remove the ${label}` });
+    return element("div", { role: "group", "aria-label": label }, element("span", { class: "ends" }, choice, end("low", "at least"), end("high", "at most"), remove));
   }
 
   #receive(header, arrays) {
     this.current = this.pending;
-    const { designs, outcomes, report, converged } = header;
+    const { designs, outcomes, report, converged, told } = header;
     const isFront = outcomes.length > 1;
     const labels = new Map(pathsOf(this.current.study).map((it) => [it.path, it.name]));
     const labelOf = (name) => labels.get(name) ?? wordsOf(name);
-    const reason = designs.find((it) => it.reason)?.reason;
-    this.verdict.textContent = converged ? (isFront ? `${count(designs.length, "design")}.` : "An optimum that keeps all limits.") : `No optimum: ${reason}. These are the best values found.`;
+    this.verdict.textContent = told;
     this.verdict.className = converged ? "" : "fault";
     const take = (design) => button("put into the sliders", () => this.#take(design), { title: "these values, and the start of the orbit, become those of Explore" });
     const paths = Object.keys(designs[0].values);
@@ -216,7 +207,7 @@ export class Design {
     this.front.root.hidden = front === null;
     if (front !== null) {
       const column = (k) => Float64Array.from(front.designs, (it) => it.outcomes[k]);
-      this.front.label(...front.outcomes.map(wordsOf));
+      this.front.label(...front.outcomes);
       this.front.take(null);
       this.front.show([{ x: column(0), y: column(1), kind: "points", colour: "--curve", size: 6 }]);
     }
@@ -225,7 +216,6 @@ export class Design {
     for (const plot of [this.motion, this.portrait]) plot.take(null);
     this.motion.show([{ x: t, y: x, colour: "--curve" }]);
     this.portrait.show([{ x: px, y: pv, colour: "--curve" }]);
-    this.root.dataset.drawn = String(Number(this.root.dataset.drawn ?? 0) + 1);
   }
 
   /** The values of a design, and where its orbit starts, become those of the motion. */

@@ -8,7 +8,7 @@ import { JobView } from "./job_view.js";
 import { limitsOf, named, numberOf, pathsOf, startAt, unitsOf } from "./models.js";
 import { chartOf, valueText } from "./parameter_chart.js";
 import { sampledAt } from "./provenance.js";
-import { digitsOf, endsOf } from "./scales.js";
+import { digitsOf, endsOf, rounded } from "./scales.js";
 import { get, put } from "./state.js";
 
 const KINDS = [
@@ -56,6 +56,7 @@ export class Diagram extends JobView {
     this.levels = [];
     this.job.mark = (fault) => this.#mark(fault);
     this.beside = new Beside(app);
+    this.plots.push(this.beside.portrait, this.beside.motion);
     this.aside = element("aside", { hidden: true });
     this.sides = element("div", { class: "sides" });
     this.plot.root.replaceWith(this.sides);
@@ -64,15 +65,8 @@ export class Diagram extends JobView {
     this.restore(app.store.value);
   }
 
-  recolour() {
-    super.recolour();
-    this.beside.recolour();
-  }
-
   close() {
     clearTimeout(this.resting);
-    super.close();
-    this.beside.close();
   }
 
   shown() {
@@ -213,8 +207,14 @@ export class Diagram extends JobView {
       }),
       ...(isDiagram ? [checkField("live: it follows the sliders", settings.isLive, (isLive) => this.#switch(isLive))] : []),
     );
-    this.hint.textContent = (isDiagram ? ABOUT[settings.section] : null) ?? ABOUT[settings.kind];
+    this.#tell();
     this.#wait();
+  }
+
+  /** Say what the picture shows or, where there is none yet, is to show. */
+  #tell() {
+    const { kind, section } = this.hasPicture ? this.current : this.settings;
+    this.hint.textContent = (kind === "diagram" ? ABOUT[section] : null) ?? ABOUT[kind];
   }
 
   /** Where the points are taken. */
@@ -272,7 +272,6 @@ export class Diagram extends JobView {
 
   refine() {
     const { kind, path, path2 } = this.current;
-    const rounded = (ends) => ends.map((end) => Number(end.toPrecision(Math.max(8, digitsOf(ends)))));
     const [low, high] = rounded(this.plot.limits.x);
     Object.assign(this.settings, { low, high, path });
     if (kind === "sweep") {
@@ -292,6 +291,7 @@ export class Diagram extends JobView {
 
   #draw() {
     if (this.levels.length === 0) return;
+    this.#tell();
     const { header } = this.levels[0];
     // What is chosen may be of the other kind, which is not computed yet.
     const choices = this.#choices(header.kind, this.current.section ?? "strobes");

@@ -149,7 +149,7 @@ function countsOf({ sticks, n_impacts: impacts, n_periods: periods }, counted) {
 }
 
 /** Count impacts on walls, entries into soft stops, or both together. */
-function hits(n, counted = ["impact"]) {
+export function hits(n, counted = ["impact"]) {
   const [one, many] = counted.includes("entry") ? ["entry into a stop", "entries into a stop"] : ["impact", "impacts"];
   const and = counted.length > 1 ? (n === 1 ? "impact or " : "impacts and ") : "";
   return `${n} ${and}${n === 1 ? one : many}`;

@@ -1,6 +1,7 @@
 // A record and the parameters fitted to it.
 
-import { button, element, fillTable, form, isStudyFile, say, shown, textOf, watchDrops, wordsOf } from "./dom.js";
+import { button, element, fileField, fillTable, form, isStudyFile, say, textOf, watchDrops, wordsOf } from "./dom.js";
+import { count } from "./facts.js";
 import { checkField, choiceField, numberField } from "./fields.js";
 import { FreeParameters } from "./free.js";
 import { Job } from "./job.js";
@@ -10,7 +11,6 @@ import { isTable, put } from "./state.js";
 
 const HINT = "A table with a column t (or time) and one of displacement (x), velocity (v), acceleration (a), stop_force or impact_times, as loggers write it: commas, semicolons or tabs; units such as Time (ms) are converted into those of the model. Tick what is not known: its slider is the guess, or give a range in which it is looked for.";
 const COLOURS = { samples: "--faint", fit: "--curve", impacts: "--orbit" };
-const NAMES = { impact_times: "flight before each impact" };
 const COLUMNS = { t: "instants", noise: "noise of each value" };
 // Of a table, in a link: longer ones are loaded anew.
 const MOST_LINKED = 56_000;
@@ -30,7 +30,7 @@ export class Fit {
     this.current = null;
     this.quantity = "";
     this.choice = element("div", { class: "tools", hidden: true });
-    this.file = element("input", { type: "file", accept: ".csv,.txt,.tsv,text/csv,text/plain", "aria-label": "table of measurements", hidden: true, onchange: () => this.#read(this.file.files[0]) });
+    this.file = fileField("table of measurements", (file) => this.#read(file));
     this.told = element("p", { class: "hint", role: "status" });
     this.chooser = element("details", { class: "columns", hidden: true });
     this.fault = element("p", { class: "fault", role: "alert" });
@@ -68,14 +68,6 @@ export class Fit {
 
   #wait() {
     for (const plot of this.plots) plot.wait(plot === this.record ? "load a record, or drop a file here" : "", { x: [0, 1], y: [0, 1] });
-  }
-
-  recolour() {
-    for (const plot of this.plots) plot.recolour();
-  }
-
-  close() {
-    for (const plot of this.plots) plot.close();
   }
 
   /** Another motion: what is fitted belongs to the one before; the record stays. */
@@ -145,10 +137,7 @@ export class Fit {
   }
 
   #fields() {
-    const load = button("Load a record", () => {
-      this.file.value = "";
-      this.file.click();
-    }, { title: "a table of measurements, as a file; or drop it here" });
+    const load = button("Load a record", () => this.file.click(), { title: "a table of measurements, as a file; or drop it here" });
     const noise = numberField("noise (empty: estimated)", this.noise ?? "", (value) => {
       this.noise = value;
       this.#keep();
@@ -164,7 +153,6 @@ export class Fit {
   }
 
   async #read(file) {
-    if (!file) return;
     this.job.clear();
     this.#forget();
     this.isRecord = false;
@@ -189,7 +177,7 @@ export class Fit {
         if (header.fault) return complain(header.fault);
         this.isRecord = true;
         this.columns = header.columns;
-        this.told.textContent = `${name}: ${header.n} values of ${header.quantities.map(wordsOf).join(", ")}`;
+        this.told.textContent = `${name}: ${count(header.n, "value")} of ${header.quantities.map(wordsOf).join(", ")}`;
         this.fault.textContent = "";
         this.#keep();
         this.#draw(header, arrays);
@@ -226,17 +214,13 @@ export class Fit {
   #receive(header, arrays) {
     this.current = this.pending;
     this.header = header;
-    const { values, converged, reason, chi2, whiteness, n, n_runs: runs } = header;
-    const noise = whiteness < -4 ? "the residuals hang together: the model misses something" : "the residuals look like noise";
-    this.verdict.textContent = converged
-      ? `Converged in ${runs} runs: mean square ${shown(chi2)} of ${n} residuals; ${noise}.`
-      : `Not converged: ${reason}. These are the best values found; mean square ${shown(chi2)}.`;
+    const { values, notes, converged, reason, n_runs: runs } = header;
+    this.verdict.textContent = converged ? `Converged in ${count(runs, "run")}.` : `Not converged: ${reason}. These are the best values found.`;
     this.verdict.className = converged ? "" : "fault";
-    const labels = new Map(this.#paths().map((it) => [it.path, it.name]));
-    const note = ({ error, end }) => (end ? `the ${end} of its range: the data ask for ${end === "least" ? "less" : "more"}` : error === null ? "not told by the data" : "");
-    const columns = [["parameter", ({ path }) => labels.get(path) ?? path], ["value", ({ text }) => text], ["", note]];
-    if (!values.some(note)) columns.pop();
-    fillTable(this.result, columns.map(([name]) => name), values.map((row) => columns.map(([, of]) => of(row))), (k) => ({ "data-fitted": values[k].path }));
+    const labels = this.#paths().map((it) => [it.path, it.name]);
+    const labelled = (text) => labels.reduce((now, [path, name]) => now.replaceAll(path, name), text);
+    const rows = [...values.map(({ path, text }) => [path, text]), ...notes];
+    fillTable(this.result, [], rows.map((row) => row.map(labelled)), (k) => ({ "data-fitted": values[k]?.path }));
     this.take.hidden = this.result.hidden = false;
     this.#draw(header, arrays);
   }
@@ -262,7 +246,7 @@ export class Fit {
     const [t, y, curveT, curveY, residual] = ["t", "y", "curve_t", "curve", "residual"].map((of) => arrays[`${of}${at}`]);
     const [across, push] = [axesOf(study).t, axesOf(study).force];
     const { time, length } = unitsOf(study);
-    const labels = { displacement: axesOf(study).x, velocity: axesOf(study).v, acceleration: named("acceleration", length && time ? `${length}/${time}²` : ""), impact_times: named(NAMES.impact_times, time) };
+    const labels = { displacement: axesOf(study).x, velocity: axesOf(study).v, acceleration: named("acceleration", length && time ? `${length}/${time}²` : ""), impact_times: named("flight before each impact", time) };
     const ofFlights = (values) => values.slice(1).map((value, k) => value - values[k]);
     const isTimes = name === "impact_times";
     const curve = (t, y) => ({ x: isTimes ? t.slice(1) : t, y: isTimes ? ofFlights(y) : y });
@@ -284,7 +268,6 @@ export class Fit {
     else this.impacts.wait("none", all);
     const size = 1.1 * residual.reduce((most, value) => Math.max(most, Math.abs(value)), 1.5);
     this.residuals.show([{ x: t, y: residual, kind: "points", colour: COLOURS.samples, size: 3 }], [{ y: -1, colour: COLOURS.fit }, { y: 1, colour: COLOURS.fit }], { x: all.x, y: [-size, size] });
-    this.root.dataset.drawn = String(Number(this.root.dataset.drawn ?? 0) + 1);
   }
 
   /** The other plots show the same time. */

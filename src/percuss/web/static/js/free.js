@@ -84,7 +84,7 @@ export class FreeParameters {
     });
     tick.querySelector("input").dataset.free = path;
     fill();
-    return element("div", {}, tick, ends);
+    return element("div", { role: "group", "aria-label": name }, tick, ends);
   }
 
   /** A range about a guess: that of its slider, or half and twice of it. */

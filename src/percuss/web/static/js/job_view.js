@@ -36,6 +36,7 @@ export class JobView {
         app.keepZoom(name, zoom);
       },
     });
+    this.plots = [this.plot];
     this.stale = element("p", { class: "stale-note", role: "status", hidden: true });
     this.legend = element("ul", { class: "legend" });
     this.hint = element("p", { class: "hint" });
@@ -45,14 +46,6 @@ export class JobView {
       this.form, this.job.root, this.stale, this.plot.root, this.legend, this.hint,
     );
     app.store.watch(() => this.changed());
-  }
-
-  recolour() {
-    this.plot.recolour();
-  }
-
-  close() {
-    this.plot.close();
   }
 
   /** Take the settings of a link; the picture that it holds is due when the view is shown. */

@@ -9,11 +9,11 @@ const FIRST_STARTS = 64;
 // Values, and starts, that a worker computes between two messages.
 const [AT_ONCE, STARTS_AT_ONCE, CELLS_AT_ONCE] = [8, 512, 16];
 
-/** A long answer that is being computed, in pieces by whichever worker is free. */
+/** A long answer of `total` values that is being computed, in pieces by whichever worker is free. */
 class LocalJob {
   /** `workers`: kernels, each with answer(request); `handlers`: as of a request. */
-  constructor(workers, request, handlers, total) {
-    Object.assign(this, { workers, request, handlers, total, isCancelled: false, done: 0, keeper: null, failed: 0, reason: "" });
+  constructor(workers, request, handlers) {
+    Object.assign(this, { workers, request, handlers, isCancelled: false, done: 0, keeper: null, failed: 0, reason: "" });
   }
 
   cancel() {
@@ -61,8 +61,8 @@ class LocalJob {
 
 /** One diagram. */
 export class LocalDiagram extends LocalJob {
-  constructor(workers, request, handlers) {
-    super(workers, request, handlers, request.values);
+  get total() {
+    return this.request.values;
   }
 
   /** Compute all levels; return false where Python is needed. */
@@ -81,9 +81,10 @@ export class LocalDiagram extends LocalJob {
 
 /** A chart of two parameters: a square of cells, whose coarser levels are some of them. */
 export class LocalChart extends LocalJob {
-  constructor(workers, request, handlers) {
-    super(workers, request, handlers, request.size ** 2);
-    this.values = new Map();
+  values = new Map();
+
+  get total() {
+    return this.request.size ** 2;
   }
 
   /** Compute all levels; return false where Python is needed. */
@@ -105,13 +106,17 @@ export class LocalChart extends LocalJob {
 /** The basins of a square of starts, whose coarser levels are some of its cells. */
 export class LocalBasins extends LocalJob {
   constructor(workers, request, handlers) {
+    super(workers, request, handlers);
     const size = request.starts;
-    super(workers, request, handlers, size * size);
     const { x_low, x_high, v_low, v_high } = request;
     this.axes = [centresOf(x_low, x_high, size), centresOf(v_low, v_high, size)];
     this.known = new Uint8Array(size * size);
     // So many numbers for each start, once the first ones are known.
     this.classes = null;
+  }
+
+  get total() {
+    return this.known.length;
   }
 
   /** Compute all levels; return false where Python is needed. */

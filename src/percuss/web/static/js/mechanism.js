@@ -1,11 +1,11 @@
 // A structure of several masses: its mechanical picture, motions, a portrait, impacts and forces.
 
 import { element, form, shown } from "./dom.js";
-import { OUTCOMES, card, count, multipliersText, unitCircle } from "./facts.js";
+import { OUTCOMES, card, count, hits, multipliersText, unitCircle } from "./facts.js";
 import { choiceField } from "./fields.js";
 import { COMPACT, MASS_COLOURS, MechanismPicture, STOP_COLOURS } from "./mechanism_picture.js";
 import { Player } from "./player.js";
-import { Plot } from "./plots.js";
+import { PORTRAIT, Plot } from "./plots.js";
 import { Row, showFaults } from "./row.js";
 import { between, bisect, endsOf } from "./scales.js";
 import { FORCES, IMPACTS, isOne, legend, ofStop, showForces, stopName } from "./stop_forces.js";
@@ -63,15 +63,10 @@ export class Mechanism {
     if (this.panel !== undefined) this.ask();
   }
 
-  recolour() {
-    for (const plot of this.plots) plot.recolour();
-  }
-
   close() {
     this.player?.close();
     clearTimeout(this.resting);
     clearTimeout(this.starting);
-    for (const plot of this.plots) plot.close();
   }
 
   #build() {
@@ -103,7 +98,7 @@ export class Mechanism {
       onHover: (index) => this.#hover(index === null ? null : this.curve?.t[index]),
     });
     this.portrait = new Plot({
-      title: "Phase portrait", x: "displacement", y: "velocity", kind: "portrait", names: ["x", "v"], about: "of a mass, or of the distance of two",
+      ...PORTRAIT, about: "of a mass, or of the distance of two",
       onHover: (index) => this.#hover(index === null ? null : this.curve?.portrait_t[index]),
     });
     this.section = new Plot({
@@ -305,12 +300,18 @@ export class Mechanism {
       const most = stops[k].type === "wall" ? `impulse ${shown(it.largest_impulse, 3)}` : `force ${shown(it.largest_force, 3)}`;
       return `${stopName(stops, k)}: ${met}, largest ${most}`;
     });
-    this.stops.show(count(events, "impact"), rows.join("; "));
+    this.events = this.#hits(events);
+    this.stops.show(this.events, rows.join("; "));
     const { loads, impacts, dashpots } = header.energy;
     const parts = [`impacts take ${shown(impacts, 3)}`, `dashpots ${shown(dashpots, 3)}`];
     this.energy.show(loads === null ? "–" : `the force gives ${shown(loads, 3)}`, loads === null ? "" : parts.join(", "));
-    this.events = count(events, "impact");
     this.summary.textContent = this.events;
+  }
+
+  /** Count impacts on walls and entries into soft stops together. */
+  #hits(n) {
+    const kinds = this.header.elements.stops.map(({ type }) => (type === "wall" ? "impact" : "entry"));
+    return hits(n, [...new Set(kinds)]);
   }
 
   #showOrbit() {
@@ -326,7 +327,7 @@ export class Mechanism {
       return;
     }
     const name = `(${orbit.n_impacts}, ${orbit.n_periods}) ${orbit.is_stable ? "stable" : "not stable"}`;
-    const counts = `${count(orbit.n_impacts, "impact")} in ${count(orbit.n_periods, "forcing period")}`;
+    const counts = `${this.#hits(orbit.n_impacts)} in ${count(orbit.n_periods, "forcing period")}`;
     this.orbit.show(name, `${counts}, T = ${shown(orbit.period)}; multipliers ${multipliersText(orbit.multipliers)}`, unitCircle(orbit.multipliers));
     this.summary.textContent = `${name}; ${this.events}`;
   }

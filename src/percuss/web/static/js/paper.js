@@ -90,6 +90,4 @@ export class Paper {
     );
     return element("details", { class: "verdicts" }, element("summary", {}, "Verdicts: ", ...counts), element("ul", {}, ...rows));
   }
-
-  recolour() {}
 }

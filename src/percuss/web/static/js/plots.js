@@ -11,6 +11,10 @@ const FACE = 'system-ui, "Segoe UI", Roboto, sans-serif';
 // Size of the text of the page on usual screens [pixels].
 const TEXT = 14;
 
+/** The options of plots of a motion: over time, and in its plane. */
+export const MOTION = { title: "Displacement", x: "time t", y: "displacement x", kind: "line", names: ["t", "x"] };
+export const PORTRAIT = { title: "Phase portrait", x: "displacement x", y: "velocity v", kind: "portrait", names: ["x", "v"] };
+
 /** One plot with its title and its read-out. */
 export class Plot {
   /**
@@ -25,11 +29,11 @@ export class Plot {
     this.zoom = null;
     this.mark = null;
     this.isLog = options.logY === true;
-    this.readout = element("output", { class: "readout" });
+    this.readout = element("output", { class: "readout", "aria-live": "off" });
     this.key = element("span", { class: "key" });
     this.empty = element("p", { class: "empty", hidden: true });
     this.host = element("div", {
-      class: "canvas", tabindex: "0", role: "img", "aria-label": `${options.title}; arrow keys move it, + and - zoom, 0 shows all`,
+      class: "canvas", tabindex: "0", role: "img", "aria-label": options.title, "aria-description": options.about,
     });
     this.root = element(
       "figure",
@@ -133,7 +137,11 @@ export class Plot {
       this.chart.setScale("y", { min: y[0], max: y[1] });
       this.chart.redraw(false, true);
     });
-    // A description of the picture for screen readers and tests.
+    // A description of the picture for screen readers, and for tests.
+    const [across, upwards] = [x, y].map((ends) => ends.map((end) => shown(end)).join(" to "));
+    const title = this.root.querySelector("strong").textContent;
+    const seen = this.empty.hidden ? `${this.options.y} from ${upwards} over ${this.options.x} from ${across}` : this.empty.textContent;
+    this.host.ariaLabel = `${title}: ${seen}; arrow keys move it, + and - zoom, 0 shows all`;
     this.host.dataset.limits = JSON.stringify(this.limits);
     this.root.dataset.x = this.options.x;
     this.root.dataset.y = this.options.y;
@@ -195,7 +203,7 @@ export class Plot {
     if (width < 40 || height < 40) return;
     // Letters and lines grow with the page's text, as on a larger screen.
     const enlarged = Number.parseFloat(getComputedStyle(this.root).fontSize) / TEXT || 1;
-    if (this.chart !== null && enlarged !== this.enlarged) {
+    if (this.chart !== null && (enlarged !== this.enlarged || height !== this.chart.height)) {
       this.chart.destroy();
       this.chart = null;
     }
@@ -208,8 +216,9 @@ export class Plot {
   #make(width, height) {
     const grid = { stroke: css(this.root, "--grid"), width: 1 };
     const font = `${Math.round(12 * this.enlarged)}px ${FACE}`;
-    const axis = (label, size) => ({
-      stroke: css(this.root, "--ink"), grid, ticks: grid, font, labelFont: font, label, size: size * this.enlarged, labelSize: 16 * this.enlarged, labelGap: 0,
+    // A long label beside a low plot is smaller.
+    const axis = (label, size, room) => ({
+      stroke: css(this.root, "--ink"), grid, ticks: grid, font, labelFont: `${Math.min(12 * this.enlarged, (1.8 * room) / label.length)}px ${FACE}`, label, size: size * this.enlarged, labelSize: 16 * this.enlarged, labelGap: 0,
     });
     const log = this.isLog;
     // With Shift a drag moves the picture: see gestures.js.
@@ -225,14 +234,14 @@ export class Plot {
       },
       axes: [
         {
-          ...axis(this.options.x, 34),
+          ...axis(this.options.x, 34, width - 80),
           // Long labels stand farther apart.
           space: (_chart, _axis, low, high) => this.enlarged * Math.max(50, 8 * (digitsOf([low, high], 0.05) + 2)),
           splits: (_chart, _axis, low, high, step) => ticksOf(low, high, false, step),
           values: (_, ticks) => tickTexts(ticks),
         },
         {
-          ...axis(this.options.y, 60),
+          ...axis(this.options.y, 60, height - 50 * this.enlarged),
           splits: (_chart, _axis, low, high, step) => ticksOf(low, high, log, step),
           filter: (_, ticks) => ticks,
           size: (_, texts) => this.enlarged * Math.max(60, 30 + 7 * Math.max(0, ...(texts ?? []).map((text) => text.length))),

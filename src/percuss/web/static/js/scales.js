@@ -39,6 +39,9 @@ export function digitsOf([low, high], part = 1e-4) {
   return Number.isFinite(size) ? Math.min(16, Math.max(6, Math.ceil(Math.log10(size)) + 1)) : 6;
 }
 
+/** Return the ends of a range in as many digits as tell them apart. */
+export const rounded = (ends) => ends.map((end) => Number(end.toPrecision(Math.max(8, digitsOf(ends)))));
+
 /** Return ticks with the digits that distinguish them. */
 export function tickTexts(ticks) {
   const digits = ticks.length > 1 ? digitsOf([ticks[0], ticks.at(-1)], 0.5 / (ticks.length - 1)) : 6;

@@ -2,6 +2,8 @@
 
 import { decode } from "./frame.js";
 
+// The longest message that the server takes.
+const LONGEST = 1e6;
 const RETRY = [300, 700, 1500, 3000, 5000];
 
 /** Sends requests as texts, and hands the frames of their answers to whoever sent them. */
@@ -75,9 +77,14 @@ export class Requests {
 
   #send(queue, at, message, handlers) {
     const id = (this.lastId += 1);
+    const text = JSON.stringify({ id, ...message });
+    if (text.length > LONGEST) {
+      handlers.fault?.([{ path: "", reason: "more than 1 MB, the most on the page; percuss run takes any" }]);
+      return;
+    }
     at.inFlight = id;
     this.handlers.set(id, { queue, handlers });
-    this.post(JSON.stringify({ id, ...message }));
+    this.post(text);
   }
 }
 
