@@ -82,6 +82,7 @@ def misses(reach: tuple[float, float], low: float, high: float, size: float) -> 
     return low - slack > reach[0] and high + slack < reach[1]
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def steady(law: Law, region: int, phases: Floats) -> Floats:
     """Return (y, v) of the steady motion of each harmonic at the instant of ``phases``."""
     n = len(phases)
