@@ -326,3 +326,12 @@ def test_each_quantity_of_a_record_is_drawn_when_it_is_chosen(page: Page, tmp_pa
     expect(view).to_have_attribute("data-quantity", "velocity")
     choice.select_option("displacement")
     expect(view).to_have_attribute("data-quantity", "displacement")
+    # The plots over time show the same times.
+    canvases = view.locator(".plot .canvas")
+    ends = "all => all.map((it) => JSON.parse(it.dataset.limits).x)"
+    whole = canvases.evaluate_all(ends)
+    canvases.first.press("+")
+    part = canvases.evaluate_all(ends)
+    assert part[0] == part[1] == part[2] == pytest.approx([1.5, 13.5], abs=0.01)
+    canvases.first.press("0")
+    assert canvases.evaluate_all(ends) == whole

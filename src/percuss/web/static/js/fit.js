@@ -273,9 +273,8 @@ export class Fit {
   /** The other plots show the same time. */
   #follow(zoom) {
     for (const plot of [this.impacts, this.residuals]) {
-      plot.take(zoom && { x: zoom.x, y: plot.home.y });
-      if (zoom === null) plot.limits = plot.home;
-      plot.redraw();
+      if (zoom === null) plot.reset();
+      else plot.setZoom(zoom.x, plot.home.y);
     }
   }
 
