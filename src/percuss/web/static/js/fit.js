@@ -177,7 +177,7 @@ export class Fit {
         if (header.fault) return complain(header.fault);
         this.isRecord = true;
         this.columns = header.columns;
-        this.told.textContent = `${name}: ${count(header.n, "value")} of ${header.quantities.map(wordsOf).join(", ")}`;
+        this.told.textContent = `${name}: ${count(header.n, "value")} of ${header.quantities.map(wordsOf).join(", ")}${csv.length > MOST_LINKED ? "; too long for a link" : ""}`;
         this.fault.textContent = "";
         this.#keep();
         this.#draw(header, arrays);
