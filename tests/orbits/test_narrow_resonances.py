@@ -78,28 +78,19 @@ CASES = [
 ]
 
 
+@pytest.mark.parametrize("kind", ["oscillator", "structure"])
 @pytest.mark.parametrize(("damping", "at", "amplitudes"), CASES)
 def test_grazes_in_narrow_resonances_are_found(
-    damping: float, at: float, amplitudes: list[float]
+    damping: float, at: float, amplitudes: list[float], kind: str
 ) -> None:
-    branch = resonances("oscillator", damping, at, amplitudes, (LOW, HIGH))
+    branch = resonances(kind, damping, at, amplitudes, (LOW, HIGH))
     found = [point for point in branch.special_points if point.kind == "grazing"]
     assert len(found) == grazes_of(damping, at, amplitudes)
     values = np.array([point.value for point in found])
     least = displacements(values, damping, amplitudes).min(axis=1)
     np.testing.assert_allclose(least, -at, rtol=1e-4)
-
-
-def test_a_structure_has_the_grazes_of_the_oscillator() -> None:
-    # About the second resonance, at 0.81, far narrower than a step.
-    damping, at, amplitudes = CASES[0]
-    values = []
-    for kind in ("oscillator", "structure"):
-        branch = resonances(kind, damping, at, amplitudes, (0.6, 0.9))
-        grazes = [point.value for point in branch.special_points if point.kind == "grazing"]
-        values.append(np.sort(grazes))
-    assert len(values[0]) == 2
-    np.testing.assert_allclose(values[0], values[1], rtol=1e-9)
+    # Those of the formal orbits between, up to amplitudes of thousands, do not count by their size.
+    assert len(branch) < 300
 
 
 def test_a_graze_at_the_start_of_the_period_is_found() -> None:

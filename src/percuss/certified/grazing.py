@@ -48,7 +48,7 @@ from percuss.kernels.law_columns import PERIOD
 from percuss.model.system import law, lines
 from percuss.orbits.bifurcations.special_points import SpecialPoint
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
-from percuss.orbits.orbit.turning_points import turns_of
+from percuss.orbits.orbit.turning_points import turning_points_of
 
 __all__ = ["TurningBranch", "TurningPoint", "clearances_at_ends", "grazing_of", "turning_branch"]
 
@@ -262,7 +262,7 @@ def _with_passage(
     table = law(orbit.oscillator, orbit.forcing)
     n, (rows, marks) = len(orbit.itinerary), orbit.record
     end = float(rows[-1, 0]) if n else 1.5 * float(table[0, PERIOD])
-    turns = turns_of(table, rows, marks, orbit.x0, end)
+    turns = turning_points_of(table, rows, marks, orbit.x0, end)
     if not len(turns.t):
         raise Undecided("precision", "the orbit has no turning point")
     k = int(np.argmin(np.abs(turns.clearance)))

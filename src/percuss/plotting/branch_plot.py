@@ -24,7 +24,7 @@ from percuss.orbits.bifurcations.structure_branch import AnyBranch, StructureBra
 from percuss.orbits.bifurcations.structure_curve import StructureCurve
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
-from percuss.orbits.orbit.turning_points import turns_of
+from percuss.orbits.orbit.turning_points import turning_points_of
 from percuss.plotting.direction_view import first_line, line_in_words
 from percuss.plotting.labels import parameter_label
 from percuss.plotting.style import (
@@ -288,7 +288,7 @@ def _turns(orbit: PeriodicOrbit) -> int:
     """Return how many turning points the flights of an orbit have."""
     end = orbit.t0 + orbit.period
     own_law = law(orbit.oscillator, orbit.forcing)
-    return len(turns_of(own_law, *orbit.record, orbit.x0, end).t)
+    return len(turning_points_of(own_law, *orbit.record, orbit.x0, end).t)
 
 
 def _draw(ax: Axes, branch: AnyBranch, values: Floats, colour: str, breaks: Flags) -> None:

@@ -516,7 +516,12 @@ class StructureEquations:
 
     def point(self, z: Floats, before: Point[Self]) -> Point[Self]:
         """Return a solution with its tangent, on the side of an earlier one's, and its tests."""
-        return self._point(z, before.tangent)
+        point = self._point(z, before.tangent)
+        if before.is_response and point.is_response:
+            # However far its state turns in a resonance, the parameter goes on.
+            onwards = math.copysign(1.0, before.tangent[-1] * point.tangent[-1])
+            return dataclasses.replace(point, tangent=onwards * point.tangent)
+        return point
 
     def started(self, orbit: StructureOrbit, values: Sequence[float]) -> Point[Self]:
         """Return the first point, of an orbit and the values of the parameters there."""
@@ -536,7 +541,8 @@ class StructureEquations:
         orbit = self.solution(z)
         self._take_derivatives(z, orbit)
         tangent = tangent_of(self.residual(z)[1], side)
-        return Point(z, tangent, orbit, self.tests(z, orbit), self)
+        is_response = self.condition is None and orbit.is_steady
+        return Point(z, tangent, orbit, self.tests(z, orbit), self, is_response)
 
     def refined(self, point: Point[Self]) -> Point[Self]:
         """Return the point: its tangent is the best there is."""
@@ -558,7 +564,7 @@ class StructureEquations:
 
     def longest_step(self, point: Point[Self], largest: float) -> float:
         """Return the largest step, longer where the orbit has outgrown the first one's size."""
-        return largest * _size(point.z[: self.size])
+        return largest if point.is_response else largest * _size(point.z[: self.size])
 
 
 def begun_anew(here: Point[StructureEquations]) -> Point[StructureEquations] | None:

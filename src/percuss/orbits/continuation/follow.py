@@ -210,7 +210,7 @@ def follow(
         new, step, why = _step(here, curve, step, steps)
         segment = detector.stopped(here, why) if new is None else detector.between(here, new)
         if new is not None and segment.is_astray:
-            shorter = SHORTER * norm(new.z - here.z)
+            shorter = SHORTER * min(step, norm(new.z - here.z))
             if shorter > steps.least:
                 step = shorter
                 continue
@@ -282,7 +282,7 @@ def _step(
         except PercussError as error:
             new, why, invalid = None, str(error), isinstance(error, ParameterError)
         if new is not None:
-            straight = dot(here.tangent, new.tangent) > STRAIGHT
+            straight = here.is_response or dot(here.tangent, new.tangent) > STRAIGHT
             return new, step * LONGER if straight else step, ""
         here = problem.refined(here)
         step *= 0.5
@@ -295,6 +295,10 @@ def _step(
 def _tried(here: Point[P], curve: tuple[Floats, Floats], step: float) -> Point[P] | None:
     """Return the point a step away, None if the step is too long."""
     problem, n = here.problem, len(here.problem.paths)
+    if here.is_response:
+        new = _next_response(here, step)
+        if new.is_response:
+            return new
     guess = here.z + step * here.tangent
     guess = guess + (0.5 * step * step) * (curve[0] + (step / 3.0) * curve[1])
     normal = problem.corrector_normal(here.tangent, step)
@@ -313,6 +317,14 @@ def _tried(here: Point[P], curve: tuple[Floats, Floats], step: float) -> Point[P
         return None
     new = problem.point(z, here)
     return new if dot(here.tangent, new.tangent) > TURNED else None
+
+
+def _next_response(here: Point[P], step: float) -> Point[P]:
+    """Return the point at a parameter that is a step on."""
+    guess, onwards = here.z.copy(), math.copysign(step, here.tangent[-1])
+    guess[-1] = min(max(float(guess[-1]) + onwards, 0.0), 1.0)
+    z = here.problem.corrected(guess, along_parameter(len(guess)))
+    return here.problem.point(z, here)
 
 
 def _is_back(start: Point[P], new: Point[P], sign: float, before: Point[P]) -> bool:

@@ -12,7 +12,7 @@ import numpy as np
 from percuss.arrays import Floats
 from percuss.errors import ConvergenceError, PercussError
 from percuss.numerics import norm
-from percuss.orbits.continuation.problem import P, Point
+from percuss.orbits.continuation.problem import P, Point, along_parameter
 
 __all__ = ["Zero", "bracketed", "changes_sign", "locate", "locate_near"]
 
@@ -95,7 +95,9 @@ def locate(
     problem = a.problem
     chord = b.z - a.z
     length = norm(chord)
-    normal = chord / length
+    # A response turns far off the chord where it resonates.
+    are_responses = a.is_response and b.is_response
+    normal = along_parameter(len(chord)) if are_responses else chord / length
     known = {0.0: a.z, 1.0: b.z}
 
     def at(part: float) -> Sample:
@@ -107,7 +109,7 @@ def locate(
             z = problem.corrected(guess, normal, near_others=near_others)
         except ConvergenceError:
             z = problem.corrected(guess, normal, near_others=not near_others)
-        if norm(z - guess) > length:
+        if norm(z - guess) > length and not are_responses:
             raise ConvergenceError("Newton's method leaves the chord", z, math.nan, "look aside")
         known[part] = z
         return Sample(part, test(z), z)

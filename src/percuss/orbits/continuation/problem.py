@@ -105,6 +105,8 @@ class Point(Generic[P]):
         Functions that are zero at special points, by their names.
     problem
         The problem that it solves.
+    is_response
+        Whether it is the one linear response at its parameter: the next is found from any distance.
     """
 
     z: Floats
@@ -112,6 +114,7 @@ class Point(Generic[P]):
     orbit: Any
     tests: Mapping[str, float]
     problem: P
+    is_response: bool = False
 
     @property
     def text(self) -> str:

@@ -25,7 +25,7 @@ from percuss.orbits.orbit.knots import with_knots
 from percuss.orbits.orbit.moved_orbit import ClosedMotion, OrbitSensitivity, sensitivity_of_orbit
 from percuss.orbits.orbit.stability import Stability
 from percuss.orbits.orbit.symmetry import is_mirrored_state, is_symmetric_system
-from percuss.orbits.orbit.turning_points import Passages, TurningPoints, turns_of
+from percuss.orbits.orbit.turning_points import Passages, TurningPoints, turning_points_of
 from percuss.pictures import HasPicture
 from percuss.wording import counted
 
@@ -124,7 +124,7 @@ class PeriodicOrbit(HasPicture):
         """Turning points between two events in a period; of a motion without events, in 1.5."""
         # The ends of a flight are no turning points of it.
         duration = self.period if len(self._sequence) else 1.5 * self.period
-        return turns_of(self.system.law, *self.record, self.x0, self.t0 + duration)
+        return turning_points_of(self.system.law, *self.record, self.x0, self.t0 + duration)
 
     @property
     def is_stable(self) -> bool:

@@ -12,7 +12,7 @@ import numpy as np
 from percuss.arrays import Complexes, Floats
 from percuss.kernels import law_columns as at
 from percuss.kernels.law_columns import Law
-from percuss.kernels.record import KIND, KNOT, NEXT_REGION, START
+from percuss.kernels.record import NEXT_REGION
 from percuss.kernels.structure.basis import DRAG, FORCE, RATE, SPRING
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
@@ -99,7 +99,7 @@ def passes_modal_resonance(before: StructureOrbit, after: StructureOrbit) -> boo
     ends, driven = [], []
     for orbit in (before, after):
         record = orbit.run.record
-        if not np.isin(record.marks[:, KIND], (START, KNOT)).all():
+        if not orbit.is_steady:
             return False
         sets, b = record.sets, int(record.marks[0, NEXT_REGION])
         modes, law = sets.modes[b], sets.law[b]

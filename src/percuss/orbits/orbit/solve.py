@@ -51,7 +51,7 @@ from percuss.orbits.orbit.stability import (
     stability_of,
     stability_of_cycle,
 )
-from percuss.orbits.orbit.turning_points import margin_of, penetrations_of, turns_of
+from percuss.orbits.orbit.turning_points import margin_of, penetrations_of, turning_points_of
 
 __all__ = [
     "Solution", "attracts", "impacts_of_record", "in_first_period", "orbit_of_solution", "solve",
@@ -283,7 +283,7 @@ def orbit_of_solution(system: System, solution: Solution) -> PeriodicOrbit:
         period = itinerary.n_periods * float(law[0, PERIOD])
     bound, _, region = itinerary.events[0].tolist()
     x0 = place(law, region, bound)
-    turns = turns_of(law, events, marks, x0, float(events[-1, columns.EVENT_T]))
+    turns = turning_points_of(law, events, marks, x0, float(events[-1, columns.EVENT_T]))
     impacts = impacts_of_record(system, events, marks)
     penetrations = penetrations_of(system.oscillator, turns)
     return PeriodicOrbit(

@@ -25,7 +25,7 @@ from percuss.orbits.orbit.turning_points import (
     TurningPoints,
     margin_of,
     penetrations_of,
-    turns_of,
+    turning_points_of,
 )
 
 __all__ = ["free_region", "regions", "steady_orbit", "steady_state"]
@@ -134,7 +134,7 @@ def _orbit(
     monodromy = np.array(propagator(law, region, period)).reshape(2, 2)
     damping = float(law[region, at.DAMPING])
     shrunk = exp(-2.0 * damping * period)
-    turns = _one_period_of(turns_of(law, events, marks, x0, 1.5 * period), period)
+    turns = _one_period_of(turning_points_of(law, events, marks, x0, 1.5 * period), period)
     penetrations = penetrations_of(system.oscillator, turns)
     none = np.empty(0)
     no_stop = np.empty(0, dtype=np.int64)

@@ -32,7 +32,7 @@ from percuss.orbits.orbit.turning_points import (
     TurningPoints,
     margin_of,
     penetrations_of,
-    turns_of,
+    turning_points_of,
 )
 
 __all__ = ["releases_of", "sticking_orbit_near", "sticking_orbits"]
@@ -218,7 +218,7 @@ def _orbit(system: System, record: EventRecord, n_periods: int) -> PeriodicOrbit
     period = n_periods * float(law[0, PERIOD])
     events, marks = _from_first_impact(law, *record, period)
     x0 = place(law, int(marks[-1, columns.NEXT_REGION]), int(marks[-1, columns.BOUND]))
-    turns = turns_of(law, events, marks, x0, float(events[-1, columns.EVENT_T]))
+    turns = turning_points_of(law, events, marks, x0, float(events[-1, columns.EVENT_T]))
     turns = _after_releases(turns, events, marks, period)
     penetrations = penetrations_of(system.oscillator, turns)
     first, last = record[0][0], record[0][-1]

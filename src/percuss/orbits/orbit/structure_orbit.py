@@ -12,7 +12,7 @@ import numpy as np
 from percuss.arrays import Complexes, Floats
 from percuss.errors import ConvergenceError, ParameterError, PercussError
 from percuss.kernels import eigenvalues as kernels
-from percuss.kernels.record import NEXT_REGION
+from percuss.kernels.record import KIND, KNOT, NEXT_REGION, START
 from percuss.kernels.structure.run import StructureRun
 from percuss.kernels.structure.sample import evaluate
 from percuss.kernels.structure.tangent import carry_run
@@ -171,6 +171,11 @@ class StructureOrbit(HasPicture):
     def period(self) -> float:
         """Its period [time]."""
         return self.n_periods * period_of(self.run.system)
+
+    @property
+    def is_steady(self) -> bool:
+        """Whether it meets and leaves no stop: the response of a linear structure to its loads."""
+        return bool(np.isin(self.run.record.marks[:, KIND], (START, KNOT)).all())
 
     @property
     def is_stable(self) -> bool:

@@ -25,7 +25,7 @@ __all__ = [
     "flights_of",
     "margin_of",
     "penetrations_of",
-    "turns_of",
+    "turning_points_of",
 ]
 
 
@@ -87,7 +87,9 @@ class TurningPoints:
     doubt: Floats
 
 
-def turns_of(law: Law, events: Floats, marks: Integers, x0: float, t_end: float) -> TurningPoints:
+def turning_points_of(
+    law: Law, events: Floats, marks: Integers, x0: float, t_end: float
+) -> TurningPoints:
     """Return the turning points of all flights of a record up to t_end.
 
     A record that holds its start only is that of a steady motion, without events.
