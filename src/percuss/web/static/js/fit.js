@@ -177,7 +177,7 @@ export class Fit {
         if (header.fault) return complain(header.fault);
         this.isRecord = true;
         this.columns = header.columns;
-        this.told.textContent = `${name}: ${count(header.n, "value")} of ${header.quantities.map(wordsOf).join(", ")}`;
+        this.told.textContent = `${name}: ${count(header.n, "value")} of ${header.quantities.map(wordsOf).join(", ")}${csv.length > MOST_LINKED ? "; too long for a link" : ""}`;
         this.fault.textContent = "";
         this.#keep();
         this.#draw(header, arrays);
@@ -273,9 +273,8 @@ export class Fit {
   /** The other plots show the same time. */
   #follow(zoom) {
     for (const plot of [this.impacts, this.residuals]) {
-      plot.take(zoom && { x: zoom.x, y: plot.home.y });
-      if (zoom === null) plot.limits = plot.home;
-      plot.redraw();
+      if (zoom === null) plot.reset();
+      else plot.setZoom(zoom.x, plot.home.y);
     }
   }
 

@@ -20,8 +20,9 @@ class LocalJob {
     this.isCancelled = true;
   }
 
-  get isDone() {
-    return this.done === this.total;
+  /** How far it is, as headers say it. */
+  get state() {
+    return { share: this.done / this.total, done: this.done === this.total };
   }
 
   /** Return the columns for numbers in order, so many at once; null where one needs Python. */
@@ -50,7 +51,7 @@ class LocalJob {
         this.done += counts[k];
         this.failed += part.failed ?? 0;
         this.reason ||= part.reason;
-        if (!this.isCancelled) this.handlers.progress?.(this.done / this.total);
+        if (!this.isCancelled) this.handlers.progress?.(this.state.share);
       }
     };
     // One piece waits at each worker while it works on another.
@@ -72,7 +73,7 @@ export class LocalDiagram extends LocalJob {
       const arrays = await this.inParts("part", level, AT_ONCE);
       if (arrays === null) return this.isCancelled;
       arrays.value = Float64Array.from(level, (k) => low + (k / (values - 1)) * (high - low));
-      const header = { kind: "diagram", path, low, high, n_points: points, failed: this.failed, reason: this.reason, share: this.done / values, done: this.isDone };
+      const header = { kind: "diagram", path, low, high, n_points: points, failed: this.failed, reason: this.reason, ...this.state };
       this.handlers.answer(header, arrays);
     }
     return true;
@@ -96,7 +97,7 @@ export class LocalChart extends LocalJob {
       const found = await this.inParts("cells", asked, CELLS_AT_ONCE);
       if (found === null) return this.isCancelled;
       asked.forEach((cell, k) => this.values.set(cell, found.value[k]));
-      const header = { ...about, size: places.length, share: this.done / this.total, done: this.isDone };
+      const header = { ...about, size: places.length, ...this.state };
       this.handlers.answer(header, { value: Float64Array.from(cells, (cell) => this.values.get(cell)) });
     }
     return true;
@@ -134,7 +135,7 @@ export class LocalBasins extends LocalJob {
       this.keeper = null;
       if (this.isCancelled) return true;
       if (found === null) return false;
-      const header = { kind: "basins", x_low, x_high, v_low, v_high, size: places.length, attractors: found.attractors, share: this.done / this.total, done: this.isDone };
+      const header = { kind: "basins", x_low, x_high, v_low, v_high, size: places.length, attractors: found.attractors, ...this.state };
       this.handlers.answer(header, found.arrays);
     }
     return true;

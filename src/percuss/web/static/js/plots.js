@@ -141,7 +141,7 @@ export class Plot {
     const [across, upwards] = [x, y].map((ends) => ends.map((end) => shown(end)).join(" to "));
     const title = this.root.querySelector("strong").textContent;
     const seen = this.empty.hidden ? `${this.options.y} from ${upwards} over ${this.options.x} from ${across}` : this.empty.textContent;
-    this.host.ariaLabel = `${title}: ${seen}; arrow keys move it, + and - zoom, 0 shows all`;
+    this.host.ariaLabel = `${title}: ${seen}; arrow keys move it, + and - zoom, 0 shows all${this.options.onClick ? ", Enter opens the middle" : ""}`;
     this.host.dataset.limits = JSON.stringify(this.limits);
     this.root.dataset.x = this.options.x;
     this.root.dataset.y = this.options.y;
