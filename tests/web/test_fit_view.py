@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import json
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -13,6 +14,7 @@ import pytest
 from playwright.sync_api import Page, expect
 from tests.web.frames import read_frame
 from tests.web.hands import box_of, follow_link, link_of, view_of
+from tests.web.test_server import fetched
 
 import percuss as pc
 from percuss.errors import StudyError
@@ -166,6 +168,15 @@ def test_faults_of_parameters_have_their_paths() -> None:
         study_of_view(request(free={RESTITUTION: [0.5, 1.5]}))
 
 
+def test_a_long_record_has_files_too(address: str) -> None:
+    body = {"kind": "fit", "study": STUDY, **request(csv=table(6000)).options}
+    data = json.dumps(body).encode()
+    assert len(data) > 100_000
+    status, _, text = fetched(address, "/api/file/py", data)
+    assert status == 200
+    assert b"pc.fit(" in text
+
+
 def test_only_messages_with_records_may_be_long() -> None:
     text = '{"id": 1, "kind": "%s", "csv": "' + "1,2;" * 20_000 + '"}'
     assert read_request(text % "fit", ("fit", "explore")).kind == "fit"
@@ -249,7 +260,7 @@ def test_the_keys_go_on_where_a_fit_was_cancelled(page: Page, tmp_path: Path) ->
     (tmp_path / "long.csv").write_text("t,x\n" + rows, encoding="utf-8")
     view = view_of(page, "Fit")
     view.locator("input[type=file]").set_input_files(tmp_path / "long.csv")
-    expect(view).to_contain_text("long.csv: 9000 values")
+    expect(view).to_contain_text("long.csv: 9000 values of displacement; too long for a link")
     view.locator(f"[data-free='{GAP}']").check()
     view.locator(".primary").focus()
     page.keyboard.press("Enter")
