@@ -280,7 +280,7 @@ def response_curve(
     ['period_doubling', 'fold']
     """
     families = _checked(osc, force, over, on)
-    n_seeds = whole("n_seeds", n_seeds, 1)
+    seed, n_seeds = whole("seed", seed, 0, math.inf), whole("n_seeds", n_seeds, 1)
     counts = whole("max_impacts", max_impacts, 1), whole("max_periods", max_periods, 1)
     attractors, complete = search_families(families, counts, seed, n_seeds, progress)
     return _response(families, counts, attractors, complete=complete, on=on)
