@@ -57,6 +57,14 @@ def fractions(**given: Any) -> Any:
     return api.basin_fractions(OSC, **(call | given))
 
 
+def responses(**given: Any) -> Any:
+    return api.response_curve(OSC, FORCE, over={"forcing.omega": (1, 1.1)}, **given)
+
+
+def designs(**given: Any) -> Any:
+    return api.design("peak_displacement", OSC, FORCE, free={"forcing.omega": (1, 1.1)}, **given)
+
+
 def exponents(**given: Any) -> pc.LyapunovExponents:
     return pc.lyapunov_exponents(OSC, FORCE, **given)
 
@@ -82,6 +90,11 @@ CALLS: list[tuple[Callable[[], Any], str]] = [
     (lambda: api.section_map(OSC, FORCE, at=0.2, direction=[]), "direction = []: none of up"),
     (lambda: api.velocity_gap_curve(OSC, FORCE, 10**15), "n_periods = 1000000000000000: an orbit"),
     (lambda: api.velocity_gap_curve(OSC, FORCE, n_points=10**15), "n_points = 1000000000000000"),
+    (lambda: api.find_orbit(OSC, FORCE, seed=-1), "seed = -1: not a whole number"),
+    (lambda: api.find_orbits(OSC, FORCE, 1, 1, seed=1.5), "seed = 1.5: not a whole number"),
+    (lambda: responses(seed=-2), "seed = -2: not a whole number"),
+    (lambda: responses(seed=None), "seed = None: not a whole number"),
+    (lambda: designs(seed="x"), "seed = 'x': not a whole number"),
     (lambda: api.eigenset(None, 2), "osc = None: not an Oscillator"),
     (lambda: api.eigenset(pc.impact_oscillator(), HUGE), "count = int of too many digits"),
     (lambda: api.eigenset(pc.impact_oscillator(), 2, "x"), "t0 = 'x': not a number"),
@@ -95,7 +108,7 @@ CALLS: list[tuple[Callable[[], Any], str]] = [
     (lambda: api.classify_impact_times("abc", OSC), "run = 'abc': not a number"),
     (lambda: api.classify_impact_times([1.0, 2.0], 1), "osc = 1: not an Oscillator"),
     (lambda: api.classify_impact_times([1.0], OSC, "x"), "force = 'x': not a Forcing"),
-    (lambda: api.fourier(1.0, np.array(3.0)), "cos = array(3.): not a tuple"),
+    (lambda: api.fourier(1.0, np.array(3.0)), "cos = 3.0: not a tuple"),
     (lambda: api.restitution_table(np.array(1.0), [0.5]), "speeds"),
     (lambda: beam(points=[1]), "points = [1]: not {name: place}"),
     (lambda: beam(length=1e-300), "length = 1e-300: the highest frequency of such a beam"),

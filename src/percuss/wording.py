@@ -72,6 +72,7 @@ def _plain(value: object) -> object:
         return {_plain(key): _plain(entry) for key, entry in value.items()}
     if type(value) in (tuple, list):
         return type(value)(map(_plain, value))  # type: ignore[call-arg, call-overload]
-    if type(value).__module__ == "numpy" and getattr(value, "shape", None) == ():
-        return value.item()  # type: ignore[attr-defined]
+    # Arrays are shown as they are.
+    if type(value).__module__ == "numpy" and type(value).__name__ != "ndarray":
+        return value.item() if hasattr(value, "item") else value
     return value

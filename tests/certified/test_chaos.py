@@ -227,3 +227,16 @@ def test_a_larger_box_encloses_the_derivatives_at_its_corners(
         for row, wanted in zip(derivative, scaled, strict=True):
             for ball, value in zip(row, wanted, strict=True):
                 assert (ball + arb(0, 1e-9)).contains(float(value))
+
+
+def test_the_saddle_at_which_chaos_is_proven_is_reported_too() -> None:
+    told: list[tuple[float, float]] = []
+
+    def report(done: float, total: float) -> bool:
+        told.append((done, total))
+        return True
+
+    proven = prove_chaos(OSC, FORCE, most_orbits=1, progress=report)
+
+    assert bool(proven)
+    assert told[0][0] == 1.0

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import errno
 import io
 import os
 import shlex
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -60,6 +62,18 @@ def test_a_full_output_is_one_sentence(tmp_path: Path) -> None:
 
     assert done.returncode == 1
     assert done.stderr == "the output cannot be written: no space left on device\n"
+
+
+def test_what_is_wrong_with_a_file_that_nobody_expected_names_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def lost(**_: object) -> None:
+        raise OSError(errno.EIO, "Input/output error", "part/labels.nc")
+
+    monkeypatch.setattr(import_module("percuss.cli.app"), "app", lost)
+
+    with pytest.raises(SystemExit, match=r"^part/labels\.nc: input/output error$"):
+        main()
 
 
 @pytest.mark.skipif(os.name == "nt", reason="of shells")

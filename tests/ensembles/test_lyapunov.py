@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 
 import percuss as pc
 from percuss.ensembles.batch import BatchResult, Plan, drift_of
+from percuss.model.exact import as_float
 
 
 def reference(omega: str) -> tuple[pc.Oscillator, pc.Forcing]:
@@ -234,3 +236,73 @@ def test_a_wall_that_holds_from_the_start_on_leaves_no_memory() -> None:
 
     assert rates.exponents.tolist() == [-math.inf, -math.inf]
     assert rates.total == -math.inf
+
+
+@pytest.mark.parametrize(
+    ("osc", "force", "start"),
+    [
+        (pc.impact_oscillator(), None, (0.1, 1.0)),
+        (pc.impact_oscillator(), pc.sine(3), (0.0, 0.55)),
+        (pc.Oscillator(stops=[pc.SoftStop(9, "above", 3)]), pc.cosine("1.7"), (0.1, 1.0)),
+        (pc.Oscillator(1, 1, [pc.SoftStop(9, "above", 3)]), pc.cosine("1.7"), (0.1, 1.0)),
+    ],
+    ids=["free", "identity", "elliptic", "critical damping"],
+)
+def test_the_errors_of_exponents_hold_their_rounding(
+    osc: pc.Oscillator, force: pc.Forcing | None, start: tuple[float, float]
+) -> None:
+    """Zeros were told as 1.5e-18 with an error of 6.9e-21, and the smaller one of two first."""
+    true = -as_float(osc.damping)
+    stops = [dataclasses.replace(stop, on=0) for stop in osc.stops]
+    one = pc.Structure([1], [1], [2 * true * -1], stops)
+    loads = None if force is None else pc.Loads({0: force})
+    at_rest = [start[0]], [start[1]]
+
+    for found in (
+        pc.lyapunov_exponents(osc, force, start=start, transient=10, periods=640),
+        pc.lyapunov_exponents(one, loads, start=at_rest, transient=10, periods=640),
+    ):
+        assert (np.abs(found.exponents - true) <= found.errors).all()
+        assert (found.errors > 0.0).all()
+        assert (found.errors < 1e-6).all()
+        assert found.exponents[0] >= found.exponents[1]
+
+
+@pytest.mark.parametrize("phase", [1.5, 0.8])
+def test_a_contact_in_the_transient_leaves_perturbations_that_are_turned(phase: float) -> None:
+    """Under a force without a period the exponents are means: they began with any direction."""
+    tone = pc.cosine(pc.expression("sqrt(2)"), amplitude="0.0001")
+    force = pc.cosine("2.653", phase=phase) + tone
+    one = pc.Structure([1], [1], stops=[pc.Wall(0, "below", "0.3", on=0)])
+    loads, later = pc.Loads({0: force}), 200 * math.pi
+    run = pc.simulate(one, loads, x0=[0], v0=[0], t_end=later)
+    x, v = run(later)
+    assert len(run.contacts) == 1
+
+    stuck = pc.lyapunov_exponents(one, loads, start=([0], [0]), transient=160, periods=64)
+
+    begun = pc.StructureStart(x.tolist(), v.tolist(), later)
+    free = pc.lyapunov_exponents(one, loads, start=begun, transient=60, periods=64)
+    osc = pc.impact_oscillator("0.3")
+    same = pc.lyapunov_exponents(osc, force, start=(0, 0), transient=160, periods=64)
+    np.testing.assert_allclose(stuck.exponents, free.exponents, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(stuck.exponents, same.exponents, rtol=0, atol=1e-11)
+    assert stuck.total == pytest.approx(free.total, abs=1e-11)
+
+
+@pytest.mark.parametrize(
+    ("damping", "exponents"),
+    [("0", (0.0, 0.0)), ("0.1", (-0.1, -0.1)), ("3", (-0.171572875253809902, -5.828427124746190))],
+    ids=["undamped", "damped", "overdamped"],
+)  # fmt: skip
+def test_a_flight_of_a_billion_oscillations_is_one_step(
+    damping: str, exponents: tuple[float, float]
+) -> None:
+    """It was as many steps as 200 radians have room in it: hours."""
+    osc = pc.impact_oscillator("0.8", wall=5, side="above", damping=damping)
+
+    found = pc.lyapunov_exponents(osc, pc.cosine("1e-9"), start=(0.1, 1.0), transient=0, periods=64)
+
+    # Where both are one, what begins in one direction has a share t in the other.
+    np.testing.assert_allclose(found.exponents, exponents, rtol=0, atol=1e-9)
+    assert found.total == pytest.approx(sum(exponents), rel=1e-12)

@@ -290,6 +290,58 @@ def test_a_window_from_jump_to_jump_has_the_limits_within_and_without(omega: flo
     assert (also.minimum, also.maximum) == pytest.approx((found.minimum, found.maximum), rel=1e-12)
 
 
+@pytest.mark.parametrize("half_periods", [1, 2, 3, 5, 6, 15, 40, 41])
+@pytest.mark.parametrize("omega", ["1", "1.3", "0.7", "3.7"])
+def test_the_rounding_of_an_end_at_a_jump_decides_nothing(omega: str, half_periods: int) -> None:
+    """Within a run both limits count, at the end of a motion the one before: no jump has come."""
+    force = pc.square_wave(omega)
+    osc = pc.Oscillator(1, "0.1", [pc.Wall(100, "above", 0)])
+    one = pc.Structure(mass=[1], stiffness=[1], damping=["0.2"])
+    assert force.period is not None
+    jump, short = half_periods * force.period / 2, 2.0**-10
+    longer = pc.simulate(osc, force, t_end=jump + 1.0)
+    same = pc.simulate(one, pc.Loads({0: force}), x0=[0], v0=[0], t_end=jump + 1.0)
+    ended = pc.simulate(osc, force, t_end=jump)
+    x, v = longer(jump)
+    limits = [abs(side - x - 0.2 * v) for side in (1.0, -1.0)]
+    before = limits[(half_periods - 1) % 2]
+    near = pytest.approx(float(max(limits)), abs=float(0.1 * abs(limits[0] - limits[1]) + 2e-3))
+
+    for window in ((jump - short, jump), (jump, jump + short)):
+        for peak in (
+            longer.extremes("acceleration", between=window).peak,
+            same.extremes("acceleration", on=0, between=window).peak,
+        ):
+            assert peak == near
+    window = jump - short, jump
+    at_end = ended.extremes("acceleration", between=window).peak
+    assert at_end == pytest.approx(before, abs=2e-2)
+    for found in (
+        pc.sweep("peak_acceleration", osc, force, over={}, between=window),
+        pc.sweep("peak_acceleration", one, pc.Loads({0: force}), over={}, between=window, on=0),
+    ):
+        assert float(found.peak_acceleration) == pytest.approx(at_end, rel=1e-9)
+
+
+@pytest.mark.parametrize(("restitution", "omega"), [("0.1", "0.4"), ("0.3", "0.9"), ("0.7", "0.4")])
+def test_the_end_of_a_chatter_has_the_acceleration_of_the_free_structure(
+    restitution: str, omega: str
+) -> None:
+    """In the mean the wall holds it there; the oscillator's peak was greater by 1e-7 of it."""
+    force = pc.cosine(omega, amplitude="0.5") + pc.Forcing(constant="-0.3")
+    osc = pc.Oscillator(1, "0.05", [pc.Wall(0, "below", restitution)])
+    walls = [pc.Wall(0, "below", restitution, on=0)]
+    one = pc.Structure(mass=[1], stiffness=[1], damping=["0.1"], stops=walls)
+    run = pc.simulate(osc, force, x0="0.2", t_end=80.0)
+    same = pc.simulate(one, pc.Loads({0: force}), x0=["0.2"], v0=[0], t_end=80.0)
+    assert len(run.contacts) == len(same.contacts) > 3
+
+    found = run.extremes("acceleration", between=(30.0, 80.0))
+    also = same.extremes("acceleration", on=0, between=(30.0, 80.0))
+
+    assert (also.minimum, also.maximum) == pytest.approx((found.minimum, found.maximum), rel=1e-11)
+
+
 @pytest.mark.parametrize("since", [0, 1, 7])
 def test_a_wall_that_holds_for_good_bears_the_same_in_every_period(since: int) -> None:
     """0.2 - 0.1 cos(2 t + 2), whenever the contact has begun: in a sweep and in a run."""

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import percuss as pc
+from percuss.motion.entries import entry_rows
 
 WALL = pc.impact_oscillator()
 
@@ -91,3 +92,20 @@ def test_entries_of_a_structure_into_soft_stops_count_where_there_are_no_impacts
     assert len(run.impacts) == 0
     assert answer.kind == "periodic"
     assert answer.n_impacts >= 1
+
+
+def test_stops_that_share_an_edge_are_entered_once() -> None:
+    """As in `max_impacts`, in sweeps and in orbits."""
+    parts = [pc.SoftStop("0.3", "above", stiffness) for stiffness in (9, 4)]
+    osc, force = pc.Oscillator(1, "0.05", parts), pc.cosine("1.5")
+    run = pc.simulate(osc, force, t_end=400.0)
+
+    pattern = pc.classify_impact_times(run)
+
+    assert (pattern.n_impacts, pattern.n_periods) == (1, 1)
+    over = {"forcing.amplitude": [1.0]}
+    found = pc.sweep("impacts_per_period", osc, force, over=over, transient=60, periods=10)
+    assert float(found.impacts_per_period.item()) == pc.find_orbit(osc, force, guess=run).n_impacts
+    assert len(pc.simulate(osc, force, max_impacts=7).crossings) == 2 * 13
+    assert len(entry_rows(pc.simulate(osc, force, max_impacts=7))) == 7
+    assert len(np.unique(run.crossings.t)) == len(run.crossings) // 2

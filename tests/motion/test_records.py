@@ -506,3 +506,59 @@ def test_a_motion_that_may_still_come_back_is_followed() -> None:
     osc = pc.Oscillator(1, 0, (pc.Wall(0.9, "above", 0.99),))
     run = pc.simulate(osc, pc.square_wave("2.7"), v0=0.6, max_impacts=3)
     assert run.outcome is pc.Outcome.reached_max_impacts
+
+
+BELOW = (pc.Wall(0, "below", "0.8"),)
+BETWEEN = pc.Wall(-3, "below", "0.8"), pc.Wall(9, "above", "0.8")
+DRIVES = {
+    "square": pc.square_wave(2, amplitude="0.3"),
+    "ramps": pc.triangle_wave(2) + pc.cosine(4, amplitude="0.2"),
+    "samples": pc.record([0, "1/3", 1, 2], ["-0.1", "0.5", "-0.3", "-0.1"], repeat=True),
+}
+
+
+@pytest.mark.parametrize("drive", DRIVES)
+@pytest.mark.parametrize(
+    ("damping", "mean", "stops", "v0"),
+    [
+        ("0.1", "0", BELOW, 1),
+        ("0.1", "0.1", BELOW, -1),
+        ("0.1", "0", BETWEEN, "0.1"),
+        ("0", "0", BELOW, 1),
+        ("0", "0", BELOW, -1),
+        ("0", "0.1", BELOW, 1),
+    ],
+)
+def test_a_mass_without_spring_that_drifts_off_under_a_repeated_record_ends_its_run(
+    drive: str, damping: str, mean: str, stops: tuple[pc.Wall, ...], v0: str | int
+) -> None:
+    """It went on for ever; with a spring such runs ended."""
+    force = DRIVES[drive]
+    record = force.record
+    assert record is not None
+    force = force + pc.Forcing(constant=Fraction(mean) - record.mean)
+    osc = pc.Oscillator(0, damping, stops)
+
+    run = pc.simulate(osc, force, x0=5, v0=v0, max_impacts=200)
+
+    assert run.outcome is pc.Outcome.no_more_impacts
+    # No impact comes later either.
+    later = pc.simulate(osc, force, x0=5, v0=v0, t_end=run.t_end + 2000.0)
+    assert len(later.impacts) == len(run.impacts)
+
+
+@pytest.mark.parametrize("damping", ["0", "0.1"])
+def test_a_mass_that_is_pulled_back_to_its_wall_in_the_mean_goes_on(damping: str) -> None:
+    """However far and fast it goes off at first, and however little it is pulled."""
+    force = DRIVES["square"] + pc.Forcing(constant="-0.001")
+
+    run = pc.simulate(pc.Oscillator(0, damping, BELOW), force, x0=5, v0=1, max_impacts=3)
+
+    assert run.outcome is pc.Outcome.reached_max_impacts
+
+
+def test_the_mean_of_a_record_is_exact() -> None:
+    assert pc.square_wave("1.7", amplitude="0.1").record.mean == 0  # type: ignore[union-attr]
+    linear = pc.record([0, "1/3", 1], ["0.1", "0.2", "0.1"], repeat=True).record
+    assert linear is not None
+    assert linear.mean == Fraction(3, 20)

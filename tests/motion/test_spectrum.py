@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import sys
+import warnings
 from itertools import pairwise
 
 import mpmath
@@ -246,3 +248,28 @@ def test_progress_is_told_and_stops_with_the_frequencies_that_are_done(
     assert told == [(n / 2, total), (n, total)]
     assert n < total
     assert np.allclose(part.amplitude, whole.amplitude[:n], rtol=0.0, atol=1e-13)
+
+
+@pytest.mark.parametrize("size", ["1e200", "1.7e308"])
+def test_the_greatest_motions_are_told_without_a_warning_of_numpy(size: str) -> None:
+    """Their squares are beyond all floats."""
+    osc, force = pc.impact_oscillator("0.8"), pc.cosine("2.5")
+    run = pc.simulate(osc, force, v0=size, periods=3)
+
+    assert not np.isfinite(pc.spectrum(run).power.values).all()
+    pc.line_spectrum(run, 2 * math.pi / 2.5)
+    assert run.sensitivity(["forcing.amplitude"]).of("rms_displacement").shape == (1,)
+
+
+@pytest.mark.parametrize("size", ["5e-324", "1e200", "1.7e305"])
+def test_numbers_next_to_the_ends_of_floats_warn_nowhere(size: str) -> None:
+    force = pc.cosine("2.3", amplitude=size)
+    spring = pc.Oscillator(stops=[pc.SoftStop(0, "below", "1e6")])
+    run = pc.simulate(pc.impact_oscillator("0.8"), force, v0=size, periods=5)
+
+    assert run.sensitivity(["forcing.amplitude"]).of("rms_displacement").shape == (1,)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", pc.FormalOrbitWarning)
+        for osc in (spring, pc.impact_oscillator("0.8")):
+            with contextlib.suppress(pc.PercussError):
+                pc.find_orbit(osc, force)

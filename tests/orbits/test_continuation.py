@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+import xarray as xr
 from tests.orbits.kinds import points
 from tests.orbits.test_reference_orbits import ROWS, agree, system
 
@@ -299,3 +300,35 @@ def test_velocities_that_grow_near_a_resonance(end: str) -> None:
     assert grown[branch.values < 2.001] == pytest.approx(grown[1], rel=1e-2)
     for row, each in enumerate(branch):
         assert each.residual < 1e-11 * max(1.0, branch.impact_velocity[row, 0])
+
+
+def test_the_tables_of_branches_and_charts_have_the_units_of_sweeps() -> None:
+    wall = pc.Wall(1, "above", "0.7")
+    osc, over = (
+        pc.Oscillator(1, "0.1", [wall], units=pc.Units("mm", "ms")),
+        {"forcing.omega": (1.2, 1.25)},
+    )
+    swept = pc.sweep("peak_displacement", osc, pc.cosine("1.2"), over={"forcing.omega": [1.2]})
+    branch = pc.continue_orbit(pc.find_orbit(osc, pc.cosine("1.2")), over=over)
+    chart = pc.response_curve(osc, pc.cosine("1.2"), over=over, max_impacts=1, max_periods=1)
+    bare = pc.continue_orbit(
+        pc.find_orbit(pc.Oscillator(1, "0.1", [wall]), pc.cosine("1.2")), over=over
+    )
+    one = pc.Structure(
+        [1], [1], ["0.2"], [pc.Wall(1, "above", "0.7", on=0)], units=pc.Units("mm", "ms", "g")
+    )
+    structure = pc.continue_orbit(
+        pc.find_orbit(one, pc.Loads({0: pc.cosine("1.2")})), over={"loads.0.omega": (1.2, 1.25)}
+    )
+
+    def units(data: xr.Dataset, *names: str) -> list[str]:
+        return [data[name].attrs["units"] for name in names]
+
+    names = "value", "special_value", "impact_velocity"
+    assert swept["forcing.omega"].attrs["units"] == "1/ms"
+    assert units(branch.to_xarray(), *names) == ["1/ms", "1/ms", "mm/ms"]
+    assert units(branch.to_xarray(), "period", "grazing_margin") == ["ms", "mm"]
+    assert units(chart.to_xarray(), *names) == ["1/ms", "1/ms", "mm/ms"]
+    assert units(chart.to_xarray(), "attractor_value", "amplitude") == ["1/ms", "mm"]
+    assert units(bare.to_xarray(), *names) == ["1/time", "1/time", "length/time"]
+    assert units(structure.to_xarray(), "value", "amplitude") == ["1/ms", "mm"]

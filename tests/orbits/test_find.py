@@ -453,3 +453,36 @@ def test_a_run_that_meets_walls_and_soft_stops_leads_to_its_own_orbit() -> None:
     x, v = run(run.t_end - period / 2)
     t = orbit.t0 + (run.t_end - period / 2 - orbit.t0) % period
     np.testing.assert_allclose(orbit.trajectory()(t), (x, v), rtol=1e-7)
+
+
+@pytest.mark.parametrize("length", [1.0, 1e-12, 1e12])
+@pytest.mark.parametrize("time", [1.0, 1e6])
+def test_orbits_after_plastic_impacts_are_the_same_in_all_units(length: float, time: float) -> None:
+    """Where all velocities after impacts are 0 residuals were compared with a velocity of 1."""
+    osc = pc.Oscillator(1 / time**2, 0.02 / time, (pc.Wall(-0.3 * length, "below", 0),))
+    force = pc.cosine(2.3 / time, amplitude=length / time**2)
+
+    orbits = pc.find_orbits(osc, force, max_impacts=2, max_periods=2)
+
+    (orbit,) = (orbit for orbit in orbits if 0 < orbit.n_impacts < math.inf)
+    assert orbit.impacts.cycle[0] == pytest.approx(0.9842670328759969, abs=1e-12)
+    assert orbit.impacts.v_before[0] * time / length == pytest.approx(-0.05995136366911891)
+    assert orbit.isolated
+
+
+@pytest.mark.parametrize(("length", "time"), [(1.0, 1.0), (1.0, 1e3), (1e-6, 1e3)])
+def test_a_member_of_a_family_that_touches_a_wall_is_no_orbit_with_impacts(
+    length: float, time: float
+) -> None:
+    """Without a spring a mass swings at any place; one is that at which it grazes the wall."""
+    walls = (
+        pc.Wall(-0.9 * length, "below", 0.6392529414753486),
+        pc.Wall(0.9 * length, "above", 0.6305088218487964),
+    )
+    osc = pc.Oscillator(0, 0.03354790808704237 / time, walls)
+    amplitude = 0.5471421761465569 * length / time**2
+    force = pc.cosine(2.68854365735367 / time, amplitude=amplitude, phase=1)
+
+    orbits = pc.find_orbits(osc, force, max_impacts=2, max_periods=1)
+
+    assert [orbit.n_impacts for orbit in orbits] == [0]

@@ -247,6 +247,31 @@ def test_a_curve_that_turns_back_where_an_edge_is_grazed_is_whole() -> None:
     assert min(near) < 0.005
 
 
+def test_the_edge_of_a_soft_stop_is_grazed_from_inside_too() -> None:
+    stops = (pc.SoftStop("0.8", "above", 17, "0.2"), pc.SoftStop("-1.5", "below", 20))
+    osc = pc.Oscillator("-0.3", "0.13", stops)
+    force = pc.cosine("3.1", amplitude="0.47", phase=4)
+    singular = pc.singularity_set(osc, force, 1)
+    period = singular.forcing.period
+    assert period is not None
+
+    inside = [curve for curve in singular.curves if (curve.duration < 0.4 * period).all()]
+
+    assert inside
+    step = pc.impact_map(osc, force, 1)
+    for curve in inside:
+        k = len(curve) // 2
+        t, v = float(curve.cycle[k]) * period, float(curve.v_after[k])
+        run = pc.simulate(osc, force, x0="-1.5", v0=v, t0=t, t_end=t + 1.5 * period)
+        depths = -1.5 - np.array([run(t + part * curve.duration[k])[0] for part in (0.5, 1.0)])
+        assert depths[0] > 1e-6
+        assert abs(depths[1]) < 1e-10
+        assert abs(run(t + curve.duration[k])[1]) < 1e-8
+        # On one side it comes out and in again at once, on the other it stays inside.
+        speeds = step(np.full(2, curve.cycle[k] % 1.0), v * np.array([1 - 1e-6, 1 + 1e-6]))[1]
+        assert np.abs(speeds).min() < 0.02 * np.abs(speeds).max()
+
+
 def test_to_xarray_holds_all_points() -> None:
     curves = pc.singularity_set(WALL, pc.cosine(2.5), n_iterates=2)
     data = curves.to_xarray()

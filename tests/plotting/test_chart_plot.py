@@ -185,3 +185,21 @@ def test_a_sweep_without_an_answer_says_so_over_its_range() -> None:
     ax = plot_sweep(data, ax=new_axes())
     assert [text.get_text() for text in ax.texts] == ["no answer"]
     assert ax.get_xlim() == (2.0, 3.0)
+
+
+def test_what_is_no_path_is_told_as_it_was_given() -> None:
+    """It was told as a list, [3], and that it was not one of the path."""
+    osc, force = pc.impact_oscillator("0.8"), pc.cosine("2.5")
+    one = pc.sweep("peak_displacement", osc, force, over={"forcing.omega": [2.4, 2.5]})
+    both = pc.sweep(
+        "peak_displacement", osc, force,
+        over={"forcing.omega": [2.4, 2.5], "oscillator.stops.0.restitution": [0.7, 0.8]},
+    )  # fmt: skip
+
+    said = r"^over = 3: not the path of a parameter of the data; these are forcing\.omega$"
+    with pytest.raises(pc.ParameterError, match=said):
+        plot_sweep(one, over=3)
+    with pytest.raises(
+        pc.ParameterError, match="not 2 different parameters of the data; these are"
+    ):
+        plot_chart(both, over=("forcing.omega", "forcing.omega"))

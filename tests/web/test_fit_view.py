@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import json
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -13,6 +14,7 @@ import pytest
 from playwright.sync_api import Page, expect
 from tests.web.frames import read_frame
 from tests.web.hands import box_of, follow_link, link_of, view_of
+from tests.web.test_server import fetched
 
 import percuss as pc
 from percuss.errors import StudyError
@@ -166,6 +168,15 @@ def test_faults_of_parameters_have_their_paths() -> None:
         study_of_view(request(free={RESTITUTION: [0.5, 1.5]}))
 
 
+def test_a_long_record_has_files_too(address: str) -> None:
+    body = {"kind": "fit", "study": STUDY, **request(csv=table(6000)).options}
+    data = json.dumps(body).encode()
+    assert len(data) > 100_000
+    status, _, text = fetched(address, "/api/file/py", data)
+    assert status == 200
+    assert b"pc.fit(" in text
+
+
 def test_only_messages_with_records_may_be_long() -> None:
     text = '{"id": 1, "kind": "%s", "csv": "' + "1,2;" * 20_000 + '"}'
     assert read_request(text % "fit", ("fit", "explore")).kind == "fit"
@@ -243,6 +254,33 @@ def test_a_table_that_is_too_long_for_the_page_is_told(page: Page, tmp_path: Pat
     expect(view).to_contain_text("one.csv: 1 value of displacement")
 
 
+def test_the_keys_go_on_where_a_fit_was_cancelled(page: Page, tmp_path: Path) -> None:
+    t = np.linspace(0, 600, 9000).tolist()
+    rows = "".join(f"{a:.5f},{math.sin(a) + 0.3 * math.sin(2.2 * a):.5f}\n" for a in t)
+    (tmp_path / "long.csv").write_text("t,x\n" + rows, encoding="utf-8")
+    view = view_of(page, "Fit")
+    view.locator("input[type=file]").set_input_files(tmp_path / "long.csv")
+    expect(view).to_contain_text("long.csv: 9000 values of displacement; too long for a link")
+    view.locator(f"[data-free='{GAP}']").check()
+    view.locator(".primary").focus()
+    page.keyboard.press("Enter")
+    page.keyboard.press("Tab")
+    expect(view.get_by_role("button", name="Cancel")).to_be_focused()
+    page.keyboard.press("Enter")
+
+    expect(view.locator(".job .status")).to_have_text("cancelled")
+    expect(view.locator(".primary")).to_be_focused()
+
+
+def test_forces_of_stops_are_counted_from_one(page: Page, tmp_path: Path) -> None:
+    text = "t,x,stop_force_1\n" + "".join(f"{i / 10},{math.sin(i / 10)},1\n" for i in range(60))
+    (tmp_path / "rig.csv").write_text(text, encoding="utf-8")
+    page.get_by_role("button", name="add a soft stop").click()
+    view = view_of(page, "Fit")
+    view.locator("input[type=file]").set_input_files(tmp_path / "rig.csv")
+    expect(view).to_contain_text("rig.csv: 120 values of displacement, stop force 2")
+
+
 CHOOSE = """(root, wanted) => {
   for (const label of root.querySelectorAll("label")) {
     const select = label.querySelector("select");
@@ -299,3 +337,12 @@ def test_each_quantity_of_a_record_is_drawn_when_it_is_chosen(page: Page, tmp_pa
     expect(view).to_have_attribute("data-quantity", "velocity")
     choice.select_option("displacement")
     expect(view).to_have_attribute("data-quantity", "displacement")
+    # The plots over time show the same times.
+    canvases = view.locator(".plot .canvas")
+    ends = "all => all.map((it) => JSON.parse(it.dataset.limits).x)"
+    whole = canvases.evaluate_all(ends)
+    canvases.first.press("+")
+    part = canvases.evaluate_all(ends)
+    assert part[0] == part[1] == part[2] == pytest.approx([1.5, 13.5], abs=0.01)
+    canvases.first.press("0")
+    assert canvases.evaluate_all(ends) == whole

@@ -113,6 +113,14 @@ def test_a_body_is_counted_as_it_comes_whatever_is_said_of_its_length(address: s
     assert answer == b"" or b" 413 " in answer.splitlines()[0]
 
 
+def test_a_body_that_is_said_to_be_too_long_is_not_read(address: str) -> None:
+    head = b"POST /api/file/py HTTP/1.1\r\nHost: x\r\nContent-Length: 1000001\r\n\r\n"
+    with raw(address, head) as it:
+        answer = answer_of(it)
+    assert b" 413 " in answer.splitlines()[0]
+    assert b"a request of 1000001 bytes; 1000000 are the most" in answer
+
+
 def test_a_body_that_does_not_come_is_not_waited_for(
     address: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -303,3 +303,17 @@ def test_a_label_is_no_longer_than_its_plot(page: Page) -> None:
     )
     assert min(edges) > 2
     page.goto("about:blank")
+
+
+@pytest.mark.parametrize("name", ["Explore", "Structure"])
+def test_sliders_take_all_the_room_below_the_plots(page: Page, name: str) -> None:
+    # As a window of 1366 pixels that is enlarged twice.
+    page.set_viewport_size({"width": 683, "height": 700})
+    view = view_of(page, name)
+    panel = view.locator("form.panel")
+    groups = panel.locator("fieldset")
+    left = {round(group.bounding_box()["x"]) for group in groups.all()}  # type: ignore[index]
+
+    assert len(left) == 2
+    assert panel.evaluate("it => it.scrollWidth <= it.clientWidth")
+    page.goto("about:blank")

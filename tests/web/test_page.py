@@ -150,6 +150,11 @@ def test_a_link_with_strange_settings_opens(page: Page, address: str) -> None:
 
     expect(view.get_by_role("button", name="Compute", exact=True)).to_be_visible()
     assert view.locator("select").nth(1).input_value() == "forcing.harmonics.0.omega"
+    # Words that every object of a script has.
+    design = {"on": "toString", "outcome": "constructor", "limits": [3, {"outcome": "valueOf"}]}
+    state |= {"diagram": {"kind": "constructor", "section": "toString"}, "design": design}
+    follow_link(page, address, state)
+    expect(view_of(page, "Design").get_by_role("button", name="Search")).to_be_visible()
 
 
 def test_files_are_downloaded(page: Page, tmp_path: Path) -> None:

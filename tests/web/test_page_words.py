@@ -84,3 +84,22 @@ def test_a_picture_is_described_in_words_under_the_name_that_it_has(page: Page) 
     view.locator("[data-free='oscillator.stops.0.at']").check()
     row = view.get_by_role("group", name="Wall: at")
     expect(row.get_by_role("textbox", name="from")).to_be_visible()
+
+
+def test_what_changes_all_the_time_is_not_read_out(page: Page) -> None:
+    lives = page.locator(".explore .readout").evaluate_all("all => all.map((it) => it.ariaLive)")
+    assert set(lives) == {"off"}
+    view = view_of(page, "Diagram")
+    status = view.locator(".status")
+    status.evaluate(
+        """it => {
+          globalThis.heard = [];
+          const hear = () => it.ariaLive === "off" || globalThis.heard.push(it.textContent);
+          new MutationObserver(hear).observe(it, { childList: true, characterData: true, subtree: true });
+        }"""
+    )
+    compute(view)
+    heard = page.evaluate("globalThis.heard")
+    assert heard[0] == "computing …"
+    assert all(said.startswith("done in ") for said in heard[1:])
+    assert len(heard) > 1

@@ -76,7 +76,7 @@ def test_files_come_out(address: str, study: dict[str, Any], extension: str) -> 
         ("/api/file/py", b"no json", 422),
         ("/api/file/py", b"[" * 60_000, 422),
         ("/api/file/py", b'{"kind": "motion", "study": {}}', 422),
-        ("/api/file/py", b" " * 100_000, 413),
+        ("/api/file/py", b" " * 100_000, 422),
         ("/api/file/py", None, 405),
     ],
 )

@@ -290,3 +290,21 @@ def test_a_narrow_part_of_basins_is_computed_in_its_own_ends(page: Page) -> None
 
     ends = [float(field(view, name).input_value()) for name in ("x from", "x to")]
     assert ends == pytest.approx([0.100000025, 0.100000075], abs=2e-9)
+
+
+def test_what_is_in_the_middle_of_a_picture_is_opened_by_the_keys(page: Page) -> None:
+    view = view_of(page, "Diagram")
+    fill(view, "values", "101")
+    fill(view, "points at each", "8")
+    compute(view)
+    canvas = view.locator(".plot .canvas").first
+    assert "Enter opens the middle" in (canvas.get_attribute("aria-label") or "")
+    before = drawn(page)
+    canvas.focus()
+    page.keyboard.press("+")
+    page.keyboard.press("Enter")
+    wait_for_drawing(page, before)
+
+    expect(page.locator("section[aria-label=Explore]")).to_be_visible()
+    omega = float(box_of(page, "forcing.harmonics.0.omega").input_value())
+    assert omega == pytest.approx((1.68 + 3.92) / 2, abs=0.03)

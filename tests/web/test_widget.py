@@ -76,14 +76,14 @@ HOST = """async ([script, modules, facts, studies]) => {
   const cells = [];
   for (const study of studies) {
     const values = { modules, facts, study };
-    const cell = { sent: [], heard: 0, el: document.createElement('div'), values };
+    const cell = { sent: [], heard: 0, listeners: {}, el: document.createElement('div'), values };
     document.body.append(cell.el);
     const model = {
       get: (name) => values[name],
       set: (name, value) => { values[name] = value; },
       save_changes: () => {},
       send: (message) => cell.sent.push(message),
-      on: () => { cell.heard += 1; },
+      on: (name, listener) => { cell.heard += 1; cell.listeners[name] = listener; },
       off: () => { cell.heard -= 1; },
     };
     cell.end = await widget.render({ model, el: cell.el });
@@ -165,6 +165,15 @@ def test_two_widgets_on_a_page_do_not_disturb_each_other(
     studies = page.evaluate("cells.map(({ values }) => values.study.start.v0)")
     assert studies == ["0.5", "0.75"]
     assert boxes.nth(0).input_value() == "0.5"
+
+
+def test_a_cell_says_that_its_kernel_has_ended(cells: tuple[Page, list[dict[str, Any]]]) -> None:
+    page, _ = cells
+    # As the notebook tells it when a kernel is restarted.
+    page.evaluate("cells[0].listeners.comm_live_update()")
+    told = page.locator(".banner")
+    assert told.nth(0).inner_text() == "The kernel has ended: run the cell again."
+    assert not told.nth(1).is_visible()
 
 
 def test_a_cell_that_is_cleared_leaves_nothing(cells: tuple[Page, list[dict[str, Any]]]) -> None:

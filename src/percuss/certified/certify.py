@@ -23,6 +23,7 @@ from percuss.errors import ParameterError
 from percuss.model.exact import Phase, as_float, plain, whole
 from percuss.model.faults import raise_first
 from percuss.model.start import Start, start_faults, start_of
+from percuss.motion.entries import entry_rows
 from percuss.motion.trajectory import Outcome, Trajectory
 from percuss.orbits.bifurcations.branch import Branch
 from percuss.orbits.bifurcations.special_points import SpecialPoint
@@ -97,9 +98,7 @@ def _progress(
 def _limits_of(run: Trajectory) -> tuple[Phase | None, int | None]:
     """Return the limits of a run: its impacts where their number ended it, else its end."""
     if run.outcome is Outcome.reached_max_impacts and len(run.contacts) == 0:
-        # Stops at one place are entered together.
-        entries = set(run.crossings.t[run.crossings.direction == "in"].tolist())
-        return None, len(run.impacts) + len(entries)
+        return None, len(run.impacts) + len(entry_rows(run))
     if run.outcome is Outcome.at_rest and run.t_end in run.contacts.start:
         # The run had no other end.
         return None, None

@@ -233,7 +233,8 @@ def prove_chaos(
         chaos = _proof_at(orbit, stop, most_orbits)
         if chaos or best is None:
             best = chaos
-        if chaos or not reported.advance():
+        goes_on = reported.advance()
+        if chaos or not goes_on:
             break
     reported.close()
     if best is None:

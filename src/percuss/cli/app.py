@@ -101,10 +101,13 @@ def main() -> None:
     try:
         app(prog_name="percuss")
     except OSError as error:
-        # Of the stream: what is wrong with files is an OutputError. Nothing more is written to it.
+        words = (error.strerror or str(error)).lower()
+        if isinstance(error.filename, str | bytes | os.PathLike):
+            sys.exit(f"{os.fsdecode(error.filename)}: {words}")
+        # Of the stream, to which nothing more is written.
         with _nothing() as nothing:
             os.dup2(nothing.fileno(), 1)
-        sys.exit(f"the output cannot be written: {(error.strerror or str(error)).lower()}")
+        sys.exit(f"the output cannot be written: {words}")
 
 
 def _nothing() -> TextIO:

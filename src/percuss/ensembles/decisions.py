@@ -10,6 +10,7 @@ import math
 
 from percuss.arrays import Flags, Floats, Integers
 from percuss.kernels.arithmetic import (
+    ULP,
     cosine_sine,
     exponential,
     exponential_less_one,
@@ -33,7 +34,9 @@ __all__ = [
     "ORBIT_PERIODS",
     "PERIODIC",
     "REST",
+    "ROUNDINGS",
     "SIDE",
+    "SMALLEST",
     "UNBOUNDED",
     "UNDECIDED",
     "agree",
@@ -51,6 +54,7 @@ __all__ = [
     "orbit_exponents",
     "period_of_points",
     "periods_of_motions",
+    "rounding_of",
     "share_in_cells",
     "shares_in_cells",
     "sign_of_exponent",
@@ -281,18 +285,30 @@ def drift_of_points(points: Floats, every: float, rates: Floats) -> float:
     return drift if drift > 2.0 * CHANCE * error else 0.0
 
 
+# Roundings of a perturbation in a flight and over the event at its end.
+ROUNDINGS = 16.0
+
+
+@kernel
+def rounding_of(n_events: float, size: float) -> float:
+    """Return a bound of the rounding of a logarithm that has grown to a size over some events."""
+    return ULP * (ROUNDINGS * (n_events + BLOCKS) + size)
+
+
 # Periods of an orbit from which its exponents are taken, and the relative difference up to which
 # areas shrink alike in them.
 ORBIT_PERIODS, ALIKE = 3, 1e-6
 
 
 @kernel
-def orbit_exponents(points: Floats, step: float, n_periods: float, out: Floats) -> bool:
+def orbit_exponents(
+    points: Floats, step: float, n_periods: float, n_events: float, out: Floats
+) -> bool:
     """Write the exponents of an orbit and their errors; return False where the motion is on none.
 
     ``points`` (ORBIT_PERIODS + 1, columns) are those of a perturbation once a period of ``step``,
-    ``n_periods`` those that the motion has taken to the orbit, ``out`` (4,) the larger exponent,
-    the smaller one and their errors.
+    ``n_periods`` those that the motion has taken to the orbit, ``n_events`` the events in one,
+    ``out`` (4,) the larger exponent, the smaller one and their errors.
     """
     least = math.inf
     most = -math.inf
@@ -300,8 +316,9 @@ def orbit_exponents(points: Floats, step: float, n_periods: float, out: Floats) 
         shrunk = points[k + 1, SECOND] - points[k, SECOND]
         least = min(least, shrunk)
         most = max(most, shrunk)
-    larger, smaller = orbit_rates(points[:3])
-    larger_1, smaller_1 = orbit_rates(points[1:4])
+    relative = ROUNDINGS * ULP * (1.0 + n_events)
+    larger, smaller, _ = orbit_rates(points[:3], relative)
+    larger_1, smaller_1, rounding = orbit_rates(points[1:4], relative)
     sum_of_rates = larger + smaller + larger_1 + smaller_1
     # An impact at the very end of a period can fall into either of two: then areas do not shrink
     # alike, and the periods are none.
@@ -310,16 +327,18 @@ def orbit_exponents(points: Floats, step: float, n_periods: float, out: Floats) 
     out[0] = larger_1 / step
     out[1] = smaller_1 / step
     to_go = steps_to_go(out[0] * step, n_periods)
-    out[2] = abs(out[0] - larger / step) * to_go
-    out[3] = abs(out[1] - smaller / step) * to_go
+    out[2] = abs(out[0] - larger / step) * to_go + rounding / step
+    out[3] = abs(out[1] - smaller / step) * to_go + rounding / step
     return True
 
 
 @kernel
-def orbit_rates(points: Floats) -> tuple[float, float]:
+def orbit_rates(points: Floats, relative: float) -> tuple[float, float, float]:
     """Return the logarithms of the sizes of both multipliers, from the points at three strobes.
 
-    The vectors u, M u and M^2 u of the monodromy matrix M give its trace: M^2 - tr M + det = 0.
+    The vectors u, M u and M^2 u of the monodromy matrix M give its trace: M^2 - tr M + det = 0. The
+    third number is what a relative rounding of these makes of the logarithms; of multipliers that
+    are equal to within it, its root.
     """
     area = exponential(points[1, SECOND] - points[0, SECOND])
     u_x, u_v = cosine_sine(points[0, THIRD])
@@ -336,7 +355,13 @@ def orbit_rates(points: Floats) -> tuple[float, float]:
     below = half * half - area
     larger = abs(half) + math.sqrt(below) if below > 0.0 else math.sqrt(area)
     smaller = abs(area) / larger if below > 0.0 else larger
-    return logarithm(larger), logarithm(smaller)
+    doubt = relative * (half * half + abs(area))
+    moved = 0.0
+    if abs(below) <= doubt:
+        moved = math.sqrt(doubt)
+    elif below > 0.0:
+        moved = doubt / math.sqrt(below)
+    return logarithm(larger), logarithm(smaller), relative + moved / larger
 
 
 @kernel

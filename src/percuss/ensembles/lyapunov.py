@@ -24,7 +24,9 @@ from percuss.ensembles.decisions import (
     BLOCKS,
     CHANCE,
     ORBIT_PERIODS,
+    ROUNDINGS,
     orbit_exponents,
+    rounding_of,
     steps_to_go,
 )
 from percuss.ensembles.grid import make_grid, whole
@@ -33,6 +35,7 @@ from percuss.ensembles.repetition import period_of
 from percuss.errors import ConvergenceError, ParameterError
 from percuss.kernels import observables
 from percuss.kernels import record as columns
+from percuss.kernels.arithmetic import ULP
 from percuss.kernels.law_columns import PERIOD
 from percuss.model.exact import as_float
 from percuss.model.forcing import Forcing
@@ -67,7 +70,8 @@ class LyapunovExponents:
         (2,) array, (2 n,) of a structure, their errors [1/time]: the standard error from the means
         of blocks, and with it the difference between the two halves where this is more than chance.
         On a periodic orbit, whose multipliers give the exponents, the difference of two of its
-        periods, times those that it still takes to die out.
+        periods, times those that it still takes to die out. Both with the rounding of each event;
+        of two multipliers that it leaves equal with its root.
     total
         Their sum by the sum rule [1/time]: -2 times the time-mean of the damping in force, and 2
         for each wall times its rate of impacts times ln r, over ``duration``.
@@ -167,15 +171,15 @@ def lyapunov_exponents(
         if known is not None:
             return known
     duration = float(plan.until[0] - plan.since[0])
-    largest, smallest, error, total = (value[0] for value in exponents_of(result, plan))
-    error = hypot(float(error), float(drift_of(result, plan)[0]))
-    return LyapunovExponents(
-        np.array([largest, smallest]),
-        np.array([error, error]),
-        float(total),
-        float(result.values[0, observables.IMPACTS]) / duration,
-        duration,
-    )
+    largest, smallest, error, total = (float(value[0]) for value in exponents_of(result, plan))
+    impacts = float(result.values[0, observables.IMPACTS])
+    error = hypot(error, float(drift_of(result, plan)[0]))
+    if math.isfinite(largest):
+        size = float(np.abs(result.points[0, [0, -1], observables.FIRST]).max())
+        error += rounding_of(2.0 * impacts, size) / duration
+    # Two that are equal but for their rounding are in order as well.
+    both = np.array([max(largest, smallest), min(largest, smallest)])
+    return LyapunovExponents(both, np.array([error, error]), total, impacts / duration, duration)
 
 
 def _of_structure(
@@ -190,12 +194,6 @@ def _of_structure(
     reason = reason_of(int(result.status[0]), plan)
     if reason is not None:
         raise ParameterError("start", tuple(start[0].tolist()), reason)
-    if np.isneginf(result.logs[0, 0]).any():
-        # A contact in the transient took perturbations: after it others begin, if it is the last.
-        settled = group.follow(Plan(plan.since, plan.every, plan.since, max_impacts=most))
-        begin = np.column_stack([settled.ends, plan.since])
-        after = group.beginning(np.zeros(1, dtype=np.int64), begin).follow(plan)
-        result = result if np.isneginf(after.logs[0, -1]).any() else after
     duration = float(plan.until[0] - plan.since[0])
     logs = result.logs[0]
     with np.errstate(invalid="ignore"):
@@ -210,7 +208,10 @@ def _of_structure(
     lost = bool(forgotten.any())
     total = -math.inf if lost else float(shrunk[-1] - shrunk[0]) / duration
     exponents = np.where(forgotten, -np.inf, exponents)
-    errors = np.where(forgotten, 0.0, np.sqrt(errors * errors + drift * drift))
+    impacts = float(result.values[0, observables.IMPACTS])
+    sizes = np.where(forgotten, 0.0, np.abs(logs[[0, -1]]).max(axis=0))
+    rounding = count * np.array([rounding_of(2.0 * impacts, size) for size in sizes]) / duration
+    errors = np.where(forgotten, 0.0, np.sqrt(errors * errors + drift * drift) + rounding)
     known = _of_structure_orbit(group, result, plan, int(forgotten.sum()), transient + periods)
     if known is not None:
         exponents, errors = known
@@ -225,7 +226,11 @@ def _of_structure(
 
 
 def _of_structure_orbit(
-    group: StructureGroup, result: BatchResult, plan: Plan, n_lost: int, periods: int
+    group: StructureGroup,
+    result: BatchResult,
+    plan: Plan,
+    n_lost: int,
+    periods: int,
 ) -> tuple[Floats, Floats] | None:
     """Return the exponents of a periodic orbit from its multipliers, and errors; None without one.
 
@@ -259,7 +264,25 @@ def _of_structure_orbit(
     with np.errstate(invalid="ignore"):
         moved = np.abs(rates[1] - rates[0]) / length
     to_go = steps_to_go(float(rates[1][0]), periods / n_periods)
-    return rates[1] / length, np.where(np.isneginf(rates[1]), 0.0, moved * to_go)
+    rate = float(result.values[0, observables.IMPACTS]) / float(plan.until[0] - plan.since[0])
+    relative = ROUNDINGS * ULP * len(moved) * (1.0 + 2.0 * rate * length)
+    errors = moved * to_go + _rounding_of(mapped.derivative, relative) / length
+    return rates[1] / length, np.where(np.isneginf(rates[1]), 0.0, errors)
+
+
+def _rounding_of(matrix: Floats, relative: float) -> Floats:
+    """Return what a relative rounding of a matrix makes of the logarithms of its multipliers.
+
+    A multiplier is moved by the rounding of the matrix, one that equals another by its root.
+    """
+    multipliers = multipliers_of_matrix(matrix)
+    size = float(np.sqrt((matrix * matrix).sum()))
+    doubt = relative * size
+    apart = np.abs(multipliers[:, None] - multipliers) + np.diag(np.full(len(multipliers), np.inf))
+    near = apart.min(axis=1) <= math.sqrt(doubt * size)
+    moved = np.where(near, math.sqrt(doubt * size), doubt)
+    sizes = hypot(multipliers.real, multipliers.imag)
+    return moved / np.maximum(sizes, doubt)
 
 
 def _period_of_time(osc: Oscillator, force: Forcing | None) -> float:
@@ -296,7 +319,9 @@ def _of_orbit(
     measured = Plan(t, step, t + ORBIT_PERIODS * step, observables.TANGENTS, ORBIT_PERIODS + 1)
     followed = follow_batch(laws, which, end, measured)
     points, exponents = np.ascontiguousarray(followed.points[0]), np.empty(4)
-    if not orbit_exponents(points, float(step[0]), periods / n_periods, exponents):
+    # An entry into a soft stop has its exit.
+    n_events = 2.0 * float(followed.values[0, observables.IMPACTS]) / ORBIT_PERIODS
+    if not orbit_exponents(points, float(step[0]), periods / n_periods, n_events, exponents):
         return None
     duration = float(ORBIT_PERIODS * step[0])
     return LyapunovExponents(

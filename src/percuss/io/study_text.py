@@ -23,6 +23,7 @@ from percuss.model.start import Start
 from percuss.model.structure import MatrixRows, Structure
 from percuss.model.structure_start import StructureStart
 from percuss.model.units import Units
+from percuss.motion.entries import entry_rows
 
 if TYPE_CHECKING:
     # Reading a study needs no engine.
@@ -314,10 +315,7 @@ def motion_text(run: Trajectory | StructureTrajectory) -> str:
     structure = getattr(run, "structure", None)
     limit: TomlTable = {"t_end": number(run.end)}
     if run.outcome.name == "reached_max_impacts" or run.t_end <= run.t0:
-        # Stops that share an edge are entered together, at one time.
-        entries = run.crossings.t[run.crossings.direction == "in"].tolist()
-        count = len(entries) if structure is not None else len(set(entries))
-        limit = {"max_impacts": max(len(run.impacts) + count, 1)}
+        limit = {"max_impacts": max(len(run.impacts) + len(entry_rows(run)), 1)}
         # A structure's run needs an end; this one comes after the last impact.
         limit |= {"t_end": run.t_end + 1.0} if structure is not None else {}
     if structure is not None:

@@ -67,6 +67,8 @@ from percuss.kernels.record import (
 )
 from percuss.kernels.restitution import restitution_at
 
+# Instants that differ by less than this part of them are one.
+SAME_INSTANT = 4.0 * 2.0**-52
 # Extremes of one flight: as many as it has.
 ALL = 1 << 62
 
@@ -88,10 +90,14 @@ def observe_loads(
     """
     law, region, start, phases, _ = flight
     values = member.values
-    begin = max(0.0, (member.plan[SINCE] - start[0]) - start[1])
     until = (end[0][0] - start[0]) + (end[0][1] - start[1])
+    # An event within rounding of the window's begin is at it, and has both limits.
+    begin = max(0.0, min((member.plan[SINCE] - start[0]) - start[1], until))
     is_tail = in_contact and not end[1] and member.run.marks[row, KIND] == CONTACT
     if until < begin or (is_tail and until <= 0.0):
+        return
+    if end[1] and until <= SAME_INSTANT * abs(end[0][0]) and start[0] > member.plan[SINCE]:
+        # Nor is the window's end behind an event that rounding alone keeps before it.
         return
     if in_contact:
         values[SQUARE] += x * x * (until - begin)

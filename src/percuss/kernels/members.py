@@ -17,7 +17,7 @@ from percuss.kernels.harmonic_observables import (
 )
 from percuss.kernels.law_columns import HARMONIC, LOWER, LOWER_KIND, UPPER, WALL
 from percuss.kernels.linear_observables import AT_KNOT
-from percuss.kernels.loads import observe_loads
+from percuss.kernels.loads import SAME_INSTANT, observe_loads
 from percuss.kernels.march import begin, flight_of, fly, skip_ahead, stay
 from percuss.kernels.observables import (
     AHEAD_V,
@@ -217,12 +217,12 @@ def observe_stretches(
         until = events[row, EVENT_T] if count > 0 else plan[UNTIL]
         if options.section == TANGENTS and in_contact and until > plan[SINCE]:
             forget_neighbour(member.values)
+        low = events[row, EVENT_T_LOW] if count > 0 else 0.0
         if until >= plan[SINCE]:
-            low = events[row, EVENT_T_LOW] if count > 0 else 0.0
             observe_stretch(member, options, past, x, in_contact, (until, low, count == 0))
-            if options.with_loads:
-                end = ((until, low), count == 0)
-                observe_loads(member, past, x, in_contact, row, end, options.with_load_peaks)
+        if options.with_loads and until >= plan[SINCE] - SAME_INSTANT * abs(plan[SINCE]):
+            end = ((until, low), count == 0)
+            observe_loads(member, past, x, in_contact, row, end, options.with_load_peaks)
         if count == 0:
             set_phases(law, start[0], start[1], phases)
             end_at(past, x, in_contact, until, member.values)

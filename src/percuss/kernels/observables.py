@@ -60,7 +60,7 @@ from percuss.kernels.record import (
     V_BEFORE,
     Run,
 )
-from percuss.kernels.tangent import Matrix, product, propagator
+from percuss.kernels.tangent import Matrix, product, propagator, scaled_propagator
 
 # Entries of the observables of a motion, from ``since`` on: impacts and entries into soft stops,
 # contacts, points written; the greatest impact speed; the least and the greatest x; the energy that
@@ -129,7 +129,7 @@ POINTS_OF_A_SUM, STEPS_OF_A_SUM = 12, 3.0
 TURNING_STEPS = 60
 # No piece of a flight is narrower than this part of a step.
 NARROWEST = 1e-6
-# Phase, or exponent, over which a neighbour is carried at once.
+# Phase, or exponent, over which a neighbour is carried by the propagator itself.
 LONGEST_PHASE = 200.0
 
 
@@ -295,24 +295,22 @@ def stretched(
     law: Law, region: int, s: float, jump: Matrix, values: Floats
 ) -> tuple[float, float, float]:
     """Return the logarithm of a neighbour's distance over its scale, and the direction to it."""
-    x = values[AHEAD_X]
-    v = values[AHEAD_V]
-    total = 0.0
-    # In a long flight the propagator itself would underflow.
-    count = max(1, math.ceil(s * law[region, QUICKEST] / LONGEST_PHASE))
-    for i in range(count):
-        matrix = propagator(law, region, s / count)
-        if i == count - 1:
-            matrix = product(jump, matrix)
-        x, v = matrix[0] * x + matrix[1] * v, matrix[2] * x + matrix[3] * v
-        size = hypotenuse(x, v)
-        if size == 0.0:
-            # In a contact all memory of the start is lost.
-            return -math.inf, 0.0, 0.0
-        total += logarithm(size)
-        x /= size
-        v /= size
-    return total, x, v
+    exponent = 0.0
+    if s * law[region, QUICKEST] <= LONGEST_PHASE:
+        matrix = propagator(law, region, s)
+    else:
+        # In a long flight the propagator itself would underflow.
+        exponent, matrix = scaled_propagator(law, region, s)
+    matrix = product(jump, matrix)
+    ahead_x = values[AHEAD_X]
+    ahead_v = values[AHEAD_V]
+    x = matrix[0] * ahead_x + matrix[1] * ahead_v
+    v = matrix[2] * ahead_x + matrix[3] * ahead_v
+    size = hypotenuse(x, v)
+    if size == 0.0:
+        # In a contact all memory of the start is lost.
+        return -math.inf, 0.0, 0.0
+    return exponent + logarithm(size), x / size, v / size
 
 
 @kernel

@@ -14,7 +14,7 @@ import math
 from typing import TypeAlias
 
 from percuss.arrays import Floats
-from percuss.kernels.arithmetic import cos_sin
+from percuss.kernels.arithmetic import cos_sin, exponential_less_one
 from percuss.kernels.compile import kernel
 from percuss.kernels.flight import (
     constant_force,
@@ -28,10 +28,16 @@ from percuss.kernels.flight import (
 from percuss.kernels.law_columns import (
     DAMPING,
     FIRST_HARMONIC,
+    HALF_TURNS,
+    HALF_TURNS_LOW,
     OMEGA,
+    OVERDAMPED,
+    RATE,
+    SLOW_ROOT,
     STIFFNESS,
     TURNS,
     TURNS_LOW,
+    TWICE_PER_RATE,
     Law,
 )
 from percuss.kernels.record import (
@@ -69,6 +75,32 @@ def propagator(law: Law, region: int, s: float) -> Matrix:
     impulse, even, _ = free_response(law, region, s)
     drag = law[region, DAMPING] * impulse
     return even + drag, impulse, -law[region, STIFFNESS] * impulse, even - drag
+
+
+@kernel
+def scaled_propagator(law: Law, region: int, s: float) -> tuple[float, Matrix]:
+    """Return the propagator without its slowest exponential, and the exponent of that.
+
+    However long the flight is, the matrix neither underflows nor overflows.
+    """
+    damping = law[region, DAMPING]
+    rate = law[region, RATE]
+    exponent = -damping * s
+    if law[region, OVERDAMPED] == 1.0:
+        exponent = law[region, SLOW_ROOT] * s
+        shrink = exponential_less_one(-2.0 * rate * s)
+        impulse = -shrink / (2.0 * rate)
+        even = 1.0 + 0.5 * shrink
+    elif rate == 0.0:
+        impulse = s
+        even = 1.0
+    else:
+        half_cos, half_sin = cos_sin(law[region, HALF_TURNS], law[region, HALF_TURNS_LOW], s, 0.0)
+        impulse = half_sin * half_cos * law[region, TWICE_PER_RATE]
+        even = (half_cos - half_sin) * (half_cos + half_sin)
+    drag = damping * impulse
+    matrix = (even + drag, impulse, -law[region, STIFFNESS] * impulse, even - drag)
+    return exponent, matrix
 
 
 @kernel

@@ -165,6 +165,17 @@ class ForceRecord:
         pace = Fraction(1) if self.omega is None else as_fraction(self.omega)
         return PiTimes((last[0] - first[0]) / pace, (last[1] - first[1]) / pace)
 
+    @cached_property
+    def mean(self) -> Fraction:
+        """The mean force over the samples [length/time^2], exact."""
+        samples = [(Fraction(*t), Fraction(*f)) for t, f in self.exact_samples]
+        total = sum(
+            ((f if self.kind == "hold" else (f + g) / 2) * (u - t)
+             for (t, f), (u, g) in pairwise(samples)),
+            Fraction(0),
+        )  # fmt: skip
+        return as_fraction(self.amplitude) * total / (samples[-1][0] - samples[0][0])
+
     @property
     def rate(self) -> float:
         """The mean number of samples in a unit of time."""

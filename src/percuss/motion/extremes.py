@@ -8,9 +8,10 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from percuss.arrays import Floats
+from percuss.arrays import Floats, Integers
 from percuss.errors import ParameterError
 from percuss.kernels import law_columns as at
+from percuss.kernels.arithmetic import Pair
 from percuss.kernels.linear_observables import (
     GREATEST,
     LEAST,
@@ -25,8 +26,9 @@ from percuss.kernels.linear_observables import (
     slope_weights,
     stop_weights,
 )
+from percuss.kernels.loads import SAME_INSTANT
 from percuss.kernels.passages import crossings_of_level
-from percuss.kernels.record import EVENT_T, MotionRecord
+from percuss.kernels.record import EVENT_T, KIND, KNOT, MotionRecord
 from percuss.model.exact import as_float, whole
 from percuss.model.oscillator import stops_in_words
 from percuss.model.system import System, stop_rows
@@ -38,13 +40,12 @@ __all__ = [
     "level_crossings",
     "observable_of",
     "told_instant",
+    "window_at_jumps",
 ]
 
 QuantityName = Literal["displacement", "velocity", "acceleration", "stop_force", "spring_force"]
 # Searches of one call of the kernels, some 0.1 s, and crossings that it writes.
 AT_ONCE = 100_000
-# Instants that differ by less than this part of them are one.
-SAME_INSTANT = 4.0 * 2.0**-52
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,6 +123,25 @@ def extremes_of_motion(
     factor = system.mass if of.endswith("force") else 1.0
     t_least, t_most = (told_instant(record.events, span, t) for t in (t_least, t_most))
     return Extrema(factor * least, t_least, factor * most, t_most)
+
+
+def window_at_jumps(events: Floats, marks: Integers, span: Pair, t_end: float) -> Pair:
+    """Return a window of a motion up to t_end whose ends are at jumps that are within rounding.
+
+    Both limits at a jump of the force belong to a window that ends there, on whichever side of it
+    the end was rounded. But a motion that ends at a jump has not come to it: only the limit before
+    it counts. The instants of other events are those of the run itself, and exact.
+    """
+    jumps = events[marks[:, KIND] == KNOT, EVENT_T]
+    first, last = span
+    at_first = jumps[np.abs(jumps - first) <= SAME_INSTANT * abs(first)]
+    at_last = jumps[np.abs(jumps - last) <= SAME_INSTANT * abs(last)]
+    if len(at_first):
+        first = min(first, float(at_first[0]))
+    if len(at_last):
+        is_end = t_end - last <= SAME_INSTANT * abs(last)
+        last = math.nextafter(at_last[0], -math.inf) if is_end else max(last, float(at_last[-1]))
+    return (first, last) if first <= last else span
 
 
 def told_instant(events: Floats, span: tuple[float, float], t: float) -> float:

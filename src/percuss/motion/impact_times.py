@@ -17,6 +17,7 @@ from percuss.model.oscillator import Oscillator, Stop, Wall
 from percuss.model.restitution import is_elastic
 from percuss.model.system import System
 from percuss.motion.eigenset import resonant_frequency
+from percuss.motion.entries import entry_rows
 from percuss.motion.growth import CERTAIN, Growth, fit_power_law
 from percuss.motion.patterns import FEWEST, REPETITIONS, ROUNDINGS, TOLERANCE, find_pattern
 from percuss.motion.structures import StructureTrajectory
@@ -168,8 +169,7 @@ def classify_impact_times(
 
 def _times_of(run: Trajectory | StructureTrajectory) -> Floats:
     """Return the times of the impacts, or without any those of the entries into soft stops."""
-    impacts, entries = run.impacts.t, run.crossings.t[run.crossings.direction == "in"]
-    times: Floats = impacts if len(impacts) else entries
+    times: Floats = run.impacts.t if len(run.impacts) else run.crossings.t[entry_rows(run)]
     return times
 
 

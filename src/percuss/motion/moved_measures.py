@@ -130,6 +130,8 @@ def has_rigid_stops(stops: Sequence[Wall | SoftStop]) -> bool:
     return len(stops) > 0 and all(isinstance(stop, Wall) for stop in stops)
 
 
+# Squares, and derivatives of instants by the smallest numbers, may be beyond all floats.
+@np.errstate(over="ignore", invalid="ignore")
 def moved_measure(d: MeasuredMotion, measure: str) -> MovedValue:
     """Return a measure of a motion and its derivatives; see `Sensitivity.of`."""
     if measure not in get_args(MovedMeasure):

@@ -7,6 +7,7 @@ any spread. A mass without spring that drifts away is recognised.
 from __future__ import annotations
 
 import math
+from fractions import Fraction
 
 import numpy as np
 
@@ -35,7 +36,7 @@ from percuss.kernels.next_event import event_free_until, slowest
 from percuss.kernels.tangent import propagator
 from percuss.numerics import determinant, exp, hypot, solve_linear
 
-__all__ = ["IDENTITY", "free_until", "misses", "periodic_state", "steady"]
+__all__ = ["IDENTITY", "SLACK", "drifts_off", "free_until", "misses", "periodic_state", "steady"]
 
 # A monodromy matrix so near to the identity makes every free motion periodic too.
 IDENTITY = 1e-10
@@ -82,6 +83,7 @@ def misses(reach: tuple[float, float], low: float, high: float, size: float) -> 
     return low - slack > reach[0] and high + slack < reach[1]
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def steady(law: Law, region: int, phases: Floats) -> Floats:
     """Return (y, v) of the steady motion of each harmonic at the instant of ``phases``."""
     n = len(phases)
@@ -93,6 +95,18 @@ def steady(law: Law, region: int, phases: Floats) -> Floats:
     y = in_phase * real + quadrature * imaginary
     v = -rows[:, OMEGA] * (in_phase * imaginary - quadrature * real)
     return np.column_stack([y, v])
+
+
+def drifts_off(reach: tuple[float, float], drift: float, doubt: float, mean: Fraction) -> bool:
+    """Return whether a mass without spring drifts off each bound that there is, from now on.
+
+    Under a force of some period with a mean, what it moves in a period from t on changes one way
+    with t: from ``drift`` now to what has the sign of the mean, or for good to it. Where neither
+    leads to a bound the mass is never nearer to it than within the period that begins now.
+    """
+    if math.isfinite(reach[0]) and not (drift > doubt and mean >= 0):
+        return False
+    return not math.isfinite(reach[1]) or (drift < -doubt and mean <= 0)
 
 
 def periodic_state(law: Law, region: int, t: float) -> tuple[float, float] | None:

@@ -15,18 +15,21 @@ from percuss.errors import LimitWarning, ParameterError
 from percuss.kernels import march as engine
 from percuss.kernels import record as columns
 from percuss.kernels.law_columns import (
+    DAMPING,
+    FORCING_CONSTANT,
     GROWTH,
     LOWER,
     N_KNOTS,
     N_REGIONS,
     ORIGIN,
+    ORIGIN_FORCE,
     PERIOD,
     STIFFNESS,
     UPPER,
     Law,
 )
 from percuss.kernels.sample import cycles, evaluate
-from percuss.model.exact import Exact, Phase, as_float, plain
+from percuss.model.exact import Exact, Phase, as_float, as_fraction, plain
 from percuss.model.expression import Expression, parameters_in
 from percuss.model.faults import raise_first
 from percuss.model.forcing import Forcing
@@ -45,8 +48,9 @@ from percuss.model.structure import Structure
 from percuss.model.structure_start import StructureStart, structure_start
 from percuss.model.system import System, check_phases, turns_of
 from percuss.motion.extremes import extremes_of_motion
-from percuss.motion.reach import free_until, misses, periodic_state
+from percuss.motion.reach import SLACK, drifts_off, free_until, misses, periodic_state
 from percuss.motion.trajectory import AnyRun, Outcome, Trajectory
+from percuss.numerics import expm1
 from percuss.progress import RunProgress
 from percuss.wording import counted
 
@@ -389,7 +393,11 @@ class _March:
         law, region = self.arrays.law, int(self.counters[columns.REGION])
         period, stiffness = float(law[0, PERIOD]), float(law[region, STIFFNESS])
         flies = self.counters[columns.TOUCHED] == 0 and law[region, GROWTH] == 0.0
-        if not (flies and law[0, N_KNOTS] > 0.0 and period > 0.0 and stiffness > 0.0):
+        if not (flies and law[0, N_KNOTS] > 0.0 and period > 0.0):
+            return False
+        if stiffness == 0.0:
+            return self._drifts_away(region, period)
+        if not stiffness > 0.0:
             return False
         # Of a late time the digits of its place in the period are in both of its parts.
         cycle, now = np.empty(1), self.state[[columns.T, columns.T_LOW]]
@@ -403,15 +411,50 @@ class _March:
         low, high = float(law[region, LOWER]), float(law[region, UPPER])
         if not low < origin + y0 < high:
             return False
-        steady = _March(self.system, origin + y0, v0, 0.0, 1)
-        if steady.run(period, 1, RunProgress(None, 0.0, period, 1)) is not Outcome.reached_t_end:
+        whole = self._without_events(origin + y0, v0, 0.0, period)
+        if whole is None:
             return False
-        _, events, marks, _ = steady.record()
-        if not np.isin(marks[:, columns.KIND], (columns.START, columns.KNOT)).all():
-            return False
-        whole = columns.MotionRecord(law, origin + y0, events, marks)
         ends = extremes_of_motion(self.system, whole, (0.0, period), "displacement", 0)
         return misses((low, high), ends.minimum - free, ends.maximum + free, abs(x) + free)
+
+    def _drifts_away(self, region: int, period: float) -> bool:
+        """Return whether a mass without spring under a repeated record meets no bound any more."""
+        law, force = self.arrays.law, self.system.forcing
+        record = None if force is None else force.record
+        if force is None or record is None or law[region, ORIGIN_FORCE] != law[0, FORCING_CONSTANT]:
+            return False
+        mean = as_fraction(force.constant) + record.mean
+        cycle, now = np.empty(1), self.state[[columns.T, columns.T_LOW]]
+        cycles(law, now[:1], now[1:], cycle)
+        t = float(cycle[0]) * period
+        x, v = float(self.state[columns.X]), float(self.state[columns.V])
+        whole = self._without_events(x, v, t, t + period)
+        if whole is None:
+            return False
+        phases, motion = np.empty_like(self.arrays.phases), np.empty((2, 1))
+        end = np.array([t + period])
+        evaluate(whole, end, True, phases, np.empty_like(phases), motion)
+        drift, size = float(motion[0, 0]) - x, abs(x) + period * (abs(v) + abs(float(motion[1, 0])))
+        doubt, damping = SLACK * size, float(law[region, DAMPING])
+        reach = float(law[region, LOWER]), float(law[region, UPPER])
+        if mean == 0 and damping > 0.0:
+            # It drifts on for a geometric series.
+            rest = (abs(drift) + doubt) / -expm1(-2.0 * damping * period)
+            ends = extremes_of_motion(self.system, whole, (t, t + period), "displacement", 0)
+            return misses(reach, ends.minimum - rest, ends.maximum + rest, size)
+        return drifts_off(reach, drift, doubt, mean)
+
+    def _without_events(
+        self, x: float, v: float, t: float, end: float
+    ) -> columns.MotionRecord | None:
+        """Return the motion from a state to an end, None where it meets a bound."""
+        other = _March(self.system, x, v, t, 1)
+        if other.run(end, 1, RunProgress(None, t, end, 1)) is not Outcome.reached_t_end:
+            return None
+        _, events, marks, _ = other.record()
+        if not np.isin(marks[:, columns.KIND], (columns.START, columns.KNOT)).all():
+            return None
+        return columns.MotionRecord(self.arrays.law, x, events, marks)
 
     def _grow(self) -> None:
         """Lengthen the arrays of events and grazes."""

@@ -109,6 +109,8 @@ def signal_of(run: Trajectory | StructureTrajectory, on: On | None) -> Displacem
     return DisplacementSignal(run, motion, integral, run.loads.forcings, slowest, n_events)
 
 
+# The greatest numbers have squares beyond all floats.
+@np.errstate(over="ignore", invalid="ignore")
 def spectrum(
     run: Trajectory | StructureTrajectory,
     method: Method = "exact",
@@ -246,6 +248,8 @@ def fast_amplitudes(run: Trajectory, low: float, high: float, n: int) -> tuple[F
         return omega, modulus(2.0 * transform / weight)
 
 
+# The greatest numbers have squares beyond all floats.
+@np.errstate(over="ignore", invalid="ignore")
 def line_spectrum(
     run: Trajectory | StructureTrajectory,
     period: float,

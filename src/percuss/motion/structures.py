@@ -22,7 +22,7 @@ from percuss.model.periods import require_period
 from percuss.model.structure import Structure
 from percuss.model.structure_start import StructureStart
 from percuss.motion.energetics import force_in_run
-from percuss.motion.extremes import Extrema, QuantityName
+from percuss.motion.extremes import Extrema, QuantityName, window_at_jumps
 from percuss.motion.instants import check_limit, span_within, strobes, times_within
 from percuss.motion.moved_structure_motion import scratch_run
 from percuss.motion.run_dataset import run_dataset
@@ -397,7 +397,8 @@ class StructureTrajectory(HasPicture):
             A coordinate, a direction c or the name of a point, of all but "stop_force"; not needed
             for one coordinate.
         between
-            Two instants (first, last); default: the whole run [time].
+            Two instants (first, last); default: the whole run [time]. An end within rounding of a
+            jump of the force is at it, and has both of its limits; where the run ends, that before.
 
         Returns
         -------
@@ -417,8 +418,9 @@ class StructureTrajectory(HasPicture):
         >>> round(run.extremes("velocity", on=0).maximum**2, 12)
         3.0
         """
-        span = span_within(between, self.t0, self.t_end)
-        return extremes_of_run(self.system, scratch_run(self._run), span, of, stop, on)
+        run, span = scratch_run(self._run), span_within(between, self.t0, self.t_end)
+        span = window_at_jumps(run.events, run.marks, span, self.t_end)
+        return extremes_of_run(self.system, run, span, of, stop, on)
 
     def sensitivity(self, paths: Sequence[str]) -> StructureSensitivity:
         """Return the derivative of the motion by parameters, exact to rounding.

@@ -205,6 +205,9 @@ class Impacts(EventTable):
 class Crossings(EventTable):
     """The crossings of the edges of soft stops, in order.
 
+    Stops of an oscillator that share an edge are crossed together, with a row for each of them;
+    where impacts and entries are counted, that is one entry.
+
     Attributes
     ----------
     t

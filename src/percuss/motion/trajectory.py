@@ -26,7 +26,13 @@ from percuss.model.start import Start, wall_faults
 from percuss.model.system import System
 from percuss.motion.energetics import energy_at, forces_at
 from percuss.motion.error_bounds import ContactErrors
-from percuss.motion.extremes import Extrema, QuantityName, extremes_of_motion, level_crossings
+from percuss.motion.extremes import (
+    Extrema,
+    QuantityName,
+    extremes_of_motion,
+    level_crossings,
+    window_at_jumps,
+)
 from percuss.motion.instants import check_limit, span_within, strobes, times_within
 from percuss.motion.run_dataset import run_dataset
 from percuss.motion.sections import SectionDirection, section_of
@@ -383,7 +389,8 @@ class Trajectory(HasPicture):
         stop
             Index of the stop whose force it is.
         between
-            Two instants (first, last); default: the whole run [time].
+            Two instants (first, last); default: the whole run [time]. An end within rounding of a
+            jump of the force is at it, and has both of its limits; where the run ends, that before.
 
         Returns
         -------
@@ -405,8 +412,9 @@ class Trajectory(HasPicture):
         >>> run.extremes("stop_force").minimum < -2.0
         True
         """
-        span = span_within(between, self.t0, self.t_end)
-        return extremes_of_motion(self.system, self._motion_record, span, of, stop)
+        record, span = self._motion_record, span_within(between, self.t0, self.t_end)
+        span = window_at_jumps(record.events, record.marks, span, self.t_end)
+        return extremes_of_motion(self.system, record, span, of, stop)
 
     def within(self, instants: Floats) -> Floats:
         """Return times moved into the run where only their rounding lies outside."""

@@ -88,14 +88,15 @@ def balanced(matrix: Floats) -> Floats:
 
 
 def dot(a: Floats, b: Floats) -> float:
-    """Return the sum of the products of two vectors' entries.
+    """Return the sum of the products of two vectors' entries; inf where it is beyond all floats.
 
     Examples
     --------
     >>> dot(np.array([1.0, 2.0]), np.array([3.0, 4.0]))
     11.0
     """
-    return float((a * b).sum())
+    with np.errstate(over="ignore"):
+        return float((a * b).sum())
 
 
 def norm(a: Floats) -> float:

@@ -239,6 +239,7 @@ def design(
     wanted = _wanted(outcome, goal, subject_to or {}, model, of_orbit=on_orbit)
     box = _box((model, own_force), begin, free)
     restarts = whole("restarts", restarts, 0, MOST_RESTARTS)
+    seed = whole("seed", seed, 0, math.inf)
     given = {path: as_float(get_parameter(model, own_force, begin, path)) for path in box}
     line = Progress(progress, MOST_MOTIONS * (restarts + 1), "motions", is_bound=True)
     try:

@@ -247,8 +247,11 @@ def _axes_of(data: xr.Dataset, name: str, over: object, n_axes: int) -> list[str
         return known[:n_axes]
     asked: list[Any] = list(over) if isinstance(over, list | tuple) else [over]
     if not all(one in known for one in asked) or not len(asked) == len(set(asked)) == n_axes:
-        each = "one" if n_axes == 1 else f"{n_axes} different ones"
-        raise ParameterError("over", over, f"not {each} of {', '.join(known)}")
+        if n_axes == 1:
+            reason = f"not the path of a parameter of the data; these are {', '.join(known)}"
+            raise ParameterError("over", asked[0], reason)
+        reason = f"not {n_axes} different parameters of the data; these are {', '.join(known)}"
+        raise ParameterError("over", over, reason)
     return asked
 
 

@@ -18,6 +18,7 @@ from percuss.errors import ParameterError
 from percuss.model.oscillator import On, Oscillator
 from percuss.model.units import Units
 from percuss.motion.eigenset import resonant_frequency
+from percuss.motion.entries import entry_rows
 from percuss.motion.spectrum import spectrum
 from percuss.motion.structures import StructureTrajectory
 from percuss.motion.trajectory import Trajectory
@@ -501,7 +502,7 @@ def plot_staircase(
     units = units_of(units, met.units)
     times = run.impacts.t
     if len(times) == 0:
-        times = run.crossings.t[run.crossings.direction == "in"]
+        times = run.crossings.t[entry_rows(run)]
     k = np.arange(1, len(times) + 1)
     ahead = (times - run.t0) - k * spacing
     with picture(ax, labels=(xlabel, ylabel)) as ax:

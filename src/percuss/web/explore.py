@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from percuss.arrays import Flags, Floats
 from percuss.model.exact import as_float
 from percuss.motion.energetics import forces_at
+from percuss.motion.entries import entry_rows
 from percuss.motion.impact_times import classify_impact_times
 from percuss.motion.simulate import simulate
 from percuss.motion.spectrum import fast_amplitudes
@@ -118,7 +119,7 @@ def answer_explore(request: PageRequest, running: RunningRequest | None = None) 
         **header_of_run(request, run, window, period, motion_of(study).limits.max_impacts),
         "n_impacts": len(run.impacts),
         "n_crossings": len(run.crossings),
-        "n_entries": int((run.crossings.direction == "in").sum()),
+        "n_entries": len(entry_rows(run)),
         "impact_times": _class_of(run),
         "contacts": _contacts(run),
         "elements": elements_of_oscillator(study.oscillator, study.forcing),
@@ -277,7 +278,7 @@ def _section(run: Trajectory) -> dict[str, Floats]:
             "impulse": impacts.impulse[last],
             "event_t": impacts.t[last],
         }
-    entered = np.flatnonzero(run.crossings.direction == "in")[-SHOWN_IMPACTS:]
+    entered = entry_rows(run)[-SHOWN_IMPACTS:]
     t = run.crossings.t[entered]
     period = run.forcing.period if run.forcing is not None else None
     cycle = np.mod(t / period, 1.0) if period else np.zeros(len(t))

@@ -11,6 +11,7 @@ import numpy as np
 from percuss.arrays import Floats
 from percuss.errors import PercussError
 from percuss.model.oscillator import SoftStop, Wall
+from percuss.motion.entries import entry_rows
 from percuss.motion.trajectory import Outcome, Trajectory
 from percuss.orbits import PeriodicOrbit
 from percuss.orbits.finding.find import find_orbit
@@ -267,7 +268,7 @@ def _returns(run: Trajectory, period: float) -> Iterator[Return]:
 
 def _entries(run: Trajectory) -> tuple[Floats, Floats]:
     """Return times and velocities after impacts and at entries into soft stops, in order."""
-    entered = run.crossings.direction == "in"
+    entered = entry_rows(run)
     t = np.concatenate([run.impacts.t, run.crossings.t[entered]])
     v = np.concatenate([run.impacts.v_after, run.crossings.v[entered]])
     order = np.argsort(t, kind="stable")

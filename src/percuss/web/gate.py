@@ -11,7 +11,7 @@ from starlette.requests import HTTPConnection
 from starlette.responses import JSONResponse, RedirectResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from percuss.web.request import MOST_BYTES
+from percuss.web.request import MOST_RECORD_BYTES
 
 __all__ = ["TOKEN", "Gate"]
 
@@ -118,8 +118,8 @@ class _TooLargeError(Exception):
 async def _body(connection: HTTPConnection, receive: Receive) -> bytes:
     """Return the body of a request, counted as it arrives: its header may be wrong."""
     length = connection.headers.get("content-length", "")
-    if length.isdecimal() and len(length) < 20 and int(length) > MOST_BYTES:
-        raise _TooLargeError(f"a request of {length} bytes; {MOST_BYTES} are the most")
+    if length.isdecimal() and len(length) < 20 and int(length) > MOST_RECORD_BYTES:
+        raise _TooLargeError(f"a request of {length} bytes; {MOST_RECORD_BYTES} are the most")
     body = bytearray()
     more = True
     while more:
@@ -127,8 +127,10 @@ async def _body(connection: HTTPConnection, receive: Receive) -> bytes:
         if message["type"] != "http.request":
             break
         body += message.get("body", b"")
-        if len(body) > MOST_BYTES:
-            raise _TooLargeError(f"a request of more than {MOST_BYTES} bytes, which are the most")
+        if len(body) > MOST_RECORD_BYTES:
+            raise _TooLargeError(
+                f"a request of more than {MOST_RECORD_BYTES} bytes, which are the most"
+            )
         more = message.get("more_body", False)
     return bytes(body)
 

@@ -21,8 +21,8 @@ from percuss.studies.tables import StudyFaults
 from percuss.web.scheduler import Task
 
 __all__ = [
-    "MOST_BYTES",
     "MOST_DIGITS",
+    "MOST_RECORD_BYTES",
     "BadRequest",
     "PageRequest",
     "PartialProgress",

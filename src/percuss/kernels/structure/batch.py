@@ -64,6 +64,7 @@ from percuss.kernels.record import (
 from percuss.kernels.structure.basis import (
     DRAG,
     IS_ON,
+    IS_WALL,
     QUICKEST,
     STEP_LENGTH,
     Basis,
@@ -619,6 +620,11 @@ def carry_tangents(
         kept = 0.0
     # What a contact leaves of a perturbation may be rounding alone.
     orthonormalise(space.place, space.logs, FORGOTTEN if kept == 0.0 else 0.0)
+    if events[row + 1, EVENT_T] < members.plans[i, SINCE]:
+        # Before the time that is measured others are taken for those that a wall has taken.
+        kept = 1.0 if kept == 0.0 else kept
+        if not is_held(sets, marks[row + 1, NEXT_REGION]):
+            renew(space.place, space.logs)
     values = members.values[i]
     lost = logarithm(kept) if kept > 0.0 else -math.inf
     values[SHRUNK] += 2.0 * lost
@@ -628,6 +634,54 @@ def carry_tangents(
         for j in range(space.place.shape[1]):
             members.tangents[i, 0, j, c] = space.place[0, j, c]
             members.tangents[i, 1, j, c] = space.place[1, j, c]
+
+
+@kernel
+def is_held(sets: Sets, b: int) -> bool:
+    """Return whether a wall holds the structure in a set."""
+    for i in range(sets.stops.shape[0]):
+        if sets.stops[i, IS_WALL] == 1.0 and sets.keys[b] & (1 << i):
+            return True
+    return False
+
+
+@kernel
+def renew(place: Floats, logs: Floats) -> None:
+    """Put unit vectors orthogonal to all others, (2, n, c), in place of those that were lost."""
+    for c in range(logs.shape[0]):
+        if logs[c] > -math.inf:
+            continue
+        part = 0
+        which = 0
+        most = -1.0
+        for i in range(2):
+            for j in range(place.shape[1]):
+                left = 1.0
+                for other in range(logs.shape[0]):
+                    left -= place[i, j, other] * place[i, j, other]
+                if left > most:
+                    part = i
+                    which = j
+                    most = left
+        place[part, which, c] = 1.0
+        for _ in range(2):
+            for other in range(logs.shape[0]):
+                if other == c:
+                    continue
+                along = 0.0
+                for j in range(place.shape[1]):
+                    along += place[0, j, c] * place[0, j, other]
+                    along += place[1, j, c] * place[1, j, other]
+                for j in range(place.shape[1]):
+                    place[0, j, c] -= along * place[0, j, other]
+                    place[1, j, c] -= along * place[1, j, other]
+        size = 0.0
+        for j in range(place.shape[1]):
+            size = hypotenuse(size, hypotenuse(place[0, j, c], place[1, j, c]))
+        for j in range(place.shape[1]):
+            place[0, j, c] /= size
+            place[1, j, c] /= size
+        logs[c] = 0.0
 
 
 @kernel

@@ -29,6 +29,8 @@ from percuss.kernels.structure.next_event import next_event
 from percuss.kernels.structure.run import (
     StructureRun,
     begin_flight,
+    decompose,
+    displace,
     restitution,
     speed_of,
     value_of,
@@ -168,7 +170,7 @@ def trace(run: StructureRun, gauge: Gauge, span: Pair, progress: Floats, rows: F
     event than before. Called again where the rows were filled, it goes on.
     """
     count = 0
-    while count + 3 <= rows.shape[0]:
+    while count + 4 <= rows.shape[0]:
         stretch = int(progress[STRETCH])
         row = stretch // 2
         if row >= run.events.shape[0] or run.events[row, EVENT_T] > span[1]:
@@ -223,9 +225,32 @@ def trace(run: StructureRun, gauge: Gauge, span: Pair, progress: Floats, rows: F
         value = derivatives(flight, OBSERVED, longest, False)[0]
         note_trace(rows, count, t + ends, value, 0.0, END)
         count += 1
+        if stretch % 2 == 1 and ends == last:
+            set_out(run, stretch, ends, progress)
+            count = note_end_of_tail(run, gauge, stretch, rows, count)
         progress[STRETCH] += 1.0
         progress[INSIDE] = 0.0
     return count
+
+
+@kernel
+def note_end_of_tail(
+    run: StructureRun, gauge: Gauge, stretch: int, rows: Floats, count: int
+) -> int:
+    """Write an observable where the hops end, at the present instant; return how many rows then.
+
+    All forces still act there, and the contact has not begun.
+    """
+    row = stretch // 2
+    free = run.marks[row, NEXT_REGION]
+    if gauge.acts[free] == 0.0:
+        return count
+    place = run.scratch[6, : run.sets.offset.shape[1]]
+    displace(run.sets, run.marks[row + 1, NEXT_REGION], run.begin, place)
+    decompose(run.sets, free, place, run.begin)
+    flight = gauge_flight(run, gauge, free)
+    note_trace(rows, count, run.events[row + 1, EVENT_T], value_of(flight, OBSERVED), 0.0, END)
+    return count + 1
 
 
 @kernel

@@ -19,6 +19,7 @@ from percuss.orbits.bifurcations.special_points import SpecialPoint
 from percuss.orbits.continuation.follow import special_points_of
 from percuss.orbits.continuation.problem import P, Point
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+from percuss.orbits.orbit.table_units import with_units
 from percuss.pictures import HasPicture
 
 if TYPE_CHECKING:
@@ -185,7 +186,7 @@ class Branch(BranchRows[PeriodicOrbit], HasTable):
 
         special = self.special_points
         row = ("point", "impact")
-        return xarray.Dataset(
+        table = xarray.Dataset(
             {
                 "value": ("point", self.values, {"long_name": self.path}),
                 "period": ("point", self.period),
@@ -206,6 +207,7 @@ class Branch(BranchRows[PeriodicOrbit], HasTable):
             },
             attrs={"path": self.path, "end_reason": self.end_reason},
         )
+        return with_units(table, self.path, self.orbits[0])
 
     def to_pandas(self) -> DataFrame:
         """Return the orbits as a pandas.DataFrame, a row for each.

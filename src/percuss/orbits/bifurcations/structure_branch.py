@@ -38,6 +38,7 @@ from percuss.orbits.orbit.structure_orbit import (
     period_of,
 )
 from percuss.orbits.orbit.symmetry import MIRRORED, is_symmetric_structure
+from percuss.orbits.orbit.table_units import with_units
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -219,7 +220,7 @@ class StructureBranch(StructureRows, BranchRows[StructureOrbit]):
         special = np.full(len(self), "", dtype="<U20")
         for point in self.special_points:
             special[point.row] = point.kind
-        return xarray.Dataset(
+        table = xarray.Dataset(
             {
                 "value": ("point", self.values, {"long_name": self.path}),
                 "amplitude": (("point", "coordinate"), self.amplitude),
@@ -232,6 +233,7 @@ class StructureBranch(StructureRows, BranchRows[StructureOrbit]):
             },
             attrs={"path": self.path, "end_reason": self.end_reason},
         )
+        return with_units(table, self.path, self.orbits[0])
 
     def to_pandas(self) -> DataFrame:
         """Return the columns that have one number a row as a pandas.DataFrame."""

@@ -189,6 +189,7 @@ abs(multipliers) 0.5843, 0.5843>
                 reason = "of a structure the orbit near a guess is found, with the impacts it has"
                 raise ParameterError(name, value, reason)
         return find_structure_orbit(osc, force, guess, n_periods)
+    seed = whole("seed", seed, 0, math.inf)
     n_impacts, n_periods = _counts(n_impacts, n_periods)
     system = System.of(osc, force)
     _check(system, n_impacts, sequence)
@@ -336,6 +337,7 @@ def find_orbits(
     1 1 False
     2 2 True
     """
+    seed = whole("seed", seed, 0, math.inf)
     if isinstance(osc, Structure):
         return find_structure_orbits(
             osc, force, max_impacts, max_periods, seed,

@@ -18,6 +18,7 @@ from percuss.kernels.shooting import AFTER, AT, BEFORE
 from percuss.model.exact import as_float
 from percuss.model.oscillator import Oscillator, Wall
 from percuss.model.system import System
+from percuss.motion.entries import entry_rows
 from percuss.motion.impact_times import classify_impact_times
 from percuss.motion.trajectory import Trajectory
 from percuss.numerics import power
@@ -360,9 +361,8 @@ def counts_of_run(run: Trajectory) -> tuple[float, int]:
 
     With contact in its last repetition it is sticking: infinitely many impacts.
     """
-    entries = run.crossings.t[run.crossings.direction == "in"]
     # Of a run that meets both kinds of stop the entries are impacts of the orbit too.
-    times = np.unique(np.concatenate([run.impacts.t, entries]))
+    times = np.unique(np.concatenate([run.impacts.t, run.crossings.t[entry_rows(run)]]))
     pattern = classify_impact_times(times, run.oscillator, run.forcing)
     n_periods = pattern.n_periods or 1
     if run.forcing is not None and run.forcing.period is not None and len(run.contacts):

@@ -105,7 +105,7 @@ def solve(system: System, guess: Itinerary) -> Solution:
         The last iterate, converged or not.
     """
     events, law = guess.events, system.law
-    equations = _Equations(law, events, guess.n_periods * float(law[0, PERIOD]))
+    equations = _Equations(law, events, guess.n_periods)
     unknowns, size = equations.improved(guess.vector)
     for i, (bound, before, _) in enumerate(events.tolist()):
         if factor(law, before, bound, 0.0) == 0.0:
@@ -123,9 +123,10 @@ def solve(system: System, guess: Itinerary) -> Solution:
 class _Equations:
     """The equations of an itinerary, with the workspace of the kernels."""
 
-    def __init__(self, law: Law, events: Integers, period: float) -> None:
-        self.law, self.events, self.period = law, events, period
+    def __init__(self, law: Law, events: Integers, n_periods: int) -> None:
+        self.law, self.events, self.n_periods = law, events, n_periods
         self.n = len(events)
+        period = n_periods * float(law[0, PERIOD])
         harmonics = int(law[0, N_HARMONICS])
         size = 2 * self.n + 1
         self.problem = ShootingProblem(law, events, period, *np.empty((2, harmonics, 2)))
@@ -138,6 +139,23 @@ class _Equations:
     def at(self, unknowns: Floats) -> None:
         """Set scaled residuals and Jacobian."""
         self.iterated(unknowns, np.empty_like(unknowns), 0)
+        if self.starts_from_rest(unknowns):
+            # The kernels take 1 as the scale of velocities that are all zero.
+            _, speed = self.scales(unknowns)
+            self.residual[:-1] /= speed
+            self.matrix[:-1] /= speed
+            self.matrix[:, 1 + self.n :] *= speed
+
+    def starts_from_rest(self, unknowns: Floats) -> bool:
+        """Return whether every flight does, as after plastic impacts."""
+        return not unknowns[1 + self.n :].any()
+
+    def advance(self, unknowns: Floats, step: Floats) -> float:
+        """Add a scaled step to the unknowns, as the kernels do; return its size."""
+        if self.starts_from_rest(unknowns):
+            step = step.copy()
+            step[1 + self.n :] *= self.scales(unknowns)[1]
+        return float(advance(unknowns, step, self.n))
 
     def improved(self, unknowns: Floats) -> tuple[Floats, float]:
         """Return the best iterate, and its largest scaled residual."""
@@ -148,15 +166,19 @@ class _Equations:
             if size < least or least == math.inf:
                 least, best = size, iterate_.copy()
             if why != SINGULAR or steps == 0:
-                return best, least
+                break
             # A step of least norm has no part along the smallest singular values.
             self.at(unknowns)
             if not is_finite(self.matrix, self.residual):
-                return best, least
+                break
             step = least_squares(self.matrix, -self.residual, WEAK)
             steps -= 1
-            if advance(unknowns, step, self.n) < SMALLEST_STEP:
-                return best, least
+            if self.advance(unknowns, step) < SMALLEST_STEP:
+                break
+        if math.isfinite(least) and self.starts_from_rest(best):
+            self.at(best)
+            least = float(np.abs(self.residual).max())
+        return best, least
 
     def largest(self, unknowns: Floats) -> float:
         """Return the largest residual, unscaled."""
@@ -166,9 +188,16 @@ class _Equations:
         return float(np.abs(self.residual * rows).max())
 
     def scales(self, unknowns: Floats) -> tuple[float, float]:
-        """Return the scales of time and velocity, as the kernels take them."""
+        """Return the scales of time and velocity, as the kernels take them.
+
+        Where every flight starts from rest the scale is the velocity with which they end.
+        """
         time = float(np.abs(unknowns[1 : 1 + self.n]).mean())
-        return time or 1.0, float(np.abs(unknowns[1 + self.n :]).max()) or 1.0
+        speed = float(np.abs(unknowns[1 + self.n :]).max())
+        if self.starts_from_rest(unknowns) and time > 0.0:
+            itinerary = Itinerary.of_vector(self.events, unknowns, self.n_periods)
+            speed = float(np.abs(_record(self.law, itinerary)[0][1:, columns.V_BEFORE]).max())
+        return time or 1.0, speed or 1.0
 
     def stands_still(self, unknowns: Floats) -> bool:
         """Return whether a flight has zero duration, which solves its equation too.
@@ -210,7 +239,7 @@ class _Equations:
 
     def _has_neighbour(self, unknowns: Floats, direction: Floats) -> bool:
         guess = unknowns.copy()
-        advance(guess, ALONG * direction, self.n)
+        self.advance(guess, ALONG * direction)
         neighbour, size = self.improved(guess)
         scale = np.repeat(self.scales(unknowns), [1 + self.n, self.n])
         distance = float(np.abs((neighbour - unknowns) / scale).max())

@@ -24,6 +24,7 @@ from percuss.model.structure import Structure
 from percuss.model.system import System
 from percuss.motion.tables import HasTable
 from percuss.orbits.bifurcations.structure_branch import AnyBranch
+from percuss.orbits.orbit.table_units import with_units
 from percuss.orbits.responses.families import Families, Range, SeenAttractor
 from percuss.orbits.responses.oscillator_families import OscillatorFamilies
 from percuss.orbits.responses.response_search import search_families
@@ -195,7 +196,10 @@ class Response(HasPicture, HasTable):
         }
         columns = rows_of(self.path, self.branches, quantities)
         columns |= special_rows_of(self.branches) | attractor_rows_of(self.attractors)
-        return xarray.Dataset(columns, attrs={"path": self.path, "complete": int(self.complete)})
+        table = xarray.Dataset(columns, attrs={"path": self.path, "complete": int(self.complete)})
+        if not self.branches:
+            return table
+        return with_units(table, self.path, self.branches[0].orbits[0])
 
 
 def response_curve(
@@ -276,7 +280,7 @@ def response_curve(
     ['period_doubling', 'fold']
     """
     families = _checked(osc, force, over, on)
-    n_seeds = whole("n_seeds", n_seeds, 1)
+    seed, n_seeds = whole("seed", seed, 0, math.inf), whole("n_seeds", n_seeds, 1)
     counts = whole("max_impacts", max_impacts, 1), whole("max_periods", max_periods, 1)
     attractors, complete = search_families(families, counts, seed, n_seeds, progress)
     return _response(families, counts, attractors, complete=complete, on=on)

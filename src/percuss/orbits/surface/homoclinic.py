@@ -113,8 +113,8 @@ def homoclinic_orbits(
     >>> float(abs(found.coordinates).max().round(3))
     0.737
     """
-    refuse_record(orbit.forcing, "a homoclinic orbit", "it is sought under harmonics alone")
     check_saddle(orbit)
+    refuse_record(orbit.forcing, "a homoclinic orbit", "it is sought under harmonics alone")
     most_orbits = whole("most_orbits", most_orbits, 1)
     most_impacts = whole("most_impacts", most_impacts, 1)
     if stop is None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, ClassVar, Literal, TypeAlias
 
@@ -411,9 +411,10 @@ def singularity_set(
     """Return the states of an impact surface that lead to a grazing impact (zero velocity).
 
     There the impact map jumps, and has a square root on one side. Each graze, at any instant at
-    which the force leads the mass off the stop, is followed back in closed form to the impacts
-    before it, the first of which is the state; no event of the motion back is missed. So a curve
-    has no false parts. It ends where its motion grazes twice.
+    which the force leads the mass off the stop, or back into a soft stop whose edge it grazes from
+    inside, is followed back in closed form to the impacts before it, the first of which is the
+    state; no event of the motion back is missed. So a curve has no false parts. It ends where its
+    motion grazes twice.
 
     Parameters
     ----------
@@ -486,14 +487,23 @@ def singularity_set(
     grazed = [k for k, other in enumerate(osc.stops) if isinstance(other, Wall) or k == stop]
     curves: list[SingularityCurve] = []
     for k in grazed if touched is None else [touched]:
-        met, x = entry(osc, k), as_float(osc.stops[k].at)
-        tracer = Tracer(motions, x, met, met_stop, n_iterates, longest)
-        constant = constant_force(motions.law, row_of_region(motions.law, met.before), x)
-        for interval in grazing_intervals(motions.law, constant, -met.sign):
-            parts = stretches(tracer, interval, period, spacing, max_points)
-            curves += [_curve(k, part, period) for part in parts]
+        x = as_float(osc.stops[k].at)
+        for met in _sides(osc, k):
+            tracer = Tracer(motions, x, met, met_stop, n_iterates, longest)
+            constant = constant_force(motions.law, row_of_region(motions.law, met.before), x)
+            for interval in grazing_intervals(motions.law, constant, -met.sign):
+                parts = stretches(tracer, interval, period, spacing, max_points)
+                curves += [_curve(k, part, period) for part in parts]
     curves.sort(key=lambda curve: (curve.iterate, curve.touched))
     return SingularitySet(osc, force, stop, tuple(curves))
+
+
+def _sides(osc: Oscillator, stop: int) -> list[Entry]:
+    """Return the events of grazing a stop: from its free side, and a soft one from inside."""
+    met = entry(osc, stop)
+    if isinstance(osc.stops[stop], Wall):
+        return [met]
+    return [met, replace(met, before=met.after, after=met.before, sign=-met.sign)]
 
 
 def _check(

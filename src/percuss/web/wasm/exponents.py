@@ -13,17 +13,19 @@ from percuss.ensembles.decisions import (
     ERROR,
     LARGEST,
     ORBIT_PERIODS,
+    SMALLEST,
     drift_of_points,
     exponents_of_points,
     orbit_exponents,
     period_of_points,
+    rounding_of,
     sign_of_exponent,
 )
 from percuss.ensembles.lyapunov import LONGEST
 from percuss.kernels.arithmetic import hypotenuse
 from percuss.kernels.compile import kernel
 from percuss.kernels.law_columns import PERIOD
-from percuss.kernels.observables import END_V, END_X, FIRST, STROBES, TANGENTS
+from percuss.kernels.observables import END_V, END_X, FIRST, IMPACTS, STROBES, TANGENTS
 from percuss.kernels.record import AT_REST, REACHED_END
 from percuss.web.facts import PERIODS, TRANSIENT
 from percuss.web.wasm.basins import Space, follow_from
@@ -45,10 +47,12 @@ def largest_exponent(space: Space, start: Floats, out: Floats) -> bool:
     if status not in (REACHED_END, AT_REST):
         return False
     exponents_of_points(space.points, until - since, every, space.rates, space.exponents)
-    out[OUT_VALUE] = space.exponents[LARGEST]
+    out[OUT_VALUE] = max(space.exponents[LARGEST], space.exponents[SMALLEST])
     drift = drift_of_points(space.points, every, space.rates)
     out[OUT_ERROR] = hypotenuse(space.exponents[ERROR], drift)
     if math.isfinite(space.points[BLOCKS, FIRST]):
+        size = max(abs(space.points[0, FIRST]), abs(space.points[BLOCKS, FIRST]))
+        out[OUT_ERROR] += rounding_of(2.0 * space.values[IMPACTS], size) / (until - since)
         of_orbit(space, until, period, out)
     out[OUT_SIGN] = sign_of_exponent(out[OUT_VALUE], out[OUT_ERROR], PERIODS, period)
     return True
@@ -66,6 +70,8 @@ def of_orbit(space: Space, t: float, period: float, out: Floats) -> None:
     step = period * n_periods
     follow_from(space, x, v, t, (t, step, t + ORBIT_PERIODS * step), TANGENTS)
     points = space.points[: ORBIT_PERIODS + 1]
-    if orbit_exponents(points, step, (TRANSIENT + PERIODS) / n_periods, space.exponents):
+    so_far = (TRANSIENT + PERIODS) / n_periods
+    n_events = 2.0 * space.values[IMPACTS] / ORBIT_PERIODS
+    if orbit_exponents(points, step, so_far, n_events, space.exponents):
         out[OUT_VALUE] = space.exponents[0]
         out[OUT_ERROR] = space.exponents[2]

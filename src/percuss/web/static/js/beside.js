@@ -2,7 +2,7 @@
 
 import { element } from "./dom.js";
 import { axesOf } from "./models.js";
-import { Plot } from "./plots.js";
+import { MOTION, PORTRAIT, Plot } from "./plots.js";
 
 // Forcing periods that are seen of it.
 const SHOWN = 12;
@@ -12,8 +12,8 @@ const POINTS = 3000;
 export class Beside {
   constructor(app) {
     this.app = app;
-    this.portrait = new Plot({ title: "Motion at the pointer", x: "displacement x", y: "velocity v", kind: "portrait", names: ["x", "v"], about: "the phase portrait of the motion at the pointer" });
-    this.motion = new Plot({ title: "Displacement", x: "time t", y: "displacement x", kind: "line", names: ["t", "x"], about: "the end of the motion at the pointer" });
+    this.portrait = new Plot({ ...PORTRAIT, about: "the phase portrait of the motion at the pointer" });
+    this.motion = new Plot({ ...MOTION, about: "the end of the motion at the pointer" });
     this.root = element("div", { class: "beside" }, this.portrait.root, this.motion.root);
     this.clear();
   }

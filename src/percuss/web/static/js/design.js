@@ -5,7 +5,7 @@ import { choiceField, numberField } from "./fields.js";
 import { FreeParameters } from "./free.js";
 import { Job } from "./job.js";
 import { axesOf, pathsOf, startAt } from "./models.js";
-import { Plot } from "./plots.js";
+import { MOTION, PORTRAIT, Plot } from "./plots.js";
 import { isTable, put, settingsOf } from "./state.js";
 
 const HINT = "Tick what may change and give its range; choose what shall be best, and keep other outcomes within limits. SciPy's SLSQP searches with exact derivatives, from the setting of Explore and from others in the ranges. Two outcomes give a front: designs of which neither can be better without the other being worse.";
@@ -40,8 +40,8 @@ export class Design {
 
   #plots() {
     this.front = new Plot({ title: "Front", x: "", y: "", kind: "points", names: ["first outcome", "second outcome"], about: "the designs of the front, the second outcome over the first" });
-    this.motion = new Plot({ title: "Motion at the best setting", x: "time t", y: "displacement x", kind: "line", names: ["t", "x"], about: "of an orbit one period; of a front its first design" });
-    this.portrait = new Plot({ title: "Phase portrait", x: "displacement x", y: "velocity v", kind: "portrait", names: ["x", "v"], about: "velocity over displacement" });
+    this.motion = new Plot({ ...MOTION, title: "Motion at the best setting", about: "of an orbit one period; of a front its first design" });
+    this.portrait = new Plot({ ...PORTRAIT, about: "velocity over displacement" });
     this.front.root.classList.add("broad");
     this.front.root.hidden = true;
     this.plots = [this.front, this.motion, this.portrait];
@@ -174,11 +174,12 @@ export class Design {
       it[name] = value;
       this.#keep();
     }, { mayBeEmpty: true });
+    const label = `limit of ${wordsOf(it.outcome)}`;
     const remove = button("remove", () => {
       this.limits = this.limits.filter((other) => other !== it);
       this.#set({});
-    }, { "aria-label": `remove the limit of ${wordsOf(it.outcome)}` });
-    return element("div", { role: "group", "aria-label": `limit of ${wordsOf(it.outcome)}` }, element("span", { class: "ends" }, choice, end("low", "at least"), end("high", "at most"), remove));
+    }, { "aria-label": `remove the ${label}` });
+    return element("div", { role: "group", "aria-label": label }, element("span", { class: "ends" }, choice, end("low", "at least"), end("high", "at most"), remove));
   }
 
   #receive(header, arrays) {

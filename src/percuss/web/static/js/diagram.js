@@ -318,21 +318,19 @@ export class Diagram extends JobView {
   #drawPoints(header, of) {
     this.families = null;
     const parts = this.levels.flatMap(({ header: it, arrays }) => [[it, arrays.value, arrays[of], "--curve"], [it, arrays.value, arrays[`${of}_backward`], "--orbit"]]).filter(([, , y]) => y);
-    const ends = parts.map(([, , y]) => endsOf(y));
-    const [low, high] = [Math.min(...ends.map((it) => it[0])), Math.max(...ends.map((it) => it[1]))];
+    const [low, high] = endsOf(parts.flatMap(([, , y]) => endsOf(y)));
     const pad = 0.05 * (high - low) || 1;
     const total = parts.reduce((sum, [, , y]) => sum + y.length, 0);
-    const isSparse = this.levels.reduce((sum, { arrays }) => sum + arrays.value.length, 0) < 2000;
+    const count = this.levels.reduce((sum, { arrays }) => sum + arrays.value.length, 0);
     this.plot.show(
-      parts.map(([it, x, y, colour]) => ({ kind: "density", x, y, rows: it.n_points, isSparse, colour })),
+      parts.map(([it, x, y, colour]) => ({ kind: "density", x, y, rows: it.n_points, isSparse: count < 2000, colour })),
       this.#here(),
-      low <= high ? { x: [header.low, header.high], y: [low - pad, high + pad] } : { x: [header.low, header.high], y: [-1, 1] },
+      { x: [header.low, header.high], y: low <= high ? [low - pad, high + pad] : [-1, 1] },
       this.app.views.explore.panel.isHeld,
     );
     if (!(low <= high)) this.plot.say("no motion stays within bounds");
     this.legend.replaceChildren(element("li", {}, `${total.toLocaleString("en")} points`), ...(this.current.follow === "both" ? [swatchOf("--curve", "upwards"), swatchOf("--orbit", "downwards")] : []), element("li", {}, "click a point to open it in Explore"), ...this.#legendHere());
     const { failed, reason } = this.levels.at(-1).header;
-    const count = this.levels.reduce((sum, { arrays }) => sum + arrays.value.length, 0);
     if (failed > 0) this.legend.append(element("li", { class: "fault" }, `${failed} of ${count} values have no motion: ${reason}`));
   }
 

@@ -91,6 +91,15 @@ export function watchDrops(target, take) {
 /** Return whether a file is a study. */
 export const isStudyFile = (file) => file.name.toLowerCase().endsWith(".toml");
 
+/** Return a hidden field that asks for a file when it is clicked, for the same one again too; `take` gets it. */
+export function fileField(label, take, accept = ".csv,.txt,.tsv,text/csv,text/plain") {
+  const field = element("input", {
+    type: "file", accept, hidden: true, "aria-label": label,
+    onclick: () => (field.value = ""), onchange: () => field.files[0] && take(field.files[0]),
+  });
+  return field;
+}
+
 /** Return the text of a file, as spreadsheets of any age encode it. */
 export async function textOf(file) {
   const bytes = new Uint8Array(await file.arrayBuffer());
@@ -102,5 +111,5 @@ export async function textOf(file) {
   }
 }
 
-/** Return the name of a quantity in words. */
-export const wordsOf = (name) => name.replaceAll("_", " ").replace("lyap", "Lyap");
+/** Return the name of a quantity in words; stops are counted from 1. */
+export const wordsOf = (name) => name.replaceAll("_", " ").replace("lyap", "Lyap").replace(/\d+$/, (k) => Number(k) + 1);

@@ -6,7 +6,7 @@ import { button, element, shown } from "./dom.js";
 import { Facts } from "./facts.js";
 import { axesOf, differences } from "./models.js";
 import { OscillatorPicture } from "./oscillator_picture.js";
-import { Plot } from "./plots.js";
+import { MOTION, PORTRAIT, Plot } from "./plots.js";
 import { after, between, endsOf } from "./scales.js";
 import { put } from "./state.js";
 import { FORCES, IMPACTS, showForces } from "./stop_forces.js";
@@ -64,13 +64,13 @@ export class Explore {
 
   #plots() {
     this.motion = new Plot({
-      title: "Displacement", x: "time t", y: "displacement x", kind: "line", names: ["t", "x"], isTime: true,
+      ...MOTION, isTime: true,
       about: "x(t); dashed: the stops",
       onZoom: (zoom) => this.#zoomTime(zoom),
       onHover: (index) => this.#peek("t", index),
     });
     this.portrait = new Plot({
-      title: "Phase portrait", x: "displacement x", y: "velocity v", kind: "portrait", names: ["x", "v"],
+      ...PORTRAIT,
       about: "velocity over displacement, pale in the first half of the run; at an impact the velocity jumps",
       onZoom: (zoom) => this.app.keepZoom("portrait", zoom),
       onHover: (index) => this.#peek("portrait_t", index),

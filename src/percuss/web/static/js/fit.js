@@ -1,6 +1,6 @@
 // A record and the parameters fitted to it.
 
-import { button, element, fillTable, form, isStudyFile, say, textOf, watchDrops, wordsOf } from "./dom.js";
+import { button, element, fileField, fillTable, form, isStudyFile, say, textOf, watchDrops, wordsOf } from "./dom.js";
 import { count } from "./facts.js";
 import { checkField, choiceField, numberField } from "./fields.js";
 import { FreeParameters } from "./free.js";
@@ -11,7 +11,6 @@ import { isTable, put } from "./state.js";
 
 const HINT = "A table with a column t (or time) and one of displacement (x), velocity (v), acceleration (a), stop_force or impact_times, as loggers write it: commas, semicolons or tabs; units such as Time (ms) are converted into those of the model. Tick what is not known: its slider is the guess, or give a range in which it is looked for.";
 const COLOURS = { samples: "--faint", fit: "--curve", impacts: "--orbit" };
-const NAMES = { impact_times: "flight before each impact" };
 const COLUMNS = { t: "instants", noise: "noise of each value" };
 // Of a table, in a link: longer ones are loaded anew.
 const MOST_LINKED = 56_000;
@@ -31,7 +30,7 @@ export class Fit {
     this.current = null;
     this.quantity = "";
     this.choice = element("div", { class: "tools", hidden: true });
-    this.file = element("input", { type: "file", accept: ".csv,.txt,.tsv,text/csv,text/plain", "aria-label": "table of measurements", hidden: true, onchange: () => this.#read(this.file.files[0]) });
+    this.file = fileField("table of measurements", (file) => this.#read(file));
     this.told = element("p", { class: "hint", role: "status" });
     this.chooser = element("details", { class: "columns", hidden: true });
     this.fault = element("p", { class: "fault", role: "alert" });
@@ -138,10 +137,7 @@ export class Fit {
   }
 
   #fields() {
-    const load = button("Load a record", () => {
-      this.file.value = "";
-      this.file.click();
-    }, { title: "a table of measurements, as a file; or drop it here" });
+    const load = button("Load a record", () => this.file.click(), { title: "a table of measurements, as a file; or drop it here" });
     const noise = numberField("noise (empty: estimated)", this.noise ?? "", (value) => {
       this.noise = value;
       this.#keep();
@@ -157,7 +153,6 @@ export class Fit {
   }
 
   async #read(file) {
-    if (!file) return;
     this.job.clear();
     this.#forget();
     this.isRecord = false;
@@ -182,7 +177,7 @@ export class Fit {
         if (header.fault) return complain(header.fault);
         this.isRecord = true;
         this.columns = header.columns;
-        this.told.textContent = `${name}: ${count(header.n, "value")} of ${header.quantities.map(wordsOf).join(", ")}`;
+        this.told.textContent = `${name}: ${count(header.n, "value")} of ${header.quantities.map(wordsOf).join(", ")}${csv.length > MOST_LINKED ? "; too long for a link" : ""}`;
         this.fault.textContent = "";
         this.#keep();
         this.#draw(header, arrays);
@@ -249,17 +244,17 @@ export class Fit {
     const { study } = this.app.store.value;
     const name = this.quantity;
     const [t, y, curveT, curveY, residual] = ["t", "y", "curve_t", "curve", "residual"].map((of) => arrays[`${of}${at}`]);
-    const [across, push] = [axesOf(study).t, axesOf(study).force];
+    const axes = axesOf(study);
     const { time, length } = unitsOf(study);
-    const labels = { displacement: axesOf(study).x, velocity: axesOf(study).v, acceleration: named("acceleration", length && time ? `${length}/${time}²` : ""), impact_times: named(NAMES.impact_times, time) };
+    const labels = { displacement: axes.x, velocity: axes.v, acceleration: named("acceleration", length && time ? `${length}/${time}²` : ""), impact_times: named("flight before each impact", time) };
     const ofFlights = (values) => values.slice(1).map((value, k) => value - values[k]);
     const isTimes = name === "impact_times";
     const curve = (t, y) => ({ x: isTimes ? t.slice(1) : t, y: isTimes ? ofFlights(y) : y });
     const layers = [{ ...curve(t, y), kind: "points", colour: COLOURS.samples, size: 3 }];
     if (curveY) layers.push({ ...curve(curveT, curveY), kind: "line", colour: COLOURS.fit });
-    this.record.label(across, labels[name] ?? push);
-    this.impacts.label(across, axesOf(study).speed);
-    this.residuals.label(across, `residual of ${wordsOf(name)} (σ)`);
+    this.record.label(axes.t, labels[name] ?? axes.force);
+    this.impacts.label(axes.t, axes.speed);
+    this.residuals.label(axes.t, `residual of ${wordsOf(name)} (σ)`);
     for (const plot of this.plots) plot.take(null);
     this.record.show(layers);
     this.root.dataset.quantity = name;
@@ -278,9 +273,8 @@ export class Fit {
   /** The other plots show the same time. */
   #follow(zoom) {
     for (const plot of [this.impacts, this.residuals]) {
-      plot.take(zoom && { x: zoom.x, y: plot.home.y });
-      if (zoom === null) plot.limits = plot.home;
-      plot.redraw();
+      if (zoom === null) plot.reset();
+      else plot.setZoom(zoom.x, plot.home.y);
     }
   }
 

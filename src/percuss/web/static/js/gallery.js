@@ -1,6 +1,6 @@
 // Named motions to begin with.
 
-import { button, element } from "./dom.js";
+import { button, element, fileField } from "./dom.js";
 import { COMPACT, MechanismPicture } from "./mechanism_picture.js";
 import { endsOf } from "./scales.js";
 
@@ -24,11 +24,8 @@ export class Gallery {
     const head = element("p", { class: "hint" }, "Motions to begin with, each seen as its phase portrait, velocity v over displacement x, between its stops: walls are hatched, soft stops shaded, and the first half of a motion is pale. A click opens one in Explore.");
     const rows = mechanisms.map((it) => mechanismCard(it, () => app.beginMechanism(it.name)));
     const several = element("p", { class: "hint" }, "Structures of two and three masses, each with its mechanical picture.");
-    const file = element("input", { type: "file", accept: ".toml", hidden: true, "aria-label": "study file", onchange: () => file.files[0] && app.openStudy(file.files[0]) });
-    const open = button("Open a study file", () => {
-      file.value = "";
-      file.click();
-    }, { title: "a .toml of percuss run; or drop it on the page" });
+    const file = fileField("study file", (it) => app.openStudy(it), ".toml");
+    const open = button("Open a study file", () => file.click(), { title: "a .toml of percuss run; or drop it on the page" });
     const own = element("div", { class: "tools", hidden: app.options.isStatic === true }, open, file);
     this.root = element("section", { class: "gallery", "aria-label": "Gallery" }, head, own, ...this.cards.map(({ card }) => card), several, ...rows);
     this.isDrawn = false;

@@ -17,7 +17,7 @@ KEYS["="] = KEYS["+"];
 /**
  * Move the limits of a plot by pointers and keys.
  *
- * plot: host (element), over() (element of the plotting area), limits, isLog, at(x, y) from pixels,
+ * plot: options, host (element), over() (element of the plotting area), limits, isLog, at(x, y) from pixels,
  * setZoom(x, y), reset().
  */
 export function attach(plot) {
@@ -28,6 +28,8 @@ export function attach(plot) {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     if (event.key in KEYS) move(KEYS[event.key]);
     else if (event.key === "0" || event.key === "Escape") plot.reset();
+    // As a click in the middle.
+    else if (event.key === "Enter") plot.options.onClick?.(...[plot.limits.x, plot.limits.y].map(([low, high]) => (low + high) / 2));
     else return;
     event.preventDefault();
     event.stopPropagation();

@@ -33,6 +33,7 @@ export class Job {
     let isFirst = true;
     this.app.supersede(this);
     const began = performance.now();
+    const took = () => `${((performance.now() - began) / 1000).toFixed(1)} s`;
     const isLive = followed !== null;
     this.followed = followed;
     this.#busy(!isLive);
@@ -43,7 +44,9 @@ export class Job {
       if (isLive) return;
       share = Math.max(share, next);
       this.bar.value = share;
-      this.status.textContent = `${Math.round(100 * share)} %, ${((performance.now() - began) / 1000).toFixed(1)} s`;
+      // Each per cent need not be read out.
+      this.status.ariaLive = "off";
+      this.status.textContent = `${Math.round(100 * share)} %, ${took()}`;
     };
     this.app.requests.replace("job", this.request(isLive), {
       answer: (header, arrays) => {
@@ -52,7 +55,7 @@ export class Job {
         report(header.share);
         if (header.done && isLive) this.#say(`live: ${Math.round(performance.now() - began)} ms`);
         else if (header.done) {
-          this.status.textContent = `done in ${((performance.now() - began) / 1000).toFixed(1)} s`;
+          this.#say(`done in ${took()}`);
           this.#busy(false);
         }
         this.#follow();
@@ -96,11 +99,14 @@ export class Job {
   }
 
   #say(text, isFault = false) {
+    this.status.ariaLive = "polite";
     this.status.textContent = text;
     this.status.classList.toggle("fault", isFault);
   }
 
   #busy(isBusy) {
+    // The keys go on where they were.
+    if (!isBusy && this.stop.matches(":focus")) this.start.focus();
     this.stop.hidden = !isBusy;
     this.bar.hidden = !isBusy;
   }

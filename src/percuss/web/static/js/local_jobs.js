@@ -9,19 +9,20 @@ const FIRST_STARTS = 64;
 // Values, and starts, that a worker computes between two messages.
 const [AT_ONCE, STARTS_AT_ONCE, CELLS_AT_ONCE] = [8, 512, 16];
 
-/** A long answer that is being computed, in pieces by whichever worker is free. */
+/** A long answer of `total` values that is being computed, in pieces by whichever worker is free. */
 class LocalJob {
   /** `workers`: kernels, each with answer(request); `handlers`: as of a request. */
-  constructor(workers, request, handlers, total) {
-    Object.assign(this, { workers, request, handlers, total, isCancelled: false, done: 0, keeper: null, failed: 0, reason: "" });
+  constructor(workers, request, handlers) {
+    Object.assign(this, { workers, request, handlers, isCancelled: false, done: 0, keeper: null, failed: 0, reason: "" });
   }
 
   cancel() {
     this.isCancelled = true;
   }
 
-  get isDone() {
-    return this.done === this.total;
+  /** How far it is, as headers say it. */
+  get state() {
+    return { share: this.done / this.total, done: this.done === this.total };
   }
 
   /** Return the columns for numbers in order, so many at once; null where one needs Python. */
@@ -50,7 +51,7 @@ class LocalJob {
         this.done += counts[k];
         this.failed += part.failed ?? 0;
         this.reason ||= part.reason;
-        if (!this.isCancelled) this.handlers.progress?.(this.done / this.total);
+        if (!this.isCancelled) this.handlers.progress?.(this.state.share);
       }
     };
     // One piece waits at each worker while it works on another.
@@ -61,8 +62,8 @@ class LocalJob {
 
 /** One diagram. */
 export class LocalDiagram extends LocalJob {
-  constructor(workers, request, handlers) {
-    super(workers, request, handlers, request.values);
+  get total() {
+    return this.request.values;
   }
 
   /** Compute all levels; return false where Python is needed. */
@@ -72,7 +73,7 @@ export class LocalDiagram extends LocalJob {
       const arrays = await this.inParts("part", level, AT_ONCE);
       if (arrays === null) return this.isCancelled;
       arrays.value = Float64Array.from(level, (k) => low + (k / (values - 1)) * (high - low));
-      const header = { kind: "diagram", path, low, high, n_points: points, failed: this.failed, reason: this.reason, share: this.done / values, done: this.isDone };
+      const header = { kind: "diagram", path, low, high, n_points: points, failed: this.failed, reason: this.reason, ...this.state };
       this.handlers.answer(header, arrays);
     }
     return true;
@@ -81,9 +82,10 @@ export class LocalDiagram extends LocalJob {
 
 /** A chart of two parameters: a square of cells, whose coarser levels are some of them. */
 export class LocalChart extends LocalJob {
-  constructor(workers, request, handlers) {
-    super(workers, request, handlers, request.size ** 2);
-    this.values = new Map();
+  values = new Map();
+
+  get total() {
+    return this.request.size ** 2;
   }
 
   /** Compute all levels; return false where Python is needed. */
@@ -95,7 +97,7 @@ export class LocalChart extends LocalJob {
       const found = await this.inParts("cells", asked, CELLS_AT_ONCE);
       if (found === null) return this.isCancelled;
       asked.forEach((cell, k) => this.values.set(cell, found.value[k]));
-      const header = { ...about, size: places.length, share: this.done / this.total, done: this.isDone };
+      const header = { ...about, size: places.length, ...this.state };
       this.handlers.answer(header, { value: Float64Array.from(cells, (cell) => this.values.get(cell)) });
     }
     return true;
@@ -105,13 +107,17 @@ export class LocalChart extends LocalJob {
 /** The basins of a square of starts, whose coarser levels are some of its cells. */
 export class LocalBasins extends LocalJob {
   constructor(workers, request, handlers) {
+    super(workers, request, handlers);
     const size = request.starts;
-    super(workers, request, handlers, size * size);
     const { x_low, x_high, v_low, v_high } = request;
     this.axes = [centresOf(x_low, x_high, size), centresOf(v_low, v_high, size)];
     this.known = new Uint8Array(size * size);
     // So many numbers for each start, once the first ones are known.
     this.classes = null;
+  }
+
+  get total() {
+    return this.known.length;
   }
 
   /** Compute all levels; return false where Python is needed. */
@@ -129,7 +135,7 @@ export class LocalBasins extends LocalJob {
       this.keeper = null;
       if (this.isCancelled) return true;
       if (found === null) return false;
-      const header = { kind: "basins", x_low, x_high, v_low, v_high, size: places.length, attractors: found.attractors, share: this.done / this.total, done: this.isDone };
+      const header = { kind: "basins", x_low, x_high, v_low, v_high, size: places.length, attractors: found.attractors, ...this.state };
       this.handlers.answer(header, found.arrays);
     }
     return true;

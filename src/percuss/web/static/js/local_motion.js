@@ -135,14 +135,15 @@ class LocalRun {
     return this.kinds.flatMap((it, i) => (it === kind ? [i] : []));
   }
 
-  /** Return the crossings of edges, one for each of the stops that share it. */
+  /** Return the crossings of edges, one for each stop: one enters. */
   crossings() {
     const { stops, places } = this.read;
     return this.#ofKind(this.kernels.columns.CROSSING).flatMap((i) => {
       const edge = places[this.rows.bounds[this.bound(i)]];
       const v = this.event(i, "V_AFTER");
       const here = stops.flatMap((stop, k) => (stop.type === "soft" && places[k] === edge ? [k] : []));
-      return here.map((stop) => ({ t: this.event(i, "EVENT_T"), v, stop, isEntry: v > 0 === (stops[stop].side === "above") }));
+      let n = 0;
+      return here.map((stop) => ({ t: this.event(i, "EVENT_T"), v, stop, isEntry: v > 0 === (stops[stop].side === "above") && !n++ }));
     });
   }
 
@@ -280,7 +281,7 @@ function sectionOf(kernels, run, crossings) {
   if (run.impacts.length === 0) {
     const entered = crossings.filter((it) => it.isEntry).slice(-SHOWN_IMPACTS);
     const t = Float64Array.from(entered, (it) => it.t);
-    // Without impacts the cycle is that of the double.
+    // The cycle is that of the double.
     const cycle = run.period ? t.map((it) => it / run.period - Math.floor(it / run.period)) : t.map(() => 0);
     return { cycle, speed: Float64Array.from(entered, (it) => Math.abs(it.v)), event_stop: Float64Array.from(entered, (it) => it.stop), impulse: t.map(() => Number.NaN), event_t: t };
   }

@@ -59,7 +59,7 @@ class App {
     const { fit } = this.store.value;
     // What is fitted belongs to the motion before; the record stays.
     const state = { ...NOTHING, study, view: "explore", fit: fit && { ...fit, free: {} } };
-    for (const view of Object.values(this.views)) view.begin?.(state);
+    for (const view of this.#all) view.begin?.(state);
     this.store.set(state, "all");
     // The gallery may be scrolled far down.
     this.root.scrollIntoView();
@@ -86,14 +86,14 @@ class App {
 
   /** Tell the other views that their long answers are cancelled by this job. */
   supersede(job) {
-    for (const view of Object.values(this.views)) if (view.job && view.job !== job) view.job.lost("another computation has begun; compute again");
+    for (const view of this.#all) if (view.job !== job) view.job?.lost("another computation has begun; compute again");
   }
 
   /** End the requests, and remove all listeners and elements. */
   close() {
     this.requests.close();
     for (const end of this.ends) end();
-    for (const view of Object.values(this.views)) view.close?.();
+    for (const view of this.#all) view.close?.();
     for (const plot of this.#plots()) plot.close();
     clearTimeout(this.linking);
     this.root.replaceChildren();
@@ -109,14 +109,14 @@ class App {
       view.root.setAttribute("role", "tabpanel");
     }
     this.tabs = makeTabs(Object.keys(this.views), this.prefix, (name) => this.store.set({ view: name }, "view"));
-    this.banner = element("p", { class: "banner", role: "alert", hidden: true }, "Connection lost; trying again. If that does not help, start percuss serve again.");
+    this.banner = element("p", { class: "banner", role: "alert", hidden: true }, this.options.hasLinks ? "Connection lost; trying again. If that does not help, start percuss serve again." : "The kernel has ended: run the cell again.");
     this.help = makeHelp();
     this.tour = new Tour(this);
     this.root.replaceChildren(
       element("header", { class: "top" }, element("h1", {}, "percuss"), this.tabs.root, this.#tools()),
       this.banner,
       this.tour.root,
-      element("main", {}, ...Object.values(this.views).map((view) => view.root)),
+      element("main", {}, ...this.#all.map((view) => view.root)),
       this.help,
     );
   }
@@ -181,8 +181,8 @@ class App {
   /** Show a state as a link holds it, in place of all that is set. */
   show(state) {
     const whole = { ...NOTHING, fit: undefined, mechanism: undefined, tour: undefined, ...state };
-    for (const view of Object.values(this.views)) view.begin?.(whole);
-    for (const view of Object.values(this.views)) view.restore?.(whole);
+    for (const view of this.#all) view.begin?.(whole);
+    for (const view of this.#all) view.restore?.(whole);
     this.store.set(whole, "all");
   }
 
@@ -222,7 +222,7 @@ class App {
     this.isOpen = isOpen;
     if (this.banner) this.banner.hidden = isOpen;
     if (!isOpen) {
-      for (const view of Object.values(this.views ?? {})) view.job?.lost("the connection was lost; compute again");
+      for (const view of this.#all) view.job?.lost("the connection was lost; compute again");
       this.views?.explore.certify?.lost();
       return;
     }
@@ -265,7 +265,7 @@ class App {
       say(this.root, "the link holds no motion");
       return;
     }
-    for (const view of Object.values(this.views)) view.restore?.(state);
+    for (const view of this.#all) view.restore?.(state);
     this.isFollowing = true;
     this.store.set(state, "all");
     this.isFollowing = false;
@@ -335,11 +335,16 @@ class App {
     // The report knows the system alone: see style.css.
     this.root.dataset.turned = String(this.root.dataset.theme !== system);
     for (const plot of this.#plots()) plot.recolour();
-    for (const view of Object.values(this.views ?? {})) view.recolour?.();
+    for (const view of this.#all) view.recolour?.();
   }
 
-  /** All plots of the views that there are. */
+  /** The views that there are. */
+  get #all() {
+    return Object.values(this.views ?? {});
+  }
+
+  /** All plots of the views. */
   #plots() {
-    return Object.values(this.views ?? {}).flatMap(({ plots = [] }) => plots);
+    return this.#all.flatMap(({ plots = [] }) => plots);
   }
 }

@@ -5,7 +5,7 @@ import { OUTCOMES, card, count, hits, multipliersText, unitCircle } from "./fact
 import { choiceField } from "./fields.js";
 import { COMPACT, MASS_COLOURS, MechanismPicture, STOP_COLOURS } from "./mechanism_picture.js";
 import { Player } from "./player.js";
-import { Plot } from "./plots.js";
+import { PORTRAIT, Plot } from "./plots.js";
 import { Row, showFaults } from "./row.js";
 import { between, bisect, endsOf } from "./scales.js";
 import { FORCES, IMPACTS, isOne, legend, ofStop, showForces, stopName } from "./stop_forces.js";
@@ -98,7 +98,7 @@ export class Mechanism {
       onHover: (index) => this.#hover(index === null ? null : this.curve?.t[index]),
     });
     this.portrait = new Plot({
-      title: "Phase portrait", x: "displacement", y: "velocity", kind: "portrait", names: ["x", "v"], about: "of a mass, or of the distance of two",
+      ...PORTRAIT, about: "of a mass, or of the distance of two",
       onHover: (index) => this.#hover(index === null ? null : this.curve?.portrait_t[index]),
     });
     this.section = new Plot({

@@ -16,7 +16,7 @@ export class Player {
     this.factor = 1;
     this.isNew = true;
     this.clicks = new Clicks();
-    this.readout = element("output", { class: "readout" });
+    this.readout = element("output", { class: "readout", "aria-live": "off" });
     this.button = button("▶ Play", () => this.#toggle(), { "aria-pressed": "false" });
     this.slider = element("input", {
       type: "range", min: "0", max: String(STEPS), step: "1", value: "0", "aria-label": "time of the picture",

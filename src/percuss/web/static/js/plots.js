@@ -11,6 +11,10 @@ const FACE = 'system-ui, "Segoe UI", Roboto, sans-serif';
 // Size of the text of the page on usual screens [pixels].
 const TEXT = 14;
 
+/** The options of plots of a motion: over time, and in its plane. */
+export const MOTION = { title: "Displacement", x: "time t", y: "displacement x", kind: "line", names: ["t", "x"] };
+export const PORTRAIT = { title: "Phase portrait", x: "displacement x", y: "velocity v", kind: "portrait", names: ["x", "v"] };
+
 /** One plot with its title and its read-out. */
 export class Plot {
   /**
@@ -25,7 +29,7 @@ export class Plot {
     this.zoom = null;
     this.mark = null;
     this.isLog = options.logY === true;
-    this.readout = element("output", { class: "readout" });
+    this.readout = element("output", { class: "readout", "aria-live": "off" });
     this.key = element("span", { class: "key" });
     this.empty = element("p", { class: "empty", hidden: true });
     this.host = element("div", {
@@ -137,7 +141,7 @@ export class Plot {
     const [across, upwards] = [x, y].map((ends) => ends.map((end) => shown(end)).join(" to "));
     const title = this.root.querySelector("strong").textContent;
     const seen = this.empty.hidden ? `${this.options.y} from ${upwards} over ${this.options.x} from ${across}` : this.empty.textContent;
-    this.host.ariaLabel = `${title}: ${seen}; arrow keys move it, + and - zoom, 0 shows all`;
+    this.host.ariaLabel = `${title}: ${seen}; arrow keys move it, + and - zoom, 0 shows all${this.options.onClick ? ", Enter opens the middle" : ""}`;
     this.host.dataset.limits = JSON.stringify(this.limits);
     this.root.dataset.x = this.options.x;
     this.root.dataset.y = this.options.y;

@@ -1,6 +1,6 @@
 // A force by its samples: a table in a file, which the server reads.
 
-import { button, element, textOf } from "./dom.js";
+import { button, element, fileField, textOf } from "./dom.js";
 import { choiceField } from "./fields.js";
 
 /** A form that takes a table from a file, its columns by name, and gives `take` the samples. */
@@ -9,7 +9,7 @@ export class RecordForm {
   constructor(ask, take) {
     this.ask = ask;
     this.take = take;
-    this.file = element("input", { type: "file", accept: ".csv,.txt,.tsv,text/csv,text/plain", "aria-label": "table of a record", hidden: true, onchange: () => this.read(this.file.files[0]) });
+    this.file = fileField("table of a record", (file) => this.read(file));
     this.message = element("p", { class: "fault", role: "alert" });
     this.form = element("div", { class: "record" });
     this.root = element("div", {}, this.file, this.form, this.message);
@@ -17,12 +17,10 @@ export class RecordForm {
 
   /** Ask for a file. */
   open() {
-    this.file.value = "";
     this.file.click();
   }
 
   async read(file) {
-    if (!file) return;
     this.#clear();
     this.name = file.name;
     this.csv = await textOf(file);

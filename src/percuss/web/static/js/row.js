@@ -75,7 +75,7 @@ export class Row {
   /** Reserve the width of all digits that the slider can set, so that it does not move. */
   #fit(text) {
     const [low, high] = this.range;
-    const unit = this.step ?? 10 ** (Math.floor(Math.log10((high - low) / FINER)) - 3);
+    const unit = this.#unit((high - low) / FINER);
     const digits = Math.max(0, -Math.floor(Math.log10(unit) + 1e-9));
     const whole = Math.max(...this.range.map((end) => String(Math.trunc(end)).length + (end < 0 && end > -1 ? 1 : 0)));
     const most = Math.max(text.length, digits === 0 ? whole : whole + 1 + Math.min(15, digits));
@@ -135,10 +135,15 @@ export class Row {
     this.setRange([this.home[0] === 0 && low < 0 ? 0 : Number(tidy(low, width)), Number(tidy(value + width / 2, width))]);
   }
 
+  /** Return the step of a slider that is so wide. */
+  #unit(width) {
+    return this.step ?? 10 ** (Math.floor(Math.log10(width)) - 3);
+  }
+
   #ofShare(share) {
     const [low, high] = this.range;
     const width = high - low;
-    const unit = this.step ?? 10 ** (Math.floor(Math.log10(width)) - 3);
+    const unit = this.#unit(width);
     const value = Math.round((low + width * Math.min(1, Math.max(0, share))) / unit) * unit;
     const digits = Math.max(0, -Math.floor(Math.log10(unit) + 1e-9));
     return typed(String(Number(value.toFixed(Math.min(digits, 15)))));
@@ -152,7 +157,7 @@ export class Row {
     const width = this.slider.getBoundingClientRect().width;
     const [low, high] = this.range;
     const begin = (numberOf(this.value ?? 0) - low) / (high - low);
-    const unit = this.step ?? 10 ** (Math.floor(Math.log10((high - low) / FINER)) - 3);
+    const unit = this.#unit((high - low) / FINER);
     const follow = (now) => {
       const share = Math.min(1, Math.max(0, begin + (now.clientX - event.clientX) / width / FINER));
       this.slider.value = String(Math.round(1000 * share));

@@ -70,11 +70,11 @@ export function put(tables, path, value) {
   return copy;
 }
 
-/** Return defaults with those given instead that have the same names and types. */
+/** Return defaults with those given instead that have the same names and types; words of all objects, such as toString, are none. */
 export function settingsOf(defaults, given) {
   const found = { ...defaults };
   for (const [name, value] of Object.entries(isTable(given) ? given : {})) {
-    if (typeof value === typeof defaults[name] && (typeof value !== "number" || Number.isFinite(value))) found[name] = value;
+    if (typeof value === typeof defaults[name] && !(value in {}) && (typeof value !== "number" || Number.isFinite(value))) found[name] = value;
   }
   return found;
 }

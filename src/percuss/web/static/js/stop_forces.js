@@ -44,21 +44,22 @@ export function legend(plot, rows) {
  */
 export function showForces(plot, curve, stops, names, isHeld = false) {
   const [low, high] = [curve.t[0], curve.t.at(-1)];
+  const colourOf = (k) => STOP_COLOURS[k % STOP_COLOURS.length];
   // A wall that only hits has no force.
   const lines = stops
-    .map((_, k) => ({ x: curve[`force_t${k}`] ?? curve.t, y: curve[`force${k}`], colour: STOP_COLOURS[k % STOP_COLOURS.length] }))
+    .map((_, k) => ({ x: curve[`force_t${k}`] ?? curve.t, y: curve[`force${k}`], colour: colourOf(k) }))
     .filter(({ y }, k) => y !== undefined && (stops[k].type === "soft" || y.some((value) => value !== 0)));
   const impulses = stops.map((_, k) => {
     const [x, y] = ofStop(curve, k, curve.event_t, curve.impulse);
-    const isSeen = x.map((t) => t >= low && t <= high);
-    return { kind: "points", x: x.filter((_, i) => isSeen[i]), y: y.filter((_, i) => isSeen[i]), colour: STOP_COLOURS[k % STOP_COLOURS.length], size: 4 };
+    const seen = (values) => values.filter((_, i) => x[i] >= low && x[i] <= high);
+    return { kind: "points", x: seen(x), y: seen(y), colour: colourOf(k), size: 4 };
   });
   const hasWall = stops.some((stop) => stop.type === "wall");
   const both = ["Forces and impulses at stops", `${names.force} (line), ${names.impulse} (squares)`];
   const [title, label] = lines.length === 0 ? ["Impulses at stops", names.impulse] : hasWall ? both : ["Forces at stops", names.force];
   plot.rename(title);
   plot.label(names.t, label);
-  legend(plot, stops.map((_, k) => [stopName(stops, k), STOP_COLOURS[k % STOP_COLOURS.length]]));
+  legend(plot, stops.map((_, k) => [stopName(stops, k), colourOf(k)]));
   // All times that the other plots show, and 0.
   const layers = [...lines, ...impulses];
   plot.show(layers, [], { ...extentOf([...layers, { x: [low], y: [0] }], [], { logY: false, tight: true }), x: [low, high] }, isHeld);

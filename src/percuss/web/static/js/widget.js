@@ -31,9 +31,12 @@ async function render({ model, el }) {
   // The keys of the notebook are not meant here.
   root.dataset.lmSuppressShortcuts = "true";
   el.append(root);
+  let lost;
   const app = mount(root, {
     prefix: `p${mine}`,
     connect: (onState) => {
+      lost = () => onState(false);
+      model.on("comm_live_update", lost);
       queueMicrotask(() => onState(true));
       return requests;
     },
@@ -48,6 +51,7 @@ async function render({ model, el }) {
   });
   return () => {
     model.off("msg:custom", take);
+    model.off("comm_live_update", lost);
     model.send({ kind: "close", view: mine });
     app.close();
   };
