@@ -156,7 +156,7 @@ def _resonances(here: _Modes, there: _Modes) -> tuple[Floats, Floats]:
     acts = amplitude > NOT_DRIVEN * amplitude.max()
     falls = np.concatenate(all_falls)
     falls[~acts] = 1.0
-    return np.asarray(amplitude / np.concatenate(leasts)), falls
+    return np.divide(amplitude, np.concatenate(leasts)), falls
 
 
 def _stiffness(modes: _Modes, omegas: Floats) -> Complexes:
