@@ -139,6 +139,15 @@ def test_a_fit_says_what_the_report_of_its_study_says_under_the_names_of_the_pag
     assert notes == {name: report[name] for name in ("residuals", "noise")}
 
 
+def test_the_noise_of_a_quantity_is_told_in_words() -> None:
+    run = pc.simulate(RIG, pc.cosine("2.8"), v0="0.3", t_end=60)
+    text = "impact_times\n" + "".join(f"{t:.4f}\n" for t in run.impacts.t.tolist())
+    asked = request(csv=text, free={GAP: 0.25}, noise=None)
+    header, _ = read_frame(list(answer_job(asked, RunningRequest()))[-1])
+
+    assert dict(header["notes"])["noise"].startswith("impact times ")
+
+
 def test_a_known_start_is_that_of_the_motion() -> None:
     tables = copy.deepcopy(STUDY)
     tables["start"] |= {"v0": "0.3"}

@@ -20,7 +20,7 @@ from percuss.studies.study import Study
 from percuss.web.answer_cache import ANSWERS
 from percuss.web.frame import frame
 from percuss.web.request import BadRequest, PageRequest, RunningRequest, study_of
-from percuss.web.wording import plain
+from percuss.web.wording import plain, quantity_words
 
 __all__ = ["answer_fit", "answer_measured", "fit_tables"]
 
@@ -194,7 +194,11 @@ def _facts(fit: Fit, question: FitQuestion, asked: list[str]) -> dict[str, objec
         "reason": plain(fit.reason),
         "n_runs": fit.n_runs,
         "chi2": fit.chi2,
-        "notes": [[name, text] for name, text in words.items() if name not in SHOWN_ELSEWHERE],
+        "notes": [
+            [name, quantity_words(text) if name == "noise" else text]
+            for name, text in words.items()
+            if name not in SHOWN_ELSEWHERE
+        ],
         "start": [as_float(value) for value in (start.x0, start.v0, start.t0)],  # type: ignore[arg-type]
     }
 

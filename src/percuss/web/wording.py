@@ -14,14 +14,16 @@ if TYPE_CHECKING:
 
     from percuss.studies.study import Study
 
-__all__ = ["axis_name", "name_axes", "plain"]
+__all__ = ["axis_name", "name_axes", "plain", "quantity_words"]
 
 _WORDS = (
     (f"; {BEHIND_A_WALL}", "; a soft stop can be entered, a wall cannot"),
     ('; write 2.8, or "2.8" for that decimal, "1/3" for that fraction', ", such as 2.8 or 1/3"),
     ("give t_end", "give a duration"),
 )
-# Stops and harmonics where a picture names its axes; the page counts them from 1.
+# Stops and harmonics where names of quantities, or axes of a picture, have them; the page counts
+# them from 1.
+_STOP_OF_FORCE = re.compile(r"stop_force_(\d+)")
 _NUMBERED = re.compile(r"(of stop|, harmonic) (\d+)")
 
 
@@ -36,6 +38,18 @@ def plain(sentence: str) -> str:
     for words, on_page in _WORDS:
         sentence = sentence.replace(words, on_page)
     return sentence
+
+
+def quantity_words(names: str) -> str:
+    """Return names of quantities in words, with stops counted from 1, as on the page.
+
+    Examples
+    --------
+    >>> quantity_words("impact_times 0.01, stop_force_1 2.5 N")
+    'impact times 0.01, stop force 2 2.5 N'
+    """
+    counted = _STOP_OF_FORCE.sub(lambda match: f"stop_force_{int(match[1]) + 1}", names)
+    return counted.replace("_", " ")
 
 
 def axis_name(label: str) -> str:
