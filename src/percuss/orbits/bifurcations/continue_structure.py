@@ -60,6 +60,8 @@ LOCATED = 1e-9
 # Points next to a zero that are farther apart lie on two families: beside a fold of one the
 # corrector finds the other.
 APART = 1e-6
+# A linear response may change by this part of its size, or of the first orbit's, within a step.
+COARSE = 0.25
 # Of the origins of families the simpler orbits' test, its kind and detail.
 ORIGINS: dict[Origin, tuple[str, SpecialPointKind, str]] = {
     "doubled": (
@@ -82,7 +84,8 @@ class _BranchDetector:
     ) -> Segment[StructureEquations, StructureSpecialPoint]:
         """Return the special points between two neighbours, in order."""
         equations = here.problem
-        if _fell_on_simpler(here, new) or passes_modal_resonance(here.orbit, new.orbit):
+        too_long = _is_coarse(here, new) or passes_modal_resonance(here.orbit, new.orbit)
+        if too_long or _fell_on_simpler(here, new):
             return Segment([], is_astray=True)
         rows: list[PlacedRow] = []
         is_astray = False
@@ -177,6 +180,15 @@ class _BranchDetector:
             rows.append((point, special))
         beyond = cast("Point[StructureEquations] | None", border.beyond)
         return Segment(rows, border.end_reason, beyond)
+
+
+def _is_coarse(here: Point[StructureEquations], new: Point[StructureEquations]) -> bool:
+    """Return whether a response changes much within a step, in which it may graze a stop twice."""
+    if not (here.is_response and new.is_response):
+        return False
+    states = [point.z[: point.problem.size] for point in (here, new)]
+    change = float(np.abs(states[1] - states[0]).max())
+    return change > COARSE * max(1.0, float(np.abs(states).max()))
 
 
 def _end_reason(

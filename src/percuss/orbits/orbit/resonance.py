@@ -2,14 +2,18 @@
 
 Such an orbit is the sum of what each harmonic of the forces excites in each mode, in proportion to
 1 / D with the dynamic stiffness D = k - w^2 + 2 i a w. Lightly damped, a mode has a resonance far
-narrower than a step, in which stops may be met.
+narrower than a step, in which stops may be met. A record has infinitely many harmonics, of which
+those next to a mode's own frequency are looked at.
 """
 
 from __future__ import annotations
 
+import math
+from typing import NamedTuple
+
 import numpy as np
 
-from percuss.arrays import Complexes, Floats
+from percuss.arrays import Complexes, Floats, Integers
 from percuss.kernels import law_columns as at
 from percuss.kernels.law_columns import Law
 from percuss.kernels.record import NEXT_REGION
@@ -22,46 +26,97 @@ __all__ = ["passes_modal_resonance", "passes_resonance"]
 # A dynamic stiffness between two neighbours may fall below theirs by the first factor. Below the
 # second one it is none: the amplitude has no bound.
 STIFF, NONE = 0.9999, 1e-9
-# Under a record, whose harmonics are not known, oscillations may change by this part of their range
-# from one neighbour to the next, at so many instants, and by this part of the displacement in any
-# case, which is rounding.
-CHANGED, SEEN, ROUNDING = 0.25, 65, 1e-12
 # In place of 0 in a denominator.
 TINY = np.finfo(np.float64).tiny
-# Inputs into a mode below this part of the largest are rounding.
-NOT_DRIVEN = 1e-12
+# Inputs into modes below this part of the largest are rounding; so are harmonics of a record below
+# that part of what its jumps and bends add up to.
+NOT_DRIVEN, CANCELLED = 1e-12, 1e-10
+# Harmonics of a record that resonate within one step: with more, the step is too long.
+MOST_HARMONICS = 64
+# Instants at which displacements are taken.
+SEEN = 65
+
+
+class _Modes(NamedTuple):
+    """Modes and what drives them.
+
+    ``springs`` and ``drags`` are (n,), k and 2 a; ``inputs`` (n, m) the amplitudes of m harmonics
+    of the frequencies ``omegas``, of which the first is a constant; ``of_records`` (n, r) those of
+    r repeated records of the value 1.
+    """
+
+    springs: Floats
+    drags: Floats
+    omegas: Floats
+    inputs: Floats
+    records: tuple[Law, ...]
+    of_records: Floats
 
 
 def passes_resonance(before: PeriodicOrbit, after: PeriodicOrbit) -> bool:
     """Return whether an oscillator has a resonance between two neighbours without events."""
-    law, other = before.system.law, after.system.law
-    region, rows = int(before.record[1][0, 2]), _harmonics(law)
-    if law[0, at.N_KNOTS] > 0.0 and _is_reshaped(before, after, region):
-        return True
-    amplitudes = np.maximum(law[rows, at.AMPLITUDE], other[rows, at.AMPLITUDE])
-    acts = np.append(law[region, at.ORIGIN_FORCE] != 0.0, amplitudes > 0.0)
-    ends = []
-    for own in (law, other):
-        stiffness, damping = own[region, [at.STIFFNESS, at.DAMPING]]
-        omega = np.append(0.0, own[rows, at.OMEGA])
-        ends.append(stiffness - omega * omega + 2j * damping * omega)
-    least, falls = _least(ends[0], ends[1])
-    formal = not (before.admissible or after.admissible)
-    if not _matters(falls[acts], formal=formal):
+    region = int(before.record[1][0, NEXT_REGION])
+    here, there = (_mode_of(orbit.system.law, region) for orbit in (before, after))
+    swings, falls = _resonances(here, there)
+    if not _matters(falls, formal=not (before.admissible or after.admissible)):
         return False
-    if law[0, at.N_KNOTS] > 0.0 or (falls[acts] < NONE).any():
+    rows = np.array([orbit.system.law[region] for orbit in (before, after)])
+    springs = rows[:, at.STIFFNESS]
+    if (falls < NONE).any() or not springs.all():
         return True
-    return _reaches((law, other), region, float((amplitudes / least[1:]).sum()))
-
-
-def _reaches(laws: tuple[Law, Law], region: int, swing: float) -> bool:
-    """Return whether swings about the mean, between its two values, may reach a bound."""
-    rows = np.array([law[region] for law in laws])
-    if (rows[:, at.STIFFNESS] == 0.0).any():
-        return True
-    means = rows[:, at.ORIGIN] + rows[:, at.ORIGIN_FORCE] / rows[:, at.STIFFNESS]
+    if here.records:
+        # What does not resonate goes from one to the other; what does may be hidden in their
+        # displacements, too.
+        phases = np.linspace(0.0, 1.0, SEEN)
+        rest = [
+            orbit.trajectory()(orbit.t0 + orbit.period * phases)[0] for orbit in (before, after)
+        ]
+        swing = 2.0 * float(swings[falls < STIFF].sum())
+    else:
+        rest = [rows[:, at.ORIGIN] + rows[:, at.ORIGIN_FORCE] / springs]
+        swing = float(swings[1:].sum())
     low, high = rows[:, at.LOWER].max(), rows[:, at.UPPER].min()
-    return not low < means.min() - swing <= means.max() + swing < high
+    return not low < np.min(rest) - swing <= np.max(rest) + swing < high
+
+
+def passes_modal_resonance(before: StructureOrbit, after: StructureOrbit) -> bool:
+    """Return whether a structure has a resonance between two neighbours without events."""
+    if not (before.is_steady and after.is_steady):
+        return False
+    _, falls = _resonances(_modes_of(before), _modes_of(after))
+    return _matters(falls, formal=not (before.admissible or after.admissible))
+
+
+def _mode_of(law: Law, region: int) -> _Modes:
+    own, rows = law[region], law[_harmonics(law)]
+    waves = rows[rows[:, at.OMEGA] > 0.0]
+    has_record = law[0, at.N_KNOTS] > 0.0
+    return _Modes(
+        own[[at.STIFFNESS]],
+        2.0 * own[[at.DAMPING]],
+        np.append(0.0, waves[:, at.OMEGA]),
+        np.abs(np.append(own[at.ORIGIN_FORCE], waves[:, at.AMPLITUDE]))[None, :],
+        (law,) if has_record else (),
+        np.ones((1, int(has_record))),
+    )
+
+
+def _modes_of(orbit: StructureOrbit) -> _Modes:
+    """Return the modes of a structure by their frequencies."""
+    record = orbit.run.record
+    sets, b = record.sets, int(record.marks[0, NEXT_REGION])
+    modes, law = sets.modes[b], sets.law[b]
+    order = np.argsort(modes[:, SPRING])
+    constant = np.abs(modes[:, [FORCE, RATE]]).max(axis=1)[:, None]
+    inputs = np.concatenate([constant, np.abs(sets.drive[b]).max(axis=2)], axis=1)
+    return _Modes(
+        modes[order, SPRING],
+        modes[order, DRAG],
+        np.append(0.0, law[_harmonics(law), at.OMEGA]),
+        inputs[order],
+        tuple(sets.records),
+        np.abs(sets.record_drive[b]).max(axis=2)[order],
+    )
 
 
 def _matters(falls: Floats, *, formal: bool) -> bool:
@@ -72,50 +127,66 @@ def _matters(falls: Floats, *, formal: bool) -> bool:
     return bool((falls < (NONE if formal else STIFF)).any())
 
 
-def _is_reshaped(before: PeriodicOrbit, after: PeriodicOrbit, region: int) -> bool:
-    """Return whether the oscillation under a record changes much with the dynamic stiffnesses.
+def _resonances(here: _Modes, there: _Modes) -> tuple[Floats, Floats]:
+    """Return the largest amplitudes between two of all modes and harmonics, and how far D falls.
 
-    With a force alone it changes as that does, however much: there is no resonance to be passed.
+    The first is that of the first mode under the constant.
     """
-    stiffnesses = [
-        (*orbit.system.law[region, [at.STIFFNESS, at.DAMPING]], orbit.system.law[0, at.PERIOD])
-        for orbit in (before, after)
-    ]
-    if stiffnesses[0] == stiffnesses[1]:
-        return False
-    phases = np.linspace(0.0, 1.0, SEEN)
-    x, y = (orbit.trajectory()(orbit.period * phases)[0] for orbit in (before, after))
-    # A mean moves without a resonance.
-    change = np.abs((y - y.mean()) - (x - x.mean())).max()
-    floor = ROUNDING * max(np.abs(x).max(), np.abs(y).max())
-    return bool(change > CHANGED * max(np.ptp(x), np.ptp(y)) + floor)
+    inputs = np.maximum(here.inputs, there.inputs)
+    least, falls = _least(*(_stiffness(modes, modes.omegas) for modes in (here, there)))
+    amplitudes = [inputs.ravel()]
+    leasts, all_falls = [least.ravel()], [falls.ravel()]
+    of_records = np.maximum(here.of_records, there.of_records)
+    for r, laws in enumerate(zip(here.records, there.records, strict=True)):
+        for j, springs in enumerate(zip(here.springs, there.springs, strict=True)):
+            numbers = _resonant_numbers(laws, np.array(springs))
+            if len(numbers) > MOST_HARMONICS:
+                return np.array([math.inf]), np.zeros(1)
+            waves = [_harmonics_of_record(law, numbers) for law in laws]
+            least, falls = _least(
+                *(
+                    _stiffness(modes, omegas)[j]
+                    for modes, (omegas, _) in zip((here, there), waves, strict=True)
+                )
+            )
+            amplitudes.append(of_records[j, r] * np.maximum(waves[0][1], waves[1][1]))
+            leasts.append(least)
+            all_falls.append(falls)
+    amplitude = np.concatenate(amplitudes)
+    acts = amplitude > NOT_DRIVEN * amplitude.max()
+    falls = np.concatenate(all_falls)
+    falls[~acts] = 1.0
+    return np.divide(amplitude, np.concatenate(leasts)), falls
 
 
-def passes_modal_resonance(before: StructureOrbit, after: StructureOrbit) -> bool:
-    """Return whether a structure has a resonance between two neighbours without events.
+def _stiffness(modes: _Modes, omegas: Floats) -> Complexes:
+    """Return the dynamic stiffnesses, (n, m)."""
+    return np.asarray(modes.springs[:, None] - omegas * omegas + 1j * modes.drags[:, None] * omegas)
 
-    Records are not looked at: their harmonics are not known.
+
+def _resonant_numbers(laws: tuple[Law, Law], springs: Floats) -> Integers:
+    """Return the numbers of a record's harmonics next to, and between, a mode's own frequencies."""
+    repeats = np.array([law[0, at.REPEAT] for law in laws])
+    own = np.sqrt(np.maximum(springs, 0.0)) * repeats / (2.0 * math.pi)
+    return np.arange(max(1, math.floor(own.min())), math.ceil(own.max()) + 1)
+
+
+def _harmonics_of_record(law: Law, numbers: Integers) -> tuple[Floats, Floats]:
+    """Return the frequencies and amplitudes of a repeated record's harmonics.
+
+    By parts, the Fourier integral of what is linear between knots is a sum over jumps and bends.
     """
-    ends, driven = [], []
-    for orbit in (before, after):
-        record = orbit.run.record
-        if not orbit.is_steady:
-            return False
-        sets, b = record.sets, int(record.marks[0, NEXT_REGION])
-        modes, law = sets.modes[b], sets.law[b]
-        omega = np.append(0.0, law[_harmonics(law), at.OMEGA])
-        stiffness = modes[:, SPRING, None] - omega * omega + 1j * modes[:, DRAG, None] * omega
-        inputs = (
-            np.abs(modes[:, [FORCE, RATE]]).max(axis=1)[:, None],
-            np.abs(sets.drive[b]).max(axis=2),
-        )
-        order = np.argsort(modes[:, SPRING])
-        ends.append(stiffness[order])
-        driven.append(np.concatenate(inputs, axis=1)[order])
-    largest = np.maximum(*driven)
-    _, falls = _least(ends[0], ends[1])
-    formal = not (before.admissible or after.admissible)
-    return _matters(falls[largest > NOT_DRIVEN * largest.max()], formal=formal)
+    n, first, entries = int(law[0, at.N_KNOTS]), int(law[0, at.FIRST_KNOT]), at.KNOT_ENTRIES
+    knots = law[first:, : entries * at.KNOTS_A_ROW].reshape(-1, entries)[:n]
+    t, force, slope = knots[:, at.KNOT_T], knots[:, at.KNOT_FORCE], knots[:, at.KNOT_SLOPE]
+    repeat = float(law[0, at.REPEAT])
+    ends = force + slope * np.diff(t, append=t[0] + repeat)
+    omega = 2.0 * math.pi / repeat * numbers
+    over = 1.0 / (1j * omega[:, None])
+    parts = (force - np.roll(ends, 1)) * over + (slope - np.roll(slope, 1)) * over * over
+    amplitude = np.abs((parts * np.exp(-1j * omega[:, None] * t)).sum(axis=1))
+    amplitude[amplitude < CANCELLED * np.abs(parts).sum(axis=1)] = 0.0
+    return omega, 2.0 / repeat * amplitude
 
 
 def _harmonics(law: Law) -> slice:
