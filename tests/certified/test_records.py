@@ -476,7 +476,7 @@ def test_the_derivative_by_a_parameter_over_knots_is_that_of_differences(
         w, eta = vector_of(guess), vector_of(guess)[0]
         w[0] = value
         curve = OrbitsAlong(system, equations.events, orbit.n_periods, path, 0)
-        residual, step = CurveResidual(curve, eta), arb(2) ** -100
+        residual, step = CurveResidual(curve, eta, curve.coarse()), arb(2) ** -100
         ends = [residual.value([value + move, *w[1:]]) for move in (step, -step)]
         expected = (ends[0] - ends[1]) * (1 / (2 * step))
         exact = residual.derivative(w)
