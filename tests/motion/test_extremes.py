@@ -323,6 +323,27 @@ def test_the_rounding_of_an_end_at_a_jump_decides_nothing(omega: str, half_perio
         assert float(found.peak_acceleration) == pytest.approx(at_end, rel=1e-9)
 
 
+@pytest.mark.parametrize("half_periods", [1, 2, 3, 5, 6, 15, 40, 41])
+@pytest.mark.parametrize("omega", ["1", "1.3", "0.7", "3.7"])
+def test_the_force_of_a_wall_has_both_limits_where_a_window_ends_at_a_jump(
+    omega: str, half_periods: int
+) -> None:
+    """A knot while the mass is held is no event of the run."""
+    force = pc.square_wave(omega, amplitude="0.3") + pc.Forcing(constant=-1)
+    osc = pc.Oscillator(1, "0.1", [pc.Wall(0, "below", 0)])
+    assert force.period is not None
+    jump, short = half_periods * force.period / 2, 2.0**-10
+    run = pc.simulate(osc, force, t_end=jump + 1.0)
+    assert len(run.contacts) == 1
+
+    for window in ((jump - short, jump), (jump, jump + short)):
+        found = run.extremes("stop_force", between=window)
+        assert (found.minimum, found.maximum) == pytest.approx((0.7, 1.3), rel=1e-12)
+    ended = pc.simulate(osc, force, t_end=jump).extremes("stop_force", between=(jump - short, jump))
+    before = 0.7 if half_periods % 2 == 1 else 1.3
+    assert (ended.minimum, ended.maximum) == pytest.approx((before, before), rel=1e-12)
+
+
 @pytest.mark.parametrize(("restitution", "omega"), [("0.1", "0.4"), ("0.3", "0.9"), ("0.7", "0.4")])
 def test_the_end_of_a_chatter_has_the_acceleration_of_the_free_structure(
     restitution: str, omega: str

@@ -9,7 +9,7 @@ from percuss.ensembles.batch import BatchResult, Plan, reason_of
 from percuss.kernels import observables
 from percuss.kernels.structure.run import StructureRun
 from percuss.model.acting_sets import StructureSystem
-from percuss.motion.extremes import window_at_jumps
+from percuss.motion.extremes import jumps_in, window_at_jumps
 from percuss.motion.follow_structure import followed
 from percuss.motion.structure_means import mean_power_of_run, mean_square_of_run
 from percuss.motion.structure_observables import extremes_of_run, passages_of_run
@@ -61,7 +61,7 @@ def _note_means(
     if on.any():
         c = tuple(on.tolist())
         values[observables.SQUARE] = duration * mean_square_of_run(system, run, span, c)
-        window = window_at_jumps(run.events, run.marks, span, span[1])
+        window = window_at_jumps(jumps_in(run.events, run.marks), span, span[1])
         extremes = extremes_of_run(system, run, window, "acceleration", 0, c)
         values[observables.PEAK_ACCELERATION] = max(abs(extremes.minimum), abs(extremes.maximum))
 

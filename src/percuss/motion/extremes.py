@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, get_args
 
@@ -12,6 +13,7 @@ from percuss.arrays import Floats, Integers
 from percuss.errors import ParameterError
 from percuss.kernels import law_columns as at
 from percuss.kernels.arithmetic import Pair
+from percuss.kernels.law_columns import Law
 from percuss.kernels.linear_observables import (
     GREATEST,
     LEAST,
@@ -28,6 +30,7 @@ from percuss.kernels.linear_observables import (
 )
 from percuss.kernels.loads import SAME_INSTANT
 from percuss.kernels.passages import crossings_of_level
+from percuss.kernels.pieces import time_to_knot
 from percuss.kernels.record import EVENT_T, KIND, KNOT, MotionRecord
 from percuss.model.exact import as_float, whole
 from percuss.model.oscillator import stops_in_words
@@ -37,6 +40,8 @@ __all__ = [
     "Extrema",
     "QuantityName",
     "extremes_of_motion",
+    "jumps_at",
+    "jumps_in",
     "level_crossings",
     "observable_of",
     "told_instant",
@@ -125,23 +130,41 @@ def extremes_of_motion(
     return Extrema(factor * least, t_least, factor * most, t_most)
 
 
-def window_at_jumps(events: Floats, marks: Integers, span: Pair, t_end: float) -> Pair:
+def window_at_jumps(jumps: Floats, span: Pair, t_end: float) -> Pair:
     """Return a window of a motion up to t_end whose ends are at jumps that are within rounding.
 
     Both limits at a jump of the force belong to a window that ends there, on whichever side of it
     the end was rounded. But a motion that ends at a jump has not come to it: only the limit before
     it counts. The instants of other events are those of the run itself, and exact.
     """
-    jumps = events[marks[:, KIND] == KNOT, EVENT_T]
     first, last = span
+    # By so much a stretch goes on behind a jump, or there is none.
+    beyond = 2.0 * SAME_INSTANT
     at_first = jumps[np.abs(jumps - first) <= SAME_INSTANT * abs(first)]
     at_last = jumps[np.abs(jumps - last) <= SAME_INSTANT * abs(last)]
     if len(at_first):
-        first = min(first, float(at_first[0]))
+        first = min(first, float(at_first[0]) - beyond * abs(first))
     if len(at_last):
         is_end = t_end - last <= SAME_INSTANT * abs(last)
-        last = math.nextafter(at_last[0], -math.inf) if is_end else max(last, float(at_last[-1]))
+        if is_end:
+            last = min(last, math.nextafter(at_last[0], -math.inf))
+        else:
+            last = max(last, float(at_last[-1]) + beyond * abs(last))
     return (first, last) if first <= last else span
+
+
+def jumps_in(events: Floats, marks: Integers) -> Floats:
+    """Return the jumps, and other knots, of the force that are rows of a record."""
+    return np.asarray(events[marks[:, KIND] == KNOT, EVENT_T])
+
+
+def jumps_at(law: Law, instants: Sequence[float]) -> Floats:
+    """Return the knots of the force that are within rounding of some instants, or come next."""
+    found = []
+    for t in instants:
+        before = t - 2.0 * SAME_INSTANT * abs(t)
+        found.append(before + time_to_knot(law, before, 0.0))
+    return np.array(found)
 
 
 def told_instant(events: Floats, span: tuple[float, float], t: float) -> float:

@@ -22,7 +22,7 @@ from percuss.model.periods import require_period
 from percuss.model.structure import Structure
 from percuss.model.structure_start import StructureStart
 from percuss.motion.energetics import force_in_run
-from percuss.motion.extremes import Extrema, QuantityName, window_at_jumps
+from percuss.motion.extremes import Extrema, QuantityName, jumps_in, window_at_jumps
 from percuss.motion.instants import check_limit, span_within, strobes, times_within
 from percuss.motion.moved_structure_motion import scratch_run
 from percuss.motion.run_dataset import run_dataset
@@ -419,7 +419,7 @@ class StructureTrajectory(HasPicture):
         3.0
         """
         run, span = scratch_run(self._run), span_within(between, self.t0, self.t_end)
-        span = window_at_jumps(run.events, run.marks, span, self.t_end)
+        span = window_at_jumps(jumps_in(run.events, run.marks), span, self.t_end)
         return extremes_of_run(self.system, run, span, of, stop, on)
 
     def sensitivity(self, paths: Sequence[str]) -> StructureSensitivity:

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from percuss.arrays import Floats, Integers, row_of
 from percuss.kernels import record as columns
-from percuss.kernels.law_columns import N_HARMONICS
+from percuss.kernels.law_columns import N_HARMONICS, N_KNOTS
 from percuss.kernels.record import MotionRecord
 from percuss.kernels.sample import evaluate, impact_columns
 from percuss.model.exact import Exact, Phase, as_float, reals, whole
@@ -30,6 +30,7 @@ from percuss.motion.extremes import (
     Extrema,
     QuantityName,
     extremes_of_motion,
+    jumps_at,
     level_crossings,
     window_at_jumps,
 )
@@ -413,7 +414,9 @@ class Trajectory(HasPicture):
         True
         """
         record, span = self._motion_record, span_within(between, self.t0, self.t_end)
-        span = window_at_jumps(record.events, record.marks, span, self.t_end)
+        if self.system.law[0, N_KNOTS] > 0.0:
+            # A knot while a wall holds the mass is no row of the record.
+            span = window_at_jumps(jumps_at(self.system.law, span), span, self.t_end)
         return extremes_of_motion(self.system, record, span, of, stop)
 
     def within(self, instants: Floats) -> Floats:

@@ -142,9 +142,10 @@ class _Equations:
         if self.starts_from_rest(unknowns):
             # The kernels take 1 as the scale of velocities that are all zero.
             _, speed = self.scales(unknowns)
-            self.residual[:-1] /= speed
-            self.matrix[:-1] /= speed
-            self.matrix[:, 1 + self.n :] *= speed
+            with np.errstate(over="ignore", invalid="ignore"):
+                self.residual[:-1] /= speed
+                self.matrix[:-1] /= speed
+                self.matrix[:, 1 + self.n :] *= speed
 
     def starts_from_rest(self, unknowns: Floats) -> bool:
         """Return whether every flight does, as after plastic impacts."""
