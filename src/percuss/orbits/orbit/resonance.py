@@ -156,7 +156,7 @@ def _resonances(here: _Modes, there: _Modes) -> tuple[Floats, Floats]:
     acts = amplitude > NOT_DRIVEN * amplitude.max()
     falls = np.concatenate(all_falls)
     falls[~acts] = 1.0
-    return np.divide(amplitude, np.concatenate(leasts)), falls
+    return amplitude / np.concatenate(leasts), falls
 
 
 def _stiffness(modes: _Modes, omegas: Floats) -> Complexes:
@@ -181,7 +181,7 @@ def _harmonics_of_record(law: Law, numbers: Integers) -> tuple[Floats, Floats]:
     t, force, slope = knots[:, at.KNOT_T], knots[:, at.KNOT_FORCE], knots[:, at.KNOT_SLOPE]
     repeat = float(law[0, at.REPEAT])
     ends = force + slope * np.diff(t, append=t[0] + repeat)
-    omega = 2.0 * math.pi / repeat * numbers
+    omega = 2.0 * math.pi / repeat * numbers.astype(np.float64)
     over = 1.0 / (1j * omega[:, None])
     parts = (force - np.roll(ends, 1)) * over + (slope - np.roll(slope, 1)) * over * over
     amplitude = np.abs((parts * np.exp(-1j * omega[:, None] * t)).sum(axis=1))
