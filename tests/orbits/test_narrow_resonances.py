@@ -205,3 +205,47 @@ def test_under_a_record_a_motion_may_grow_from_nothing_or_move(
     branch = pc.continue_orbit(orbit, over={path: ends})
     assert (branch.values.min(), branch.values.max()) == ends
     assert len(branch) < 200
+
+
+def pressed(amplitude: float, omega: float | str, constant: float) -> pc.StructureOrbit:
+    """Return the response of a mass that the load presses towards a soft stop with a dashpot."""
+    stop = pc.SoftStop(1, "above", stiffness=10, damping="0.3", on=0)
+    one = pc.Structure(mass=[1], stiffness=[1], damping=["0.2"], stops=[stop])
+    orbit = pc.find_orbit(one, {0: pc.cosine(omega, amplitude) + pc.Forcing(constant=constant)})
+    assert isinstance(orbit, pc.StructureOrbit)
+    return orbit
+
+
+def test_the_graze_of_a_small_response_and_what_follows_are_found() -> None:
+    branch = pc.continue_orbit(pressed(0.01, "1.7", 0), over={"loads.0.constant": (-3, 7)})
+    found = [(point.kind, point.value) for point in branch.special_points]
+    # Those after the first are the oscillator's.
+    expected = [
+        ("grazing", 1 - 0.01 / math.hypot(1 - 1.7**2, 0.2 * 1.7)),
+        ("fold", 1.00985046019),
+        ("fold", 1.00827239718),
+        ("period_doubling", 1.0088062944),
+        ("period_doubling", 1.00984794487),
+        ("grazing", 1.01348961318),
+    ]
+    assert [kind for kind, _ in found] == [kind for kind, _ in expected]
+    np.testing.assert_allclose(
+        [value for _, value in found], [value for _, value in expected], rtol=1e-10
+    )
+
+
+def test_no_step_passes_over_a_contact_from_a_free_response_to_a_held_one() -> None:
+    # From the first contact to the last the load changes by less than a step.
+    branch = pc.continue_orbit(pressed(1e-3, "0.5", -3), over={"loads.0.constant": (-3, 5.3)})
+    graze = 1 - 1e-3 / math.hypot(1 - 0.5**2, 0.2 * 0.5)
+    is_free = branch.n_impacts == 0
+    assert branch.values[is_free].max() == pytest.approx(graze, abs=1e-7)
+
+
+def test_resonances_that_reach_no_stop_and_are_no_peaks_make_no_steps_shorter() -> None:
+    stop = pc.SoftStop(20, "above", stiffness=10, on=0)
+    four = pc.chain([1, 1, 1, 1], [2, 1, 3, 2, 1], ["0.2", "0.1", "0.3", "0.2", "0.1"], [stop])
+    orbit = pc.find_orbit(four, {3: pc.triangle_wave("0.35")})
+    branch = pc.continue_orbit(orbit, over={"loads.0.omega": ("0.05", "1.4")})
+    assert (branch.values.min(), branch.values.max()) == (0.05, 1.4)
+    assert len(branch) < 150

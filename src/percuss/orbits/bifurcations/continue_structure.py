@@ -119,6 +119,7 @@ class _BranchDetector:
                     is_astray = True
                     continue
             if zero is None:
+                is_astray = True
                 continue
             row = _special_at(here, new, zero, name, ends)
             if row is not None:
@@ -183,9 +184,14 @@ class _BranchDetector:
 
 
 def _is_coarse(here: Point[StructureEquations], new: Point[StructureEquations]) -> bool:
-    """Return whether a response changes much within a step, in which it may graze a stop twice."""
+    """Return whether a response changes much within a step, in which it may graze a stop twice.
+
+    Or whether soft stops press on one of two all along that do not press on the other.
+    """
     if not (here.is_response and new.is_response):
         return False
+    if here.orbit.acting_first != new.orbit.acting_first:
+        return True
     states = [point.z[: point.problem.size] for point in (here, new)]
     change = float(np.abs(states[1] - states[0]).max())
     return change > COARSE * max(1.0, float(np.abs(states).max()))

@@ -95,9 +95,13 @@ def locate(
     problem = a.problem
     chord = b.z - a.z
     length = norm(chord)
-    # A response turns far off the chord where it resonates.
+    # A response turns far off the chord where it resonates. At its graze, next to which derivatives
+    # by the parameter jump, the corrector does without these.
     are_responses = a.is_response and b.is_response
-    normal = along_parameter(len(chord)) if are_responses else chord / length
+    goes_on = a.tangent[-1] * b.tangent[-1] > 0.0
+    ends_response = goes_on and (a.is_response or b.is_response)
+    is_upright = are_responses or ends_response
+    normal = along_parameter(len(chord)) if is_upright else chord / length
     known = {0.0: a.z, 1.0: b.z}
 
     def at(part: float) -> Sample:

@@ -17,7 +17,18 @@ from percuss.arrays import Complexes, Floats, Integers
 from percuss.kernels import law_columns as at
 from percuss.kernels.law_columns import Law
 from percuss.kernels.record import NEXT_REGION
-from percuss.kernels.structure.basis import DRAG, FORCE, RATE, SPRING
+from percuss.kernels.structure.basis import (
+    DRAG,
+    FORCE,
+    FORCE_COS,
+    FORCE_SIN,
+    RATE,
+    RATE_COS,
+    RATE_SIN,
+    SPRING,
+)
+from percuss.model.exact import as_float
+from percuss.numerics import matmul
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
 
@@ -35,6 +46,8 @@ NOT_DRIVEN, CANCELLED = 1e-12, 1e-10
 MOST_HARMONICS = 64
 # Instants at which displacements are taken.
 SEEN = 65
+# What resonates is a peak of its own above this part of the motions at both neighbours.
+PEAK = 1.25
 
 
 class _Modes(NamedTuple):
@@ -57,7 +70,7 @@ def passes_resonance(before: PeriodicOrbit, after: PeriodicOrbit) -> bool:
     """Return whether an oscillator has a resonance between two neighbours without events."""
     region = int(before.record[1][0, NEXT_REGION])
     here, there = (_mode_of(orbit.system.law, region) for orbit in (before, after))
-    swings, falls = _resonances(here, there)
+    swings, falls, _ = _resonances(here, there)
     if not _matters(falls, formal=not (before.admissible or after.admissible)):
         return False
     rows = np.array([orbit.system.law[region] for orbit in (before, after)])
@@ -83,8 +96,38 @@ def passes_modal_resonance(before: StructureOrbit, after: StructureOrbit) -> boo
     """Return whether a structure has a resonance between two neighbours without events."""
     if not (before.is_steady and after.is_steady):
         return False
-    _, falls = _resonances(_modes_of(before), _modes_of(after))
-    return _matters(falls, formal=not (before.admissible or after.admissible))
+    swings, falls, modes = _resonances(_modes_of(before), _modes_of(after))
+    is_formal = not (before.admissible or after.admissible)
+    if not _matters(falls, formal=is_formal) or (falls < NONE).any():
+        return bool((falls < NONE).any())
+    resonates = falls < STIFF
+    swing = np.zeros(len(_order_of(before)))
+    np.add.at(swing, modes[resonates], swings[resonates])
+    shapes = np.maximum(_shapes_of(before), _shapes_of(after))
+    return _is_peak(before, after, matmul(swing, shapes))
+
+
+def _is_peak(before: StructureOrbit, after: StructureOrbit, swing: Floats) -> bool:
+    """Return whether coordinates that swing so far between two neighbours may reach a stop there.
+
+    Or whether they outgrow both motions.
+    """
+    phases = np.linspace(0.0, 1.0, SEEN)
+    places = [orbit.run(orbit.period * phases)[0] for orbit in (before, after)]
+    extents = [0.5 * (x.max(axis=0) - x.min(axis=0)) for x in places]
+    if (swing > PEAK * np.maximum(*extents)).any():
+        return True
+    directions = before.structure.stop_directions
+    for i, c in enumerate(directions):
+        sides = [
+            matmul(x, c) - as_float(orbit.structure.stops[i].at)
+            for x, orbit in zip(places, (before, after), strict=True)
+        ]
+        room = float(np.abs(sides).min()) if np.ptp(np.sign(sides)) == 0.0 else 0.0
+        # What resonates goes, and may be hidden in the displacements, too.
+        if room <= 2.0 * float(matmul(np.abs(c), swing)):
+            return True
+    return False
 
 
 def _mode_of(law: Law, region: int) -> _Modes:
@@ -103,20 +146,40 @@ def _mode_of(law: Law, region: int) -> _Modes:
 
 def _modes_of(orbit: StructureOrbit) -> _Modes:
     """Return the modes of a structure by their frequencies."""
-    record = orbit.run.record
-    sets, b = record.sets, int(record.marks[0, NEXT_REGION])
-    modes, law = sets.modes[b], sets.law[b]
-    order = np.argsort(modes[:, SPRING])
-    constant = np.abs(modes[:, [FORCE, RATE]]).max(axis=1)[:, None]
-    inputs = np.concatenate([constant, np.abs(sets.drive[b]).max(axis=2)], axis=1)
+    sets, b = orbit.run.record.sets, _set_of(orbit)
+    modes, law, order = sets.modes[b], sets.law[b], _order_of(orbit)
+    # A mode is driven by what enters w', and the derivative of what enters u'.
+    quick = np.abs(modes[:, DRAG]) + np.sqrt(np.abs(modes[:, SPRING]))
+    constant = np.abs(modes[:, FORCE]) + quick * np.abs(modes[:, RATE])
+    drive, of_records = sets.drive[b], np.abs(sets.record_drive[b])
+    forces = np.hypot(drive[:, :, FORCE_COS], drive[:, :, FORCE_SIN])
+    rates = np.hypot(drive[:, :, RATE_COS], drive[:, :, RATE_SIN])
+    inputs = np.concatenate([constant[:, None], forces + quick[:, None] * rates], axis=1)
     return _Modes(
         modes[order, SPRING],
         modes[order, DRAG],
         np.append(0.0, law[_harmonics(law), at.OMEGA]),
         inputs[order],
         tuple(sets.records),
-        np.abs(sets.record_drive[b]).max(axis=2)[order],
+        (of_records[:, :, 0] + quick[:, None] * of_records[:, :, 1])[order],
     )
+
+
+def _set_of(orbit: StructureOrbit) -> int:
+    return int(orbit.run.record.marks[0, NEXT_REGION])
+
+
+def _order_of(orbit: StructureOrbit) -> Integers:
+    """Return the modes by their frequencies."""
+    return np.argsort(orbit.run.record.sets.modes[_set_of(orbit), :, SPRING])
+
+
+def _shapes_of(orbit: StructureOrbit) -> Floats:
+    """Return how far each coordinate moves where a mode swings by 1 at its own frequency, (n, n)."""
+    sets, b, order = orbit.run.record.sets, _set_of(orbit), _order_of(orbit)
+    own = np.sqrt(np.abs(sets.modes[b, order, SPRING]))
+    shape = np.abs(sets.shape[b, order])
+    return np.asarray(shape[:, 0] + own[:, None] * shape[:, 1])
 
 
 def _matters(falls: Floats, *, formal: bool) -> bool:
@@ -127,21 +190,22 @@ def _matters(falls: Floats, *, formal: bool) -> bool:
     return bool((falls < (NONE if formal else STIFF)).any())
 
 
-def _resonances(here: _Modes, there: _Modes) -> tuple[Floats, Floats]:
-    """Return the largest amplitudes between two of all modes and harmonics, and how far D falls.
+def _resonances(here: _Modes, there: _Modes) -> tuple[Floats, Floats, Integers]:
+    """Return the largest amplitudes between two, how far D falls, and the modes.
 
-    The first is that of the first mode under the constant.
+    Of all modes and harmonics: the first is that of the first mode under the constant.
     """
     inputs = np.maximum(here.inputs, there.inputs)
     least, falls = _least(*(_stiffness(modes, modes.omegas) for modes in (here, there)))
     amplitudes = [inputs.ravel()]
     leasts, all_falls = [least.ravel()], [falls.ravel()]
+    of_modes = [np.repeat(np.arange(len(inputs)), inputs.shape[1])]
     of_records = np.maximum(here.of_records, there.of_records)
     for r, laws in enumerate(zip(here.records, there.records, strict=True)):
         for j, springs in enumerate(zip(here.springs, there.springs, strict=True)):
             numbers = _resonant_numbers(laws, np.array(springs))
             if len(numbers) > MOST_HARMONICS:
-                return np.array([math.inf]), np.zeros(1)
+                return np.array([math.inf]), np.zeros(1), np.array([j])
             waves = [_harmonics_of_record(law, numbers) for law in laws]
             least, falls = _least(
                 *(
@@ -152,11 +216,12 @@ def _resonances(here: _Modes, there: _Modes) -> tuple[Floats, Floats]:
             amplitudes.append(of_records[j, r] * np.maximum(waves[0][1], waves[1][1]))
             leasts.append(least)
             all_falls.append(falls)
+            of_modes.append(np.full(len(numbers), j))
     amplitude = np.concatenate(amplitudes)
     acts = amplitude > NOT_DRIVEN * amplitude.max()
     falls = np.concatenate(all_falls)
     falls[~acts] = 1.0
-    return amplitude / np.concatenate(leasts), falls
+    return amplitude / np.concatenate(leasts), falls, np.concatenate(of_modes)
 
 
 def _stiffness(modes: _Modes, omegas: Floats) -> Complexes:

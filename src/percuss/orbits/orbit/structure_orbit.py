@@ -178,6 +178,12 @@ class StructureOrbit(HasPicture):
         return bool(np.isin(self.run.record.marks[:, KIND], (START, KNOT)).all())
 
     @property
+    def acting_first(self) -> int:
+        """The stops that act from t = 0 on, as bits."""
+        record = self.run.record
+        return int(record.sets.keys[record.marks[0, NEXT_REGION]])
+
+    @property
     def is_stable(self) -> bool:
         """Whether neighbours approach it: all multipliers lie inside the unit circle."""
         return bool((np.abs(self.multipliers) < 1.0 - ON_CIRCLE).all())
