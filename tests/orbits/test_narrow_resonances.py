@@ -249,3 +249,22 @@ def test_resonances_that_reach_no_stop_and_are_no_peaks_make_no_steps_shorter() 
     branch = pc.continue_orbit(orbit, over={"loads.0.omega": ("0.05", "1.4")})
     assert (branch.values.min(), branch.values.max()) == (0.05, 1.4)
     assert len(branch) < 150
+
+
+def test_a_branch_reaches_the_graze_of_a_stiff_stop_in_a_resonance() -> None:
+    # Its steps along the branch, in which the parameter all but stood, did not come near it.
+    stop = pc.SoftStop(30, "above", stiffness=300, on=0)
+    one = pc.Structure(mass=[1], stiffness=[1], damping=["2e-5"], stops=[stop])
+    orbit = pc.find_orbit(one, {0: pc.cosine("0.6")})
+    branch = pc.continue_orbit(orbit, over={"loads.0.omega": ("0.5", "1.2")}, max_points=60)
+    (graze,) = (point.value for point in branch.special_points if point.kind == "grazing")
+    assert graze == pytest.approx(math.sqrt(1 - 1 / 30), rel=1e-6)
+
+
+def test_a_branch_does_not_turn_back_where_it_does_not_fold() -> None:
+    # Next to grazes a step came to the same orbits on their other side, and went on backwards.
+    branch = pc.continue_orbit(pressed(0.1, "0.5", -2.5), over={"loads.0.constant": (-2.5, 4.1)})
+    assert branch.values[-1] == 4.1
+    assert (branch.n_impacts[-1], branch.is_stable[-1]) == (0, True)
+    turns = np.flatnonzero(np.diff(np.sign(np.diff(branch.values))))
+    assert len(turns) == sum(point.kind == "fold" for point in branch.special_points) == 4

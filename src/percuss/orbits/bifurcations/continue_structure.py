@@ -85,7 +85,7 @@ class _BranchDetector:
         """Return the special points between two neighbours, in order."""
         equations = here.problem
         too_long = _is_coarse(here, new) or passes_modal_resonance(here.orbit, new.orbit)
-        if too_long or _fell_on_simpler(here, new):
+        if too_long or _fell_on_simpler(here, new) or _fell_on_another(here, new):
             return Segment([], is_astray=True)
         rows: list[PlacedRow] = []
         is_astray = False
@@ -227,6 +227,18 @@ def _fell_on_simpler(here: Point[StructureEquations], new: Point[StructureEquati
         and float(np.abs(equations.halves(here.orbit)).max()) >= MIRRORED
         and float(np.abs(equations.halves(new.orbit)).max()) < MIRRORED
     )
+
+
+def _fell_on_another(here: Point[StructureEquations], new: Point[StructureEquations]) -> bool:
+    """Return whether a step has left a branch: the parameter turns, and no multiplier passes 1.
+
+    Along a branch both change sign where it folds (Allgower & Georg 1990); a family also turns where
+    it comes back from the simpler orbits from which it originates.
+    """
+    if here.problem.simpler(here.orbit) is not None:
+        return False
+    tests = here.tests["multiplier 1"], new.tests["multiplier 1"]
+    return _turns(here, new) and tests[0] * tests[1] > 0.0
 
 
 def _origin_between(

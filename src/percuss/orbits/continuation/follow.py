@@ -11,7 +11,7 @@ from typing import Any, Generic, Protocol, TypeVar, cast
 import numpy as np
 
 from percuss.arrays import Floats
-from percuss.errors import ParameterError, PercussError
+from percuss.errors import ConvergenceError, ParameterError, PercussError
 from percuss.model.exact import real, whole
 from percuss.numerics import dot, norm
 from percuss.orbits.continuation.problem import BorderError, P, Point, along_parameter
@@ -282,6 +282,8 @@ def _step(
         except PercussError as error:
             new, why, invalid = None, str(error), isinstance(error, ParameterError)
         if new is not None:
+            if here.is_response and not new.is_response:
+                step = norm(new.z - here.z)
             straight = here.is_response or dot(here.tangent, new.tangent) > STRAIGHT
             return new, step * LONGER if straight else step, ""
         here = problem.refined(here)
@@ -297,8 +299,10 @@ def _tried(here: Point[P], curve: tuple[Floats, Floats], step: float) -> Point[P
     problem, n = here.problem, len(here.problem.paths)
     if here.is_response:
         new = _next_response(here, step)
-        if new.is_response:
+        if new is not None:
             return new
+        # Beyond a graze the branch may turn back at once: as far, in arclength.
+        step = min(step / max(abs(float(here.tangent[-1])), step), 1.0)
     guess = here.z + step * here.tangent
     guess = guess + (0.5 * step * step) * (curve[0] + (step / 3.0) * curve[1])
     normal = problem.corrector_normal(here.tangent, step)
@@ -319,12 +323,16 @@ def _tried(here: Point[P], curve: tuple[Floats, Floats], step: float) -> Point[P
     return new if dot(here.tangent, new.tangent) > TURNED else None
 
 
-def _next_response(here: Point[P], step: float) -> Point[P]:
-    """Return the point at a parameter that is a step on."""
+def _next_response(here: Point[P], step: float) -> Point[P] | None:
+    """Return the response at a parameter that is a step on, None where there is none."""
     guess, onwards = here.z.copy(), math.copysign(step, here.tangent[-1])
     guess[-1] = min(max(float(guess[-1]) + onwards, 0.0), 1.0)
-    z = here.problem.corrected(guess, along_parameter(len(guess)))
-    return here.problem.point(z, here)
+    try:
+        z = here.problem.corrected(guess, along_parameter(len(guess)))
+    except ConvergenceError:
+        return None
+    new = here.problem.point(z, here)
+    return new if new.is_response else None
 
 
 def _is_back(start: Point[P], new: Point[P], sign: float, before: Point[P]) -> bool:
