@@ -18,6 +18,7 @@ from percuss.kernels import law_columns as at
 from percuss.kernels.law_columns import Law
 from percuss.kernels.record import NEXT_REGION
 from percuss.kernels.structure.basis import DRAG, FORCE, RATE, SPRING
+from percuss.numerics import modulus, phasor, times
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
 
@@ -182,10 +183,10 @@ def _harmonics_of_record(law: Law, numbers: Integers) -> tuple[Floats, Floats]:
     repeat = float(law[0, at.REPEAT])
     ends = force + slope * np.diff(t, append=t[0] + repeat)
     omega = 2.0 * math.pi / repeat * numbers.astype(np.float64)
-    over = 1.0 / (1j * omega[:, None])
-    parts = (force - np.roll(ends, 1)) * over + (slope - np.roll(slope, 1)) * over * over
-    amplitude = np.abs((parts * np.exp(-1j * omega[:, None] * t)).sum(axis=1))
-    amplitude[amplitude < CANCELLED * np.abs(parts).sum(axis=1)] = 0.0
+    jumps, bends, per_time = force - np.roll(ends, 1), slope - np.roll(slope, 1), omega[:, None]
+    parts = -bends / per_time**2 - 1j * (jumps / per_time)
+    amplitude = modulus(times(parts, phasor(-per_time * t)).sum(axis=1))
+    amplitude[amplitude < CANCELLED * modulus(parts).sum(axis=1)] = 0.0
     return omega, 2.0 / repeat * amplitude
 
 
@@ -197,7 +198,7 @@ def _harmonics(law: Law) -> slice:
 def _least(here: Complexes, there: Complexes) -> tuple[Floats, Floats]:
     """Return the least dynamic stiffnesses between two values, and as parts of the lesser value."""
     chord = there - here
-    square = np.maximum(np.abs(chord) ** 2, TINY)
-    part = np.clip(-(here.conj() * chord).real / square, 0.0, 1.0)
-    least = np.maximum(np.abs(here + part * chord), TINY)
-    return least, least / np.maximum(np.minimum(np.abs(here), np.abs(there)), TINY)
+    square = np.maximum(modulus(chord) ** 2, TINY)
+    part = np.clip(-times(here.conj(), chord).real / square, 0.0, 1.0)
+    least = np.maximum(modulus(here + part * chord), TINY)
+    return least, least / np.maximum(np.minimum(modulus(here), modulus(there)), TINY)
