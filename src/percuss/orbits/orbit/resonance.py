@@ -22,7 +22,7 @@ from percuss.numerics import modulus, phasor, times
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
 
-__all__ = ["passes_modal_resonance", "passes_resonance"]
+__all__ = ["COARSE", "changes_much", "passes_modal_resonance", "passes_resonance"]
 
 # A dynamic stiffness between two neighbours may fall below theirs by the first factor. Below the
 # second one it is none: the amplitude has no bound.
@@ -34,7 +34,10 @@ TINY = np.finfo(np.float64).tiny
 NOT_DRIVEN, CANCELLED = 1e-12, 1e-10
 # Harmonics of a record that resonate within one step: with more, the step is too long.
 MOST_HARMONICS = 64
-# Instants at which displacements are taken.
+# Part of its size by which a motion may change from one neighbour to the next; what is a smaller
+# part of its displacements is rounding.
+COARSE, ROUNDING = 0.25, 1e-9
+# Instants of a period at which displacements and velocities are taken.
 SEEN = 65
 
 
@@ -68,16 +71,39 @@ def passes_resonance(before: PeriodicOrbit, after: PeriodicOrbit) -> bool:
     if here.records:
         # What does not resonate goes from one to the other; what does may be hidden in their
         # displacements, too.
-        phases = np.linspace(0.0, 1.0, SEEN)
-        rest = [
-            orbit.trajectory()(orbit.t0 + orbit.period * phases)[0] for orbit in (before, after)
-        ]
+        rest = [_seen(orbit)[0] for orbit in (before, after)]
         swing = 2.0 * float(swings[falls < STIFF].sum())
     else:
         rest = [rows[:, at.ORIGIN] + rows[:, at.ORIGIN_FORCE] / springs]
         swing = float(swings[1:].sum())
     low, high = rows[:, at.LOWER].max(), rows[:, at.UPPER].min()
     return not low < np.min(rest) - swing <= np.max(rest) + swing < high
+
+
+def changes_much(before: PeriodicOrbit, after: PeriodicOrbit, speed: float) -> bool:
+    """Return whether an oscillator's motion without events changes much between two neighbours.
+
+    By a part of its largest velocity, or of a given one. Under another force alone it changes as
+    that does, however much: nothing is between that the two do not show.
+    """
+    region = int(before.record[1][0, NEXT_REGION])
+    linear, other = (
+        (*orbit.system.law[region, [at.STIFFNESS, at.DAMPING]], orbit.period)
+        for orbit in (before, after)
+    )
+    if linear == other:
+        return False
+    (x, v), (y, w) = (_seen(orbit) for orbit in (before, after))
+    size = max(float(np.abs(v).max()), float(np.abs(w).max()), speed)
+    length = max(float(np.abs(x).max()), float(np.abs(y).max()))
+    floor = ROUNDING * 2.0 * math.pi / before.period * length
+    return float(np.abs(w - v).max()) > max(COARSE * size, floor)
+
+
+def _seen(orbit: PeriodicOrbit) -> tuple[Floats, Floats]:
+    """Return displacements and velocities at instants of a period."""
+    x, v = orbit.trajectory()(orbit.t0 + orbit.period * np.linspace(0.0, 1.0, SEEN))
+    return x, v
 
 
 def passes_modal_resonance(before: StructureOrbit, after: StructureOrbit) -> bool:
