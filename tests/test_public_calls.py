@@ -108,7 +108,7 @@ CALLS: list[tuple[Callable[[], Any], str]] = [
     (lambda: api.classify_impact_times("abc", OSC), "run = 'abc': not a number"),
     (lambda: api.classify_impact_times([1.0, 2.0], 1), "osc = 1: not an Oscillator"),
     (lambda: api.classify_impact_times([1.0], OSC, "x"), "force = 'x': not a Forcing"),
-    (lambda: api.fourier(1.0, np.array(3.0)), "cos = 3.0: not a tuple"),
+    (lambda: api.fourier(1.0, np.array(3.0)), "cos = array(3.): not a tuple"),
     (lambda: api.restitution_table(np.array(1.0), [0.5]), "speeds"),
     (lambda: beam(points=[1]), "points = [1]: not {name: place}"),
     (lambda: beam(length=1e-300), "length = 1e-300: the highest frequency of such a beam"),

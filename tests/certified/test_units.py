@@ -38,17 +38,17 @@ class Scale(NamedTuple):
 
 
 MILLION = Fraction(10**6)
-scales = pytest.mark.parametrize(
-    "scale",
-    [
-        Scale(1 / MILLION, Fraction(1)),
-        Scale(MILLION, Fraction(1)),
-        Scale(Fraction(1), MILLION),
-        Scale(1 / MILLION, 1 / MILLION),
-        Scale(MILLION, MILLION),
-    ],
-    ids=["small", "large", "slow", "small and fast", "large and slow"],
-)
+ONE_UNIT = {
+    "small": Scale(1 / MILLION, Fraction(1)),
+    "large": Scale(MILLION, Fraction(1)),
+    "slow": Scale(Fraction(1), MILLION),
+}
+BOTH_UNITS = {
+    "small and fast": Scale(1 / MILLION, 1 / MILLION),
+    "large and slow": Scale(MILLION, MILLION),
+}
+SCALES = ONE_UNIT | BOTH_UNITS
+scales = pytest.mark.parametrize("scale", list(SCALES.values()), ids=list(SCALES))
 
 
 @scales
@@ -118,7 +118,12 @@ def test_lists(scale: Scale) -> None:
     assert "is among 2 orbits" in theorem_of(certificate(found))
 
 
-@scales
+@pytest.mark.parametrize(
+    "scale",
+    [pytest.param(scale, marks=pytest.mark.nightly) for scale in ONE_UNIT.values()]
+    + list(BOTH_UNITS.values()),
+    ids=list(SCALES),
+)
 def test_basins(scale: Scale) -> None:
     orbit = pc.find_orbit(scale.wall("7/10"), scale.cosine("23/10"))
     x0, v0 = (scale.place("1/10"), scale.place("3/20")), (scale.speed("3/10"), scale.speed("7/20"))

@@ -13,6 +13,7 @@ from percuss.ensembles.basin_fractions import (
     points_before,
     with_joined_numbers,
 )
+from percuss.plotting import plot_fractions
 
 GAP = "oscillator.stops.0.at"
 OSC = pc.impact_oscillator(restitution=0.7, wall=1.0, side="above", damping=0.05)
@@ -165,6 +166,9 @@ def test_a_value_without_a_motion_is_passed_over() -> None:
     assert shares.n_starts.values.tolist() == [50, 0, 50]
     assert not shares.exists.values[:, 1].any()
     assert shares.exists.values[:, 2].any()
+    for name in ("fraction", "fraction_error"):
+        np.testing.assert_array_equal(np.isnan(shares[name].values).any(axis=0), [0, 1, 0])
+    assert plot_fractions(shares).get_ylim() == (0.0, 1.0)
 
 
 @pytest.mark.parametrize(

@@ -162,7 +162,7 @@ def test_pictures_draw_dots_over_the_parameters_asked_for() -> None:
     assert ax.lines[0].get_linestyle() == "None"
 
     for wrong in ([V0], [V0, V0], [V0, "forcing.amplitude"]):
-        with pytest.raises(pc.ParameterError, match=r"not 2 different ones of forcing\.omega"):
+        with pytest.raises(pc.ParameterError, match="not 2 different parameters of the data"):
             plot_chart(data, "period", over=wrong)
-    with pytest.raises(pc.ParameterError, match=r"not one of forcing\.omega"):
+    with pytest.raises(pc.ParameterError, match=r"the data; these are forcing\.omega"):
         plot_sweep(data, "period", over="forcing.amplitude")

@@ -160,14 +160,25 @@ def test_neighbours_on_one_side_of_a_resonance_have_none_between() -> None:
     assert passes_resonance(at(0.9, 0, -2), at(1.1, 0, -2))
 
 
-def test_harmonics_that_reach_no_wall_make_no_steps_shorter() -> None:
+def test_harmonics_that_reach_no_wall_and_change_little_make_no_steps_shorter() -> None:
     harmonics = tuple(
         pc.Harmonic(amplitude=1, omega=Fraction(1, 2) + Fraction(n, 50)) for n in range(20)
     )
     osc = pc.Oscillator(3, "0.05", (pc.Wall(1000, "above", 0.8),))
     orbit = pc.find_orbit(osc, pc.Forcing(harmonics=harmonics, period="100*pi"), 0)
     branch = pc.continue_orbit(orbit, over={"oscillator.stiffness": (0.2, 8)})
-    assert len(branch) < 100
+    assert len(branch) < 150
+
+
+def test_a_branch_shows_its_resonance_though_it_reaches_no_wall() -> None:
+    damping = 0.01
+    osc = pc.Oscillator(1, damping, (pc.Wall(60, "above", 0.7),))
+    orbit = pc.find_orbit(osc, pc.cosine(0.3), n_impacts=0)
+    branch = pc.continue_orbit(orbit, over={"forcing.omega": (0.3, 2.2)})
+    # 1 / (2 a sqrt(1 - a^2)) is the largest amplitude.
+    least = 60 - 0.5 / damping / math.sqrt(1 - damping**2)
+    assert branch.grazing_margin.min() == pytest.approx(least, rel=0.02)
+    assert len(branch) < 150
 
 
 def test_a_response_without_damping_has_a_branch_on_each_side_of_its_resonance() -> None:

@@ -216,7 +216,7 @@ def test_curves_of_folds_and_doublings_meet_that_of_torus_points_in_strong_reson
     ranges = {amplitude: (0.19, 0.26), omega: (1.15, 1.55)}
 
     special = {
-        point.kind: pc.continue_curve(point, ranges, largest_step=0.05).special_points
+        point.kind: pc.continue_curve(point, ranges, largest_step=0.1).special_points
         for point in branch.special_points
         if point.kind != "grazing"
     }

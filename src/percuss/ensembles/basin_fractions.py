@@ -122,7 +122,8 @@ def basin_fractions(
     Returns
     -------
     xarray.Dataset
-        Over the attractors and the paths: `fraction`, and `fraction_error`, its standard error;
+        Over the attractors and the paths: `fraction`, and `fraction_error`, its standard error,
+        both NaN where no start is outside the walls or the parameters make no motion;
         `exists`; `kind`, `name`, `n_periods`, `n_impacts`, `x`, `v_strobe`, `exponent`,
         `exponent_error`, `residual` and the measures as in `basins`, NaN and empty where it does
         not exist; `x` and `v_strobe` of a structure over `coordinate`, too.
@@ -321,7 +322,9 @@ def _dataset(
     dims = ("attractor", *paths)
     texts = {name: np.full(shape, "", dtype=object) for name in ("kind", "name")}
     numbers = {name: np.full(shape, np.nan) for name in (*columns_of(None), *measures)}
-    fraction, error = np.zeros(shape), np.zeros(shape)
+    # Of no starts there is no part.
+    parts = np.where([at_point.n_starts > 0 for at_point in followed], 0.0, np.nan)
+    fraction, error = np.tile(parts, (n, 1)), np.tile(parts, (n, 1))
     exists = np.zeros(shape, dtype=np.bool_)
     for k, at_point in enumerate(followed):
         for number, attractor in at_point.attractors.items():

@@ -251,7 +251,7 @@ def _draw_stack(
     path = str(fractions["fraction"].dims[1])
     along = np.argsort(fractions[path].to_numpy())
     x = edges_of(fractions[path].to_numpy()[along])
-    parts = fractions["fraction"].to_numpy()[:, along]
+    parts = np.nan_to_num(fractions["fraction"].to_numpy()[:, along])
     order = np.argsort(-parts.sum(axis=1), kind="stable")
     with picture(ax, labels=labels) as ax:
         below = np.zeros(len(along))
@@ -284,7 +284,7 @@ def _draw_chart(
     every = fractions["fraction"].transpose("attractor", upwards, across).to_numpy()
     n = len(every)
     if attractor is None:
-        attractor = int(np.argmax(every.sum(axis=(1, 2)))) if n else 0
+        attractor = int(np.argmax(np.nansum(every, axis=(1, 2)))) if n else 0
     if not 0 <= attractor < n:
         raise ParameterError("attractor", attractor, f"the number of none; there are {n}")
     exists = fractions["exists"].transpose("attractor", upwards, across).to_numpy()[attractor]

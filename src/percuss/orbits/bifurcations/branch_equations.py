@@ -94,7 +94,7 @@ class OrbitEquations:
         law = self.system.law
         n = self.n = len(self.events)
         self.region = -1 if n else int(orbit.record[1][0, 2])
-        speed = fastest(orbit)
+        self.speed = speed = fastest(orbit)
         self.scale = np.repeat([orbit.period, speed], [1 + n, n]) if n else np.empty(0)
         # Distance, velocity after it and, last, time.
         self.rows = np.array([orbit.period * speed, speed] * n + [orbit.period] * min(n, 1))

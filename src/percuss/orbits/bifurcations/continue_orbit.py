@@ -69,10 +69,10 @@ def continue_orbit(
     grazes, at which impacts appear and vanish.
 
     The orbits of a structure are those that its map over the period brings back, which is smooth
-    where a soft stop is grazed. Where they meet walls, the instants of these impacts are unknowns
-    too, so that the branch passes the grazes of walls; beyond them the orbits are formal. Orbits of
-    structures that stick end at such a graze. A complex pair of multipliers that leaves the unit
-    circle is a "torus" point.
+    where a soft stop is grazed. Those that meet no stop are followed by the parameter alone. Where
+    they meet walls, the instants of these impacts are unknowns too, so that the branch passes the
+    grazes of walls; beyond them the orbits are formal. Orbits of structures that stick end at such
+    a graze. A complex pair of multipliers that leaves the unit circle is a "torus" point.
 
     Parameters
     ----------

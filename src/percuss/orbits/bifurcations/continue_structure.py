@@ -42,7 +42,7 @@ from percuss.orbits.continuation.follow import (
 )
 from percuss.orbits.continuation.locate import Zero, changes_sign, locate, locate_near
 from percuss.orbits.continuation.problem import Point, along_parameter
-from percuss.orbits.orbit.resonance import passes_modal_resonance
+from percuss.orbits.orbit.resonance import COARSE, passes_modal_resonance
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
 from percuss.orbits.orbit.symmetry import MIRRORED
 from percuss.progress import Progress, Report
@@ -60,8 +60,6 @@ LOCATED = 1e-9
 # Points next to a zero that are farther apart lie on two families: beside a fold of one the
 # corrector finds the other.
 APART = 1e-6
-# A linear response may change by this part of its size, or of the first orbit's, within a step.
-COARSE = 0.25
 # Of the origins of families the simpler orbits' test, its kind and detail.
 ORIGINS: dict[Origin, tuple[str, SpecialPointKind, str]] = {
     "doubled": (

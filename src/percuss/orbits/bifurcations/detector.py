@@ -23,7 +23,7 @@ from percuss.orbits.bifurcations.special_points import (
 )
 from percuss.orbits.continuation.follow import Segment, hides_zeros, unbounded_growth
 from percuss.orbits.continuation.problem import Point
-from percuss.orbits.orbit.resonance import passes_resonance
+from percuss.orbits.orbit.resonance import changes_much, passes_resonance
 
 __all__ = ["COINCIDENCE", "STANDING", "BranchDetector", "Row"]
 
@@ -89,7 +89,8 @@ class BranchDetector:
         At the graze of a soft stop a family with other events continues the branch.
         """
         family = here.problem
-        if family.n == 0 and passes_resonance(here.orbit, new.orbit):
+        ends = here.orbit, new.orbit
+        if family.n == 0 and (changes_much(*ends, family.speed) or passes_resonance(*ends)):
             # Where no step is short enough the motion has no bound.
             return Segment(
                 [], f"the velocities grow without bound beyond {here.text}", is_astray=True

@@ -18,10 +18,11 @@ from percuss.kernels import law_columns as at
 from percuss.kernels.law_columns import Law
 from percuss.kernels.record import NEXT_REGION
 from percuss.kernels.structure.basis import DRAG, FORCE, RATE, SPRING
+from percuss.numerics import modulus, phasor, times
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
 
-__all__ = ["passes_modal_resonance", "passes_resonance"]
+__all__ = ["COARSE", "changes_much", "passes_modal_resonance", "passes_resonance"]
 
 # A dynamic stiffness between two neighbours may fall below theirs by the first factor. Below the
 # second one it is none: the amplitude has no bound.
@@ -33,7 +34,10 @@ TINY = np.finfo(np.float64).tiny
 NOT_DRIVEN, CANCELLED = 1e-12, 1e-10
 # Harmonics of a record that resonate within one step: with more, the step is too long.
 MOST_HARMONICS = 64
-# Instants at which displacements are taken.
+# Part of its size by which a motion may change from one neighbour to the next; what is a smaller
+# part of its displacements is rounding.
+COARSE, ROUNDING = 0.25, 1e-9
+# Instants of a period at which displacements and velocities are taken.
 SEEN = 65
 
 
@@ -67,16 +71,39 @@ def passes_resonance(before: PeriodicOrbit, after: PeriodicOrbit) -> bool:
     if here.records:
         # What does not resonate goes from one to the other; what does may be hidden in their
         # displacements, too.
-        phases = np.linspace(0.0, 1.0, SEEN)
-        rest = [
-            orbit.trajectory()(orbit.t0 + orbit.period * phases)[0] for orbit in (before, after)
-        ]
+        rest = [_seen(orbit)[0] for orbit in (before, after)]
         swing = 2.0 * float(swings[falls < STIFF].sum())
     else:
         rest = [rows[:, at.ORIGIN] + rows[:, at.ORIGIN_FORCE] / springs]
         swing = float(swings[1:].sum())
     low, high = rows[:, at.LOWER].max(), rows[:, at.UPPER].min()
     return not low < np.min(rest) - swing <= np.max(rest) + swing < high
+
+
+def changes_much(before: PeriodicOrbit, after: PeriodicOrbit, speed: float) -> bool:
+    """Return whether an oscillator's motion without events changes much between two neighbours.
+
+    By a part of its largest velocity, or of a given one. Under another force alone it changes as
+    that does, however much: nothing is between that the two do not show.
+    """
+    region = int(before.record[1][0, NEXT_REGION])
+    linear, other = (
+        (*orbit.system.law[region, [at.STIFFNESS, at.DAMPING]], orbit.period)
+        for orbit in (before, after)
+    )
+    if linear == other:
+        return False
+    (x, v), (y, w) = (_seen(orbit) for orbit in (before, after))
+    size = max(float(np.abs(v).max()), float(np.abs(w).max()), speed)
+    length = max(float(np.abs(x).max()), float(np.abs(y).max()))
+    floor = ROUNDING * 2.0 * math.pi / before.period * length
+    return float(np.abs(w - v).max()) > max(COARSE * size, floor)
+
+
+def _seen(orbit: PeriodicOrbit) -> tuple[Floats, Floats]:
+    """Return displacements and velocities at instants of a period."""
+    x, v = orbit.trajectory()(orbit.t0 + orbit.period * np.linspace(0.0, 1.0, SEEN))
+    return x, v
 
 
 def passes_modal_resonance(before: StructureOrbit, after: StructureOrbit) -> bool:
@@ -182,10 +209,10 @@ def _harmonics_of_record(law: Law, numbers: Integers) -> tuple[Floats, Floats]:
     repeat = float(law[0, at.REPEAT])
     ends = force + slope * np.diff(t, append=t[0] + repeat)
     omega = 2.0 * math.pi / repeat * numbers.astype(np.float64)
-    over = 1.0 / (1j * omega[:, None])
-    parts = (force - np.roll(ends, 1)) * over + (slope - np.roll(slope, 1)) * over * over
-    amplitude = np.abs((parts * np.exp(-1j * omega[:, None] * t)).sum(axis=1))
-    amplitude[amplitude < CANCELLED * np.abs(parts).sum(axis=1)] = 0.0
+    jumps, bends, per_time = force - np.roll(ends, 1), slope - np.roll(slope, 1), omega[:, None]
+    parts = -bends / per_time**2 - 1j * (jumps / per_time)
+    amplitude = modulus(times(parts, phasor(-per_time * t)).sum(axis=1))
+    amplitude[amplitude < CANCELLED * modulus(parts).sum(axis=1)] = 0.0
     return omega, 2.0 / repeat * amplitude
 
 
@@ -197,7 +224,7 @@ def _harmonics(law: Law) -> slice:
 def _least(here: Complexes, there: Complexes) -> tuple[Floats, Floats]:
     """Return the least dynamic stiffnesses between two values, and as parts of the lesser value."""
     chord = there - here
-    square = np.maximum(np.abs(chord) ** 2, TINY)
-    part = np.clip(-(here.conj() * chord).real / square, 0.0, 1.0)
-    least = np.maximum(np.abs(here + part * chord), TINY)
-    return least, least / np.maximum(np.minimum(np.abs(here), np.abs(there)), TINY)
+    square = np.maximum(modulus(chord) ** 2, TINY)
+    part = np.clip(-times(here.conj(), chord).real / square, 0.0, 1.0)
+    least = np.maximum(modulus(here + part * chord), TINY)
+    return least, least / np.maximum(np.minimum(modulus(here), modulus(there)), TINY)
