@@ -116,7 +116,7 @@ def test_a_folder_that_cannot_be_written_is_one_sentence() -> None:
     assert percuss("run", "study.toml", "-o", "file/out") == (
         2,
         "",
-        "file: is a file, not a folder\n",
+        "file: is a file, not a folder; rename it, or name another folder\n",
     )
 
 
@@ -138,6 +138,15 @@ def test_new_does_not_overwrite_a_study_unasked() -> None:
 
     assert percuss("new", "--force")[0] == 0
     assert Path("study.toml").read_text() == template_text("impact")
+
+
+def test_a_file_named_as_a_template_is_told_from_that_template() -> None:
+    status, out, _ = percuss("new", "fit")
+
+    assert status == 0
+    assert out.splitlines()[1:] == [
+        "it is of the template impact; that of fit: percuss new fit.toml -t fit"
+    ]
 
 
 def test_an_unknown_template_is_one_sentence() -> None:

@@ -54,7 +54,7 @@ def test_a_folder_that_cannot_be_written_is_one_sentence() -> None:
     assert paper("--only", "fig9", "--out", "file/out") == (
         2,
         "",
-        "file: is a file, not a folder\n",
+        "file: is a file, not a folder; rename it, or name another folder\n",
     )
 
 

@@ -103,7 +103,7 @@ def test_a_study_that_fails_does_not_stop_the_others() -> None:
     status, out, err = percuss("run", "a.toml", "b.toml", "--json")
 
     assert status == 2
-    assert err == "a: is a file, not a folder\n"
+    assert err == "a: is a file, not a folder; rename it, or name another folder\n"
     assert [line["status"] for line in lines(out)] == ["failed", "done"]
 
 

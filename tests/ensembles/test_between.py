@@ -131,3 +131,30 @@ def test_a_sweep_of_a_structure_beyond_a_record_says_so_too() -> None:
     run = pc.simulate(two, loads, t_end=31)
     assert data.attrs["record"] == run.beyond_record
     assert run.beyond_record.startswith("loads.1: the record lasts from t = 0 to 9")
+
+
+@pytest.mark.parametrize(
+    ("window", "peak"), [((5.0, 5.25), 1.3), ((5.1, 5.5), 0.7)], ids=["begins", "ends"]
+)
+@pytest.mark.parametrize("omega", ["0.300", "0.374", "0.411", "0.670", "1.003"])
+def test_a_window_has_both_limits_of_a_jump_at_its_begin_and_the_first_at_its_end(
+    window: tuple[float, float], peak: float, omega: str
+) -> None:
+    """The wall holds the mass by 0.7 and 1.3 in turn; rounding decided which jump was within."""
+    period = 2.0 * math.pi / float(omega)
+    between = (window[0] * period, window[1] * period)
+    force = pc.square_wave(omega, "0.3") + pc.Forcing(constant=-1)
+    wall = pc.Wall(0, side="below", restitution=0, on=0)
+    held = pc.Structure([[1]], [[1]], stops=[wall])
+
+    one = pc.sweep(
+        "peak_stop_force", pc.impact_oscillator("0"), force, over={"start.x0": [0.0]},
+        start=(0.0, 0.0), between=between,
+    )  # fmt: skip
+    other = pc.sweep(
+        "peak_stop_force", held, pc.Loads({0: force}), over={"start.x0.0": [0.0]}, on=0,
+        start=([0.0], [0.0]), between=between,
+    )  # fmt: skip
+
+    assert one.peak_stop_force.item() == pytest.approx(peak, rel=1e-14)
+    assert other.peak_stop_force.item() == pytest.approx(peak, rel=1e-14)

@@ -292,13 +292,16 @@ def test_a_contact_in_the_transient_leaves_perturbations_that_are_turned(phase: 
 
 @pytest.mark.parametrize(
     ("damping", "exponents"),
-    [("0", (0.0, 0.0)), ("0.1", (-0.1, -0.1)), ("3", (-0.171572875253809902, -5.828427124746190))],
-    ids=["undamped", "damped", "overdamped"],
+    [
+        ("0", (0.0, 0.0)), ("0.1", (-0.1, -0.1)), ("1", (-1.0, -1.0)),
+        ("3", (-0.171572875253809902, -5.828427124746190)),
+    ],
+    ids=["undamped", "damped", "critical", "overdamped"],
 )  # fmt: skip
 def test_a_flight_of_a_billion_oscillations_is_one_step(
     damping: str, exponents: tuple[float, float]
 ) -> None:
-    """It was as many steps as 200 radians have room in it: hours."""
+    """It was as many steps as 200 radians have room in it: hours, and at critical damping no end."""
     osc = pc.impact_oscillator("0.8", wall=5, side="above", damping=damping)
 
     found = pc.lyapunov_exponents(osc, pc.cosine("1e-9"), start=(0.1, 1.0), transient=0, periods=64)
@@ -306,3 +309,31 @@ def test_a_flight_of_a_billion_oscillations_is_one_step(
     # Where both are one, what begins in one direction has a share t in the other.
     np.testing.assert_allclose(found.exponents, exponents, rtol=0, atol=1e-9)
     assert found.total == pytest.approx(sum(exponents), rel=1e-12)
+
+
+@pytest.mark.parametrize("omega", ["0.01", "1e-9"])
+@pytest.mark.parametrize(
+    ("damping", "exponents"),
+    [
+        (0, (0.0,) * 4),
+        ("0.2", (-0.1,) * 4),
+        (2, (-1.0,) * 4),
+        (6, (-0.171572875, -0.550510257, -5.449489743, -5.828427125)),
+    ],
+    ids=["undamped", "damped", "critical", "overdamped"],
+)
+def test_a_structure_is_carried_over_a_billion_oscillations_at_once(
+    damping: int | str, exponents: tuple[float, ...], omega: str
+) -> None:
+    """It has K = 1 and 3; multipliers of a long period were rounding, or zero, and so -inf."""
+    structure = pc.Structure([[1, 0], [0, 1]], [[2, -1], [-1, 2]], [[damping, 0], [0, damping]])
+    start = ([0.1, 0.2], [1.0, -0.3])
+
+    found = pc.lyapunov_exponents(
+        structure, pc.Loads({0: pc.cosine(omega)}), start=start, transient=0, periods=64
+    )
+
+    # What begins in one direction has a share in the others, at critical damping t times as large.
+    near = (2.0 + math.log(found.duration)) / found.duration + 1e-9
+    np.testing.assert_allclose(found.exponents, exponents, rtol=0, atol=near)
+    assert found.total == pytest.approx(sum(exponents), rel=1e-9)

@@ -88,6 +88,12 @@ def test_columns_may_be_named() -> None:
         ("t,x\n0,1,0,5\n1,0,2,0\n", ["line 2: 4 cells between commas, where the names have 2"]),
         # 0 and 1.5, of a logger with decimal commas: 1 was read.
         ("t,x\n0,1,5\n1,2,5\n", ["line 2: 3 cells between commas", "with decimal commas sep"]),
+        (
+            't,x\n"0","1"\n"0,5","2"\n',
+            [
+                'line 3: t = "0,5" is no finite number; with decimal commas separate the columns with'
+            ],
+        ),
         ("t;x\n0;1\n1;2;5\n", ["line 3: 3 cells between semicolons, where the names have 2"]),
         ("t,x\n" + "a,b\n" * 20, ["line 2: t", "line 6: x", "and 30 more"]),
         ("t [m],x\n0,1\n", ['"t [m]": m is no unit of time']),

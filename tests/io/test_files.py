@@ -124,7 +124,10 @@ def test_a_folder_below_a_file_is_refused_before_any_work(tmp_path: Path) -> Non
     with pytest.raises(OutputError) as caught:
         check_output([tmp_path / "file" / "out" / "a.txt"])
 
-    assert str(caught.value) == f"{tmp_path / 'file'}: is a file, not a folder"
+    assert (
+        str(caught.value)
+        == f"{tmp_path / 'file'}: is a file, not a folder; rename it, or name another folder"
+    )
 
 
 def test_a_folder_in_the_place_of_a_file_is_refused_even_with_force(tmp_path: Path) -> None:

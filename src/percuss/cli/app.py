@@ -349,6 +349,9 @@ def new(
         with OutputFiles(path, force=force) as files:
             files[path].write_text(text, encoding="utf-8")
         typer.echo(f"wrote {path}; run it with: percuss run {shlex.quote(str(path))}")
+        if path.name != template and path.name in template_names():
+            other = f"percuss new {path.name}.toml -t {path.name}"
+            typer.echo(f"it is of the template {template}; that of {path.name}: {other}")
 
 
 @app.command()

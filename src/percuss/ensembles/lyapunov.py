@@ -234,6 +234,7 @@ def _of_structure_orbit(
 ) -> tuple[Floats, Floats] | None:
     """Return the exponents of a periodic orbit from its multipliers, and errors; None without one.
 
+    None, too, where a long flight has left less of a multiplier than the matrix is rounded by.
     ``n_lost`` multipliers are 0, and ``periods`` those of the loads since the start.
     """
     system = group.systems[0]
@@ -251,21 +252,24 @@ def _of_structure_orbit(
     try:
         here = period_map(system, strobes[0, -1], n_periods)
         mapped = period_map(system, here.image, n_periods)
+        found = [multipliers_of_matrix(step_map.derivative) for step_map in (here, mapped)]
     except (ConvergenceError, ParameterError):
         return None
     length = n_periods * system.period
+    rate = float(result.values[0, observables.IMPACTS]) / float(plan.until[0] - plan.since[0])
+    relative = ROUNDINGS * ULP * len(strobes[0, -1]) * (1.0 + 2.0 * rate * length)
     rates = []
-    for step_map in (here, mapped):
-        multipliers = multipliers_of_matrix(step_map.derivative)
+    for step_map, multipliers in zip((here, mapped), found, strict=True):
         sizes = hypot(multipliers.real, multipliers.imag)
-        sizes[len(sizes) - n_lost :] = 0.0
+        n_kept = len(sizes) - n_lost
+        if not (sizes[:n_kept] > relative * _norm_of(step_map.derivative)).all():
+            return None
+        sizes[n_kept:] = 0.0
         with np.errstate(divide="ignore"):
             rates.append(np.where(sizes > 0.0, log(np.where(sizes > 0.0, sizes, 1.0)), -np.inf))
     with np.errstate(invalid="ignore"):
         moved = np.abs(rates[1] - rates[0]) / length
     to_go = steps_to_go(float(rates[1][0]), periods / n_periods)
-    rate = float(result.values[0, observables.IMPACTS]) / float(plan.until[0] - plan.since[0])
-    relative = ROUNDINGS * ULP * len(moved) * (1.0 + 2.0 * rate * length)
     errors = moved * to_go + _rounding_of(mapped.derivative, relative) / length
     return rates[1] / length, np.where(np.isneginf(rates[1]), 0.0, errors)
 
@@ -276,13 +280,18 @@ def _rounding_of(matrix: Floats, relative: float) -> Floats:
     A multiplier is moved by the rounding of the matrix, one that equals another by its root.
     """
     multipliers = multipliers_of_matrix(matrix)
-    size = float(np.sqrt((matrix * matrix).sum()))
+    size = _norm_of(matrix)
     doubt = relative * size
     apart = np.abs(multipliers[:, None] - multipliers) + np.diag(np.full(len(multipliers), np.inf))
     near = apart.min(axis=1) <= math.sqrt(doubt * size)
     moved = np.where(near, math.sqrt(doubt * size), doubt)
     sizes = hypot(multipliers.real, multipliers.imag)
     return moved / np.maximum(sizes, doubt)
+
+
+def _norm_of(matrix: Floats) -> float:
+    """Return the root of the sum of the squares of all entries."""
+    return float(np.sqrt((matrix * matrix).sum()))
 
 
 def _period_of_time(osc: Oscillator, force: Forcing | None) -> float:

@@ -48,6 +48,7 @@ MOST_LINES_ABOVE = 60
 MOST_TOLD = 10
 # Marks of thousands, which may as well be decimals.
 _OF_THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2}((\.\d{3})+(,\d*)?|(,\d{3})+\.\d*)")
+OTHER_SEPARATOR = "; with decimal commas separate the columns with semicolons"
 _DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(e[-+]?\d+)?", re.IGNORECASE)
 
 NumberedRow: TypeAlias = "tuple[int, list[str]]"
@@ -468,9 +469,8 @@ def _numbers(
             faults.append(_of_another_width(line, cells, width, separator))
             continue
         if any(cells[width:]):
-            hint = "; with decimal commas separate the columns with semicolons"
             wrong = _of_another_width(line, cells, width, separator)
-            faults.append(wrong + (hint if separator == "," else ""))
+            faults.append(wrong + (OTHER_SEPARATOR if separator == "," else ""))
             break
         for j, column in enumerate(head):
             cell = cells[column.place]
@@ -489,7 +489,11 @@ def _numbers(
                 reason = "has another decimal sign than other numbers; remove marks of thousands"
                 faults.append(f'line {line}: {column.title} = "{cell[:30]}" {reason}')
             elif math.isinf(values[i, j]):
-                faults.append(f'line {line}: {column.title} = "{cell[:30]}" is no finite number')
+                hint = (
+                    OTHER_SEPARATOR if separator == "," and _DECIMAL_COMMA.fullmatch(cell) else ""
+                )
+                wrong = f'line {line}: {column.title} = "{cell[:30]}" is no finite number'
+                faults.append(wrong + hint)
     at = [column.quantity for column in head]
     if "t" in at and not faults:
         t = values[:, at.index("t")]

@@ -89,7 +89,9 @@ def _check_folder(folder: Path) -> None:
     for ancestor in (folder, *folder.parents):
         if ancestor.exists() or ancestor.is_symlink():
             if not ancestor.is_dir():
-                raise OutputError(str(ancestor), "is a file, not a folder")
+                raise OutputError(
+                    str(ancestor), "is a file, not a folder; rename it, or name another folder"
+                )
             if not os.access(ancestor, os.W_OK | os.X_OK):
                 raise OutputError(str(ancestor), "the folder cannot be written to")
             return

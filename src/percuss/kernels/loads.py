@@ -204,6 +204,9 @@ def peak_of(
             tail = (restitution_at(law, region, wall, abs(start[2])), until, end)
             note_tail(flight, x, tail, observable, best)
     elif in_contact:
+        if law[0, N_KNOTS] > 0.0:
+            # A jump within rounding of the window's begin is at it, and has both limits.
+            begin = max(0.0, begin - SAME_INSTANT * abs(member.plan[SINCE]))
         extremes_in_contact(flight, x, observable, wall, (begin, until), best)
     else:
         met = NOWHERE if is_last else meeting(law, events, marks, row)

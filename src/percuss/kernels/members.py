@@ -186,10 +186,10 @@ def next_stretch(member: Member, options: Options) -> int:
     status = stay(run, plan[UNTIL]) if in_contact else fly(run, plan[UNTIL])
     if counters[N_EVENTS] > 0 or status in (REACHED_END, AT_REST):
         observe_stretches(member, options, past, x, in_contact, counters[N_EVENTS])
-    elif in_contact and run.state[T] >= plan[SINCE]:
+    elif in_contact and run.state[T] >= plan[SINCE] - SAME_INSTANT * abs(plan[SINCE]):
         # A knot of a record in contact is no event: what came before it is observed here.
         knot = (run.state[T], run.state[T_LOW])
-        if options.section == STROBES and is_strobe_due(member, knot[0]):
+        if options.section == STROBES and knot[0] >= plan[SINCE] and is_strobe_due(member, knot[0]):
             strobe(member, past, x, in_contact, knot[0])
         if options.with_loads and knot != (past.start[0], past.start[1]):
             observe_loads(member, past, x, in_contact, 0, (knot, True), options.with_load_peaks)

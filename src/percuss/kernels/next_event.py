@@ -142,7 +142,7 @@ def is_spread(law: Law, region: int, n: int) -> bool:
 @kernel
 def slowest(law: Law, region: int, n: int) -> float:
     """Return the rate of the slowest part of a motion, infinite where the parts are not known."""
-    if not law[region, STIFFNESS] > 0.0 or law[region, RATE] == 0.0 or law[region, GROWTH] > 0.0:
+    if not law[region, STIFFNESS] > 0.0 or law[region, GROWTH] > 0.0:
         return math.inf
     rate = math.sqrt(law[region, STIFFNESS])
     if law[region, OVERDAMPED] == 1.0:
@@ -275,6 +275,9 @@ def is_clear(
     swing = abs(z)
     if law[region, OVERDAMPED] == 1.0:
         rate = math.inf
+    elif law[region, RATE] == 0.0:
+        # (z + b t) exp(-a t), the fourth derivative of which is below a^4 (abs(z) + 5 abs(b) / a).
+        swing += 5.0 * abs(w + law[region, DAMPING] * z) / law[region, DAMPING]
     else:
         swing = hypotenuse(z, (w + law[region, DAMPING] * z) / law[region, RATE])
     size += swing

@@ -17,6 +17,7 @@ from percuss.arrays import Floats, Integers
 from percuss.kernels.arithmetic import Pair, hypotenuse, logarithm
 from percuss.kernels.compile import kernel
 from percuss.kernels.event_location import within_bracket
+from percuss.kernels.loads import SAME_INSTANT
 from percuss.kernels.observables import (
     CONTACTS,
     EVERY,
@@ -97,6 +98,7 @@ from percuss.kernels.structure.run import (
 from percuss.kernels.structure.sample import flight_after
 from percuss.kernels.structure.tangent import (
     carry,
+    carry_far,
     cross,
     kept_of_volume,
     set_of_flight,
@@ -112,9 +114,9 @@ NEW = -1
 STEPS_OF_A_NODE = 2.0
 NODES_OF_A_CUBIC = 16
 TURNING_STEPS = 60
-# Phase of the quickest rate over which perturbations are carried at once, and the part of one that
-# counts as rounding where a wall takes what is behind it.
-LONGEST_PIECE = 4.0
+# Phase of the quickest rate over which perturbations are carried by the propagator itself, and the
+# part of one that counts as rounding where a wall takes what is behind it.
+LONGEST_PHASE = 4.0
 FORGOTTEN = 1e-12
 # Columns of a point of an impact.
 IMPACT_COLUMNS = 3
@@ -404,6 +406,18 @@ def observe_stretch(
     plan = members.plans[i]
     values = members.values[i]
     t, t_low, before = end
+    if options.with_views:
+        start = (viewer.events[row, EVENT_T], viewer.events[row, EVENT_T_LOW])
+        right = (t - start[0]) + (t_low - start[1])
+        # An event within rounding of the window's begin is at it, and has both limits.
+        is_seen = t >= plan[SINCE] - SAME_INSTANT * abs(plan[SINCE])
+        if before > t and start[0] > plan[SINCE]:
+            # Nor is the window's end behind an event that rounding alone keeps before it.
+            is_seen = is_seen and right > SAME_INSTANT * abs(t)
+        # Between two events of one instant there is no motion.
+        if is_seen and (right > 0.0 or before > t):
+            left = min(max(0.0, plan[SINCE] - start[0]), right)
+            observe_views(viewer, views, row, (left, right), values)
     if t < plan[SINCE]:
         return
     if options.section == TANGENTS:
@@ -419,12 +433,6 @@ def observe_stretch(
                 point[j] = place[j, 0]
                 point[n + j] = place[j, 1]
             instant = plan[SINCE] + values[POINTS] * plan[EVERY]
-    if options.with_views:
-        start = (viewer.events[row, EVENT_T], viewer.events[row, EVENT_T_LOW])
-        span = (max(0.0, plan[SINCE] - start[0]), (t - start[0]) + (t_low - start[1]))
-        # Between two events of one instant there is no motion.
-        if span[1] > 0.0 or before > t:
-            observe_views(viewer, views, row, span, values)
 
 
 @kernel
@@ -586,7 +594,7 @@ def strobe_tangents(
         copy_tangents(members.tangents[i], members.logs[i], space)
         if b != viewer.marks[row, NEXT_REGION]:
             settle(viewer, row, space.place, space.paces[0, 0])
-        carry_in_pieces(viewer.sets, b, max(s, 0.0), space)
+        carry_in_set(viewer.sets, b, max(s, 0.0), space)
         to_places(viewer.sets, b, space.columns, space.place)
         orthonormalise(space.place, space.logs, 0.0)
         point = members.points[i, next_point(members, i)]
@@ -610,7 +618,7 @@ def carry_tangents(
     copy_tangents(members.tangents[i], members.logs[i], space)
     if b != marks[row, NEXT_REGION]:
         settle(viewer, row, space.place, space.paces[0, 0])
-    carry_in_pieces(sets, b, s, space)
+    carry_in_set(sets, b, s, space)
     cross(viewer, row, s, space.place, space.columns, space.paces)
     kind = marks[row + 1, KIND]
     kept = 1.0
@@ -695,18 +703,14 @@ def copy_tangents(tangents: Floats, logs: Floats, space: TangentSpace) -> None:
 
 
 @kernel
-def carry_in_pieces(sets: Sets, b: int, s: float, space: TangentSpace) -> None:
-    """Carry perturbations in a set over a time, (2, n, c) at first, then the modes' (n, 2, c).
-
-    Between pieces they are made orthonormal: what grows less than another would be lost beside it.
-    """
-    count = max(1, math.ceil(s * sets.of_set[b, QUICKEST] / LONGEST_PIECE))
-    for piece in range(count):
-        if piece > 0:
-            to_places(sets, b, space.columns, space.place)
-            orthonormalise(space.place, space.logs, 0.0)
-        to_modes(sets, b, space.place, space.columns)
-        carry(basis_of(sets, b), s / count, space.columns)
+def carry_in_set(sets: Sets, b: int, s: float, space: TangentSpace) -> None:
+    """Carry perturbations in a set over a time, (2, n, c) at first, then the modes' (n, 2, c)."""
+    basis = basis_of(sets, b)
+    to_modes(sets, b, space.place, space.columns)
+    if s * sets.of_set[b, QUICKEST] <= LONGEST_PHASE:
+        carry(basis, s, space.columns)
+    else:
+        carry_far(basis, s, space.columns, space.logs)
 
 
 @kernel

@@ -7,9 +7,23 @@ the "saltation matrix").
 
 from __future__ import annotations
 
+import math
+
 from percuss.arrays import Floats
+from percuss.kernels.arithmetic import cos_sin, exponential, logarithm
 from percuss.kernels.compile import kernel
 from percuss.kernels.flight import free_response
+from percuss.kernels.law_columns import (
+    DAMPING,
+    FAST_ROOT,
+    HALF_TURNS,
+    HALF_TURNS_LOW,
+    OVERDAMPED,
+    RATE,
+    SLOW_ROOT,
+    TWICE_PER_RATE,
+    Law,
+)
 from percuss.kernels.record import (
     BOUND,
     CONTACT,
@@ -45,15 +59,118 @@ from percuss.kernels.structure.sample import flight_after
 def carry(basis: Basis, s: float, columns: Floats) -> None:
     """Carry derivatives of the modes, (n, 2, c), over a flight of length s."""
     for j in range(columns.shape[0]):
-        impulse, _, rise = free_response(basis.law, row_of(basis, j), s)
+        impulse, even, _ = free_response(basis.law, row_of(basis, j), s)
         spring = basis.modes[j, SPRING]
-        u_of_u = 1.0 - spring * rise
-        w_of_w = u_of_u - basis.modes[j, DRAG] * impulse
+        drag = 0.5 * basis.modes[j, DRAG] * impulse
+        # No difference from 1: what a long flight leaves of a perturbation may be far less.
+        u_of_u = even + drag
+        w_of_w = even - drag
         for c in range(columns.shape[2]):
             u = columns[j, U, c]
             w = columns[j, W, c]
             columns[j, U, c] = u_of_u * u + impulse * w
             columns[j, W, c] = w_of_w * w - spring * impulse * u
+
+
+@kernel
+def carry_far(basis: Basis, s: float, columns: Floats, logs: Floats) -> None:
+    """Carry derivatives of the modes, (n, 2, c), over a long flight, and add to their logarithms.
+
+    Each part of a mode keeps its exponential apart. Columns are eliminated in their order, from the
+    part that is the largest after the flight: a column that grows less than another is not lost
+    beside it, and the spaces of the first ones are what they were.
+    """
+    n = columns.shape[0]
+    for j in range(n):
+        turn_mode(basis.law, row_of(basis, j), s, columns[j])
+    for c in range(columns.shape[2]):
+        mode, part, most = 0, 0, -math.inf
+        for j in range(n):
+            for i in range(2):
+                if columns[j, i, c] != 0.0:
+                    exponent = exponent_of(basis.law, row_of(basis, j), i, s)
+                    size = exponent + logarithm(abs(columns[j, i, c]))
+                    if size > most:
+                        mode, part, most = j, i, size
+        if most == -math.inf:
+            continue
+        for other in range(c + 1, columns.shape[2]):
+            share = columns[mode, part, other] / columns[mode, part, c]
+            for j in range(n):
+                for i in range(2):
+                    columns[j, i, other] -= share * columns[j, i, c]
+            # What is left of rounding there would outgrow all else.
+            columns[mode, part, other] = 0.0
+        greatest = exponent_of(basis.law, row_of(basis, mode), part, s)
+        logs[c] += greatest
+        for j in range(n):
+            for i in range(2):
+                if columns[j, i, c] != 0.0:
+                    exponent = exponent_of(basis.law, row_of(basis, j), i, s) - greatest
+                    # In two steps: neither overflows where what it is applied to is small.
+                    half = exponential(0.5 * exponent)
+                    columns[j, i, c] = columns[j, i, c] * half * half
+    for j in range(n):
+        join_parts(basis.law, row_of(basis, j), s, columns[j])
+
+
+@kernel
+def is_parted(law: Law, row: int, s: float) -> bool:
+    """Return whether the two exponentials of a mode are apart after a time s."""
+    return law[row, OVERDAMPED] == 1.0 and 2.0 * law[row, RATE] * s > 1.0
+
+
+@kernel
+def exponent_of(law: Law, row: int, part: int, s: float) -> float:
+    """Return the exponent after a time s of a part of a mode, as `turn_mode` has the two."""
+    if is_parted(law, row, s):
+        return law[row, SLOW_ROOT if part == 0 else FAST_ROOT] * s
+    return -law[row, DAMPING] * s
+
+
+@kernel
+def turn_mode(law: Law, row: int, s: float, columns: Floats) -> None:
+    """Write the parts of a mode after a time s, (2, c), without their exponentials, from u and w.
+
+    They are the shares p and q of the slow and the fast exponential, w - FAST u = 2 RATE p, where
+    these are apart; else u and b = w + a u, of which u = exp(-a s) (C u + S b) and
+    b = exp(-a s) (K' S u + C b) with K' = a^2 - K.
+    """
+    rate = law[row, RATE]
+    even, impulse = 1.0, s
+    bend = 0.0
+    if not is_parted(law, row, s):
+        if law[row, OVERDAMPED] == 1.0:
+            bend = rate * rate
+            growth = exponential(rate * s)
+            even = 0.5 * (growth + 1.0 / growth)
+            impulse = 0.5 * (growth - 1.0 / growth) / rate
+        elif rate > 0.0:
+            bend = -rate * rate
+            half_cos, half_sin = cos_sin(law[row, HALF_TURNS], law[row, HALF_TURNS_LOW], s, 0.0)
+            even = (half_cos - half_sin) * (half_cos + half_sin)
+            impulse = half_sin * half_cos * law[row, TWICE_PER_RATE]
+    for c in range(columns.shape[1]):
+        u, w = columns[U, c], columns[W, c]
+        if is_parted(law, row, s):
+            columns[0, c] = (w - law[row, FAST_ROOT] * u) / (2.0 * rate)
+            columns[1, c] = (law[row, SLOW_ROOT] * u - w) / (2.0 * rate)
+        else:
+            b = w + law[row, DAMPING] * u
+            columns[0, c] = even * u + impulse * b
+            columns[1, c] = bend * impulse * u + even * b
+
+
+@kernel
+def join_parts(law: Law, row: int, s: float, columns: Floats) -> None:
+    """Write u and w of a mode from its parts, (2, c), as `turn_mode` has them."""
+    for c in range(columns.shape[1]):
+        p, q = columns[0, c], columns[1, c]
+        if is_parted(law, row, s):
+            columns[U, c] = p + q
+            columns[W, c] = law[row, SLOW_ROOT] * p + law[row, FAST_ROOT] * q
+        else:
+            columns[W, c] = q - law[row, DAMPING] * p
 
 
 @kernel

@@ -300,7 +300,7 @@ def _limit_ends(place: Path, given: Any, study: StudyDraft) -> LimitEnds | None:
         return None
     low, high = ends
     if low is None is high:
-        study.faults.add(place, "no limit at all", shown(given))
+        study.faults.add(place, "give the least value, the largest or both")
     elif low is not None and high is not None and as_float(low) > as_float(high):
         study.faults.add(place, "the least is above the largest", shown(given))
     return low, high
