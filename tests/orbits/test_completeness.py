@@ -8,7 +8,9 @@ import pickle
 import pytest
 
 import percuss as pc
+from percuss.model.system import System
 from percuss.orbits.finding.found import FoundOrbits, estimate_unseen
+from percuss.orbits.finding.settled import settled_motions
 
 OSC = pc.impact_oscillator("0.8", side="above")
 FORCE = pc.cosine("2.66")
@@ -79,3 +81,12 @@ def test_an_estimate_of_almost_nothing_is_told_as_such() -> None:
         .endswith("from 206 starts; fewer than 0.01 more are estimated to be unseen")
     )
     assert "some 0.25 more" in FoundOrbits([], 0.25, 206).completeness()
+
+
+def test_a_motion_that_spirals_in_slowly_is_on_its_orbit() -> None:
+    """Its latest stretches are not those that close best: it was an attractor without a period."""
+    stop = pc.SoftStop(-0.43826707498358897, "above", 92.96464178382809)
+    osc = pc.Oscillator(2.5795219881846956, 0.0031017514183549902, (stop,))
+    force = pc.cosine(3.3622598363260496, amplitude=1.1502308137948698)
+    found = settled_motions(System(osc, force), 4, 3, n_starts=6, seed=1)
+    assert [(motion.n_impacts, motion.n_periods) for motion in found] == [(1, 1)]

@@ -37,8 +37,9 @@ __all__ = ["Settled", "settled_motions"]
 STAGE, TAIL, STAGES = 60, 25, 5
 # Largest distance of the ends of a stretch of a motion that is near its orbit.
 NEAR = 0.05
-# Stretches of one length that are tried: a motion that settles comes nearer with each.
-LATEST = 3
+# Stretches of one length that are tried: a motion that settles comes nearer with each, or in turns
+# where it spirals in slowly.
+LATEST = 10
 # In the last stage orbits have up to so many times the impacts and periods that are asked for.
 LONGER = 4
 # Distance of the last stretch from its orbit, in cycles and as a part of the velocity.
