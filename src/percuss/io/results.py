@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from percuss.optimization.design import Design
     from percuss.optimization.pareto import ParetoFront
     from percuss.orbits.bifurcations.branch import Branch
+    from percuss.orbits.bifurcations.curve import Curve
     from percuss.orbits.bifurcations.structure_curve import StructureCurve
     from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
     from percuss.orbits.orbit.structure_orbit import StructureOrbit
@@ -83,47 +84,45 @@ def units_of_columns(result: Any, columns: Columns, units: Units | None = None) 
     if hasattr(result, "data_vars"):
         own = {str(name): str(result[name].attrs.get("units", "")) for name in result.variables}
         return {name: own[name] for name in columns if is_unit(own.get(name, ""))}
-    oscillator = _oscillator_of(result)
-    units = getattr(oscillator, "units", None) or units
+    model, force = _system_of(result)
+    units = getattr(model, "units", None) or units
     if units is None:
         return {}
-    has_mass = getattr(oscillator, "mass", None) is not None
+    has_mass = getattr(model, "mass", None) is not None
     units_by_name = {}
-    own_dimensions = _dimensions_of_designs(result)
+    outcomes = _dimensions_of_outcomes(result)
     for name in columns:
         dimensions = DIMENSIONS.get(name, DIMENSIONS.get(name.rstrip("0123456789").rstrip("_"), ""))
-        dimensions = own_dimensions.get(name, dimensions)
+        dimensions = outcomes.get(name, dimensions)
+        if "." in name:
+            # A parameter by its path; one with a name of its own is shown without a unit.
+            dimensions = dimensions_of(name, model, force)
         unit = units.of(dimensions if has_mass else dimensions.removeprefix("mass "))
         if is_unit(unit):
             units_by_name[name] = unit
     return units_by_name
 
 
-def _dimensions_of_designs(result: Any) -> dict[str, str]:
-    """Return the dimensions of parameters and outcomes of a design or a front, by their names."""
+def _dimensions_of_outcomes(result: Any) -> dict[str, str]:
+    """Return the dimensions of the outcomes of a design or a front, by their names."""
     (first, *_) = getattr(result, "designs", (result,))
     if type(first).__name__ != "Design":
         return {}
-    osc, force = first.oscillator, first.forcing
     names = (first.outcome, *first.outcomes, *getattr(result, "outcomes", ()))
-    own = {name: outcome_dimensions(name, osc) for name in names}
-    return own | {path: _dimensions_of_path(path, osc, force) for path in first.values}
+    return {name: outcome_dimensions(name, first.oscillator) for name in names}
 
 
-def _dimensions_of_path(path: str, osc: Any, force: Any) -> str:
-    """Return the dimensions of a parameter; nothing of one with a name of its own."""
-    return dimensions_of(path, osc, force) if "." in path else ""
-
-
-def _oscillator_of(result: Any) -> Any:
-    """Return what moves in a run, an orbit, a branch, or the first of several; or None."""
+def _system_of(result: Any) -> tuple[Any, Any]:
+    """Return what moves in a result, or in the first of several, and what forces it; or None."""
     while not (hasattr(result, "oscillator") or hasattr(result, "structure")):
         names = ("orbits", "branches", "designs")
         inner = next(filter(None, (getattr(result, name, None) for name in names)), result)
         if not isinstance(inner, list | tuple) or not inner:
-            return None
+            return None, None
         result = inner[0]
-    return getattr(result, "structure", None) or result.oscillator
+    if hasattr(result, "structure"):
+        return result.structure, result.loads
+    return result.oscillator, result.forcing
 
 
 def orbit_columns(orbits: Sequence[PeriodicOrbit]) -> Columns:
@@ -218,9 +217,11 @@ def best_columns(design: Design) -> Columns:
     slopes = [np.nan, *design.gradient.tolist(), *(np.nan for _ in limits)]
     outcomes = {design.outcome, *design.outcomes}
     dimensions = [
-        outcome_dimensions(name, osc) if name in outcomes else _dimensions_of_path(name, osc, force)
+        outcome_dimensions(name, osc) if name in outcomes
+        else dimensions_of(name, osc, force) if "." in name
+        else ""
         for name in values
-    ]
+    ]  # fmt: skip
     units = [in_units(osc.units, dimension) for dimension in dimensions]
     return {
         "name": np.array(list(values), dtype=object),
@@ -261,6 +262,18 @@ def structure_response_columns(response: Response) -> Columns:
     return table
 
 
+def curve_columns(curve: Curve) -> Columns:
+    """Return a curve of special points as a table, one row an orbit."""
+    return {
+        **dict(zip(curve.paths, curve.values.T, strict=True)),
+        "arclength": curve.arclength,
+        **_of_multipliers(curve.multipliers),
+        "stability": curve.stability,
+        "admissible": curve.admissible,
+        "special_point": _kinds_in_rows(curve),
+    }
+
+
 def structure_curve_columns(curve: StructureCurve) -> Columns:
     """Return a curve of a structure as a table, one row an orbit."""
     return {
@@ -270,7 +283,7 @@ def structure_curve_columns(curve: StructureCurve) -> Columns:
     }
 
 
-def _kinds_in_rows(followed: Branch | StructureBranch | StructureCurve) -> NDArray[Any]:
+def _kinds_in_rows(followed: Branch | StructureBranch | Curve | StructureCurve) -> NDArray[Any]:
     """Return the kind of the special point of each row, empty where it is none."""
     kinds = np.full(len(followed), "", dtype=object)
     for point in followed.special_points:
@@ -487,10 +500,6 @@ def _many(columns: Callable[[Any], Columns], number: str) -> Callable[[Any], Col
     return joined
 
 
-def _xarray_columns(result: Any) -> Columns:
-    return dataset_columns(result.to_xarray())
-
-
 def _tables_of_each(name: str) -> Callable[[Any], Tables]:
     return lambda results: {f"{name}_{i}": result.to_xarray() for i, result in enumerate(results)}
 
@@ -588,7 +597,7 @@ _KINDS: dict[str, ResultKind] = {
         lambda curve: str(curve.end_reason),
         _nothing,
         lambda curve: {"curve": curve.to_xarray()},
-        {"curve": _xarray_columns},
+        {"curve": curve_columns},
     ),
     "Response": ResultKind(
         "response",
@@ -679,7 +688,7 @@ _LISTS: dict[str, ResultKind] = {
         _end_reasons,
         _nothing,
         _tables_of_each("curve"),
-        {"curves": _many(_xarray_columns, "curve")},
+        {"curves": _many(curve_columns, "curve")},
     ),
     "StructureOrbit": ResultKind(
         "orbits",

@@ -14,9 +14,9 @@ from percuss.kernels import record as columns
 from percuss.kernels.flight import acceleration_and_jerk, constant_force, place, set_phases
 from percuss.kernels.law_columns import Law
 from percuss.kernels.shooting import AT
-from percuss.orbits.bifurcations.branch_equations import fastest
 from percuss.orbits.bifurcations.multiple_covers import settled
 from percuss.orbits.orbit.itinerary import entries_of, is_wall
+from percuss.orbits.orbit.over_period import fastest
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.steady import steady_orbit
 
