@@ -11,7 +11,8 @@ from tests.orbits.test_reference_orbits import ROWS, agree
 
 import percuss as pc
 from percuss.arrays import Floats
-from percuss.io.results import kind_of, units_of_columns
+from percuss.io.column_units import units_of_columns
+from percuss.io.results import kind_of
 from percuss.kernels.flight import free_response
 from percuss.model.system import law
 from percuss.orbits import Branch, Curve, single_impact
