@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, TypeAlias
 
 from numpy.typing import NDArray
@@ -57,23 +57,57 @@ def units_of_columns(result: Any, columns: Columns, units: Units | None = None) 
     if hasattr(result, "data_vars"):
         own = {str(name): str(result[name].attrs.get("units", "")) for name in result.variables}
         return {name: own[name] for name in columns if is_unit(own.get(name, ""))}
-    model, force = _system_of(result)
+    parts = list(_first_parts(result))
+    model, force = _system_of(parts)
     units = getattr(model, "units", None) or units
     if units is None:
         return {}
     has_mass = getattr(model, "mass", None) is not None
     units_by_name = {}
-    outcomes = _dimensions_of_outcomes(result)
+    outcomes, paths = _dimensions_of_outcomes(result), _paths_of(parts)
     for name in columns:
         dimensions = DIMENSIONS.get(name, DIMENSIONS.get(name.rstrip("0123456789").rstrip("_"), ""))
         dimensions = outcomes.get(name, dimensions)
-        if "." in name:
-            # A parameter by its path; one with a name of its own is shown without a unit.
+        # A parameter with a name of its own is shown without a unit.
+        if name in paths and "." in name:
             dimensions = dimensions_of(name, model, force)
         unit = units.of(dimensions if has_mass else dimensions.removeprefix("mass "))
         if is_unit(unit):
             units_by_name[name] = unit
     return units_by_name
+
+
+def _first_parts(result: Any) -> Iterator[Any]:
+    """Yield a result, the first of what it consists of, the first of that, and so on."""
+    while True:
+        yield result
+        names = ("designs", "branches", "orbits")
+        inner = next(filter(None, (getattr(result, name, None) for name in names)), result)
+        if not isinstance(inner, list | tuple) or not inner:
+            return
+        result = inner[0]
+
+
+def _system_of(parts: Sequence[Any]) -> tuple[Any, Any]:
+    """Return what moves in a result and what forces it, None where it has neither."""
+    for part in parts:
+        if hasattr(part, "structure"):
+            return part.structure, part.loads
+        if hasattr(part, "oscillator"):
+            return part.oscillator, part.forcing
+    return None, None
+
+
+def _paths_of(parts: Sequence[Any]) -> tuple[str, ...]:
+    """Return the paths of the parameters of a design, a branch or a curve."""
+    for part in parts:
+        if type(part).__name__ == "Design":
+            return tuple(part.values)
+        if hasattr(part, "path"):
+            return (part.path,)
+        if hasattr(part, "paths"):
+            return tuple(part.paths)
+    return ()
 
 
 def _dimensions_of_outcomes(result: Any) -> dict[str, str]:
@@ -83,16 +117,3 @@ def _dimensions_of_outcomes(result: Any) -> dict[str, str]:
         return {}
     names = (first.outcome, *first.outcomes, *getattr(result, "outcomes", ()))
     return {name: outcome_dimensions(name, first.oscillator) for name in names}
-
-
-def _system_of(result: Any) -> tuple[Any, Any]:
-    """Return what moves in a result, or in the first of several, and what forces it; or None."""
-    while not (hasattr(result, "oscillator") or hasattr(result, "structure")):
-        names = ("orbits", "branches", "designs")
-        inner = next(filter(None, (getattr(result, name, None) for name in names)), result)
-        if not isinstance(inner, list | tuple) or not inner:
-            return None, None
-        result = inner[0]
-    if hasattr(result, "structure"):
-        return result.structure, result.loads
-    return result.oscillator, result.forcing
