@@ -9,13 +9,13 @@ from __future__ import annotations
 import math
 import re
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
 from functools import lru_cache
 from numbers import Rational
-from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, TypeVar, cast
 
 from percuss.arrays import Floats
 from percuss.errors import ParameterError
@@ -52,8 +52,12 @@ __all__ = [
     "reals",
     "scaled",
     "square_root",
+    "two_of",
     "whole",
 ]
+
+
+Number = TypeVar("Number")
 
 
 class Scalar(Protocol):
@@ -475,6 +479,17 @@ def as_fraction(value: Exact) -> Fraction:
         times, plus = number.angle()
         return times * PI + plus if times else plus
     return Fraction(cast("int | float | Fraction | Decimal | str", number))
+
+
+def two_of(
+    read: Callable[[Any], Number], name: str, given: object, reason: str
+) -> tuple[Number, Number]:
+    """Return two numbers, each read by `as_float` or another, or raise a ParameterError."""
+    try:
+        first, second = (read(value) for value in given)  # type: ignore[attr-defined]  # else raised
+    except (TypeError, ValueError) as error:
+        raise ParameterError(name, given, reason) from error
+    return first, second
 
 
 def as_float(value: Phase) -> float:
