@@ -225,7 +225,7 @@ def _carried(
     """Return the derivative with its columns, as the kernel carries them over the record."""
     events, marks = run.record
     out = np.empty((len(events), len(moved.paths), engine.SENSITIVITY_COLUMNS))
-    engine.carry(varied, begin, workspace_of(varied), out)
+    engine.carry(varied, begin, workspace_of(varied.record.law, len(begin)), out)
     kinds = marks[:, columns.KIND]
     is_impact = kinds == columns.IMPACT
     # Mostly all events but the start are impacts: those need no copy.

@@ -171,7 +171,8 @@ def _map_of_impact(still: Sensitivity) -> Floats:
     unmoved = Change(np.zeros((2, *rows.shape[1:])), unit)
     varied = still.varied._replace(change=unmoved, jumps=np.empty((0, 2)))
     out = np.empty((len(still.columns), 2, engine.SENSITIVITY_COLUMNS))
-    engine.carry(varied, np.eye(3)[[engine.BEGIN_T, engine.BEGIN_V]], workspace_of(varied), out)
+    work = workspace_of(varied.record.law, 2)
+    engine.carry(varied, np.eye(3)[[engine.BEGIN_T, engine.BEGIN_V]], work, out)
     moved: Floats = out[-1][:, [engine.DT, engine.DV_AFTER]].T
     return moved
 
