@@ -46,6 +46,7 @@ __all__ = [
     "pi_times",
     "plain",
     "range_problem",
+    "rational",
     "rational_cosine",
     "rational_root",
     "real",
@@ -522,9 +523,14 @@ def as_float(value: Phase) -> float:
     return _nearest(value) if isinstance(value, PiTimes | str) else _rounded(value)
 
 
-def _rounded(value: Phase) -> float:
+def rational(value: Phase) -> Fraction:
+    """Return a number exactly, a multiple of pi with `PI` for pi."""
     times, plus = angle(value)
-    return float(times * PI + plus) if times else float(plus)
+    return times * PI + plus if times else plus
+
+
+def _rounded(value: Phase) -> float:
+    return float(rational(value))
 
 
 # Ends of runs, phases of knots and levels of stops are asked for again and again.
