@@ -427,7 +427,7 @@ def _special_columns(branch: Branch | StructureBranch) -> Columns:
     points = branch.special_points
     ends: Columns = {}
     if not isinstance(branch, StructureBranch):
-        intervals = np.array([point.interval for point in points]).reshape(-1, 2)
+        intervals = np.array([point.interval for point in branch.special_points]).reshape(-1, 2)
         ends = dict(zip(("low", "high"), intervals.T, strict=True))
     return {
         "kind": np.array([point.kind for point in points], dtype=object),

@@ -58,7 +58,7 @@ __all__ = [
 ]
 
 
-Number = TypeVar("Number")
+Read = TypeVar("Read")
 
 
 class Scalar(Protocol):
@@ -482,9 +482,7 @@ def as_fraction(value: Exact) -> Fraction:
     return Fraction(cast("int | float | Fraction | Decimal | str", number))
 
 
-def two_of(
-    read: Callable[[Any], Number], name: str, given: object, reason: str
-) -> tuple[Number, Number]:
+def two_of(read: Callable[[Any], Read], name: str, given: object, reason: str) -> tuple[Read, Read]:
     """Return two numbers, each read by `as_float` or another, or raise a ParameterError."""
     try:
         first, second = (read(value) for value in given)  # type: ignore[attr-defined]  # else raised
