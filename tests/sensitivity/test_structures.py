@@ -570,3 +570,28 @@ def test_an_acceleration_that_is_largest_as_a_chatter_ends(path: str) -> None:
     found = run().sensitivity([of]).of("peak_acceleration", on)
     near = [run(h).extremes("acceleration", on=on).maximum for h in (-1e-5, 1e-5)]
     assert_close(found, np.array([(near[1] - near[0]) / 2e-5]), 1e-5)
+
+
+def test_an_acceleration_that_is_largest_where_a_wall_begins_to_hold() -> None:
+    """The structure has it up to the rest, in which the derivative was 0; another wall holds."""
+    walls = [pc.Wall(at=0.1, side="above", restitution=0.5, on=i) for i in (0, 1)]
+    on = (0, 1, 1)
+
+    def run(mass: float = 0.9, amplitude: float = 1.0) -> pc.StructureTrajectory:
+        stiffness = [[3, -1, 0], [-1, 3, -1], [0, -1, 2]]
+        structure = pc.Structure([0.8, mass, 0.7], stiffness, [0.2, 0.2, 0.1], stops=walls)
+        loads = {0: pc.Forcing(constant=6), 1: amplitude * pc.record([0, 2], [-3, 9])}
+        return pc.simulate(structure, pc.Loads(loads), t_end=2)
+
+    def peak(motion: pc.StructureTrajectory) -> Floats:
+        return np.array([motion.extremes("acceleration", on=on).peak])
+
+    extrema, contacts = run().extremes("acceleration", on=on), run().contacts
+    assert contacts.stop.tolist() == [0, 1]
+    assert extrema.t_maximum == contacts.start[1]
+    d = run().sensitivity(["structure.mass.1.1", "loads.1.record.amplitude"])
+    wanted = [
+        by_richardson(lambda mass: peak(run(mass)), 0.9, 1e-2),
+        by_richardson(lambda amplitude: peak(run(amplitude=amplitude)), 1.0, 1e-2),
+    ]
+    assert_close(d.of("peak_acceleration", on), np.concatenate(wanted), 1e-9)

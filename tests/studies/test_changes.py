@@ -70,6 +70,10 @@ def test_values_lists_and_tables_are_changed_and_others_stay() -> None:
             "oscillator.stops.1: --set names an element that is not there; there is none beyond 0",
         ),
         (
+            "stops.0.at=1",
+            "stops: --set names an element of a list that is not there; there are oscillator, ",
+        ),
+        (
             "oscillator.stops.at=1",
             "oscillator.stops: --set names 'at' of a list; name an element first, by its number",
         ),

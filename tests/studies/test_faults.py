@@ -58,6 +58,14 @@ TWO_HARMONICS = "".join(
             "s.toml:7: oscillator.stops.0.stiffness: missing",
         ),
         (
+            HEAD + RUN + '[[oscillator.stops]]\ntype = "soft"\nat = 0\nside = "below"\n'
+            'stiffness = 9\nrestitution = "0.5"\n',
+            (
+                "s.toml:12: oscillator.stops.0.restitution: unknown key; known here: "
+                "type, at, side, stiffness, damping"
+            ),
+        ),
+        (
             HEAD + RUN + "[oscillator.stops]\nat = 0\n",
             (
                 "s.toml:7: oscillator.stops = {at = 0}: not a list; "
@@ -277,6 +285,14 @@ def test_faults_of_the_syntax_do_not_hide_the_others() -> None:
         's.toml:3: expected newline or end of document after a statement: "x0 = 0 0"',
         's.toml:5: cannot overwrite a value: "v0 = 2"',
         "s.toml:7: run.t_end = -5: not after t0 = 0.0",
+    ]
+
+
+def test_what_may_follow_from_a_line_that_is_not_read_is_not_told() -> None:
+    text = HEAD.replace("[start]", "damping_coefficient = 3\nmass = 2,5\n[start]") + RUN
+
+    assert faults_of(text) == [
+        's.toml:3: expected newline or end of document after a statement: "mass = 2,5"'
     ]
 
 

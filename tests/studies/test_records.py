@@ -107,13 +107,23 @@ def test_faults_of_a_table_are_told_by_its_lines_all_at_once(
         assert word in str(error.value)
 
 
+def test_nothing_is_said_of_the_lines_below_one_with_too_many_cells(tmp_path: Path) -> None:
+    """They were not read, and were told to hold no numbers."""
+    with pytest.raises(StudyError) as error:
+        load_study(study_file(tmp_path, 'file = "waves.csv"\n', "t,f\n0,1\n1,3,4\n2,5\n"))
+    assert str(error.value).endswith(
+        "line 3: 3 cells between commas, where the names have 2; with decimal commas separate the "
+        "columns with semicolons"
+    )
+
+
 @pytest.mark.parametrize(
     ("body", "fault"),
     [
         ('file = "none.csv"\n', '9: forcing.record.file = "none.csv": no such file or directory'),
         ("t = [0, 1]\n", "8: forcing.record.f: missing; give t and f, or a file"),
-        ("t = [0, 1]\nf = [1]\n", "9: forcing.record.t = 2: 2 instants for 1 forces"),
-        ("t = [0]\nf = [1]\n", "9: forcing.record.t = 1: a record needs two samples at least"),
+        ("t = [0, 1]\nf = [1]\n", "9: forcing.record.t = [0, 1]: 2 instants for 1 forces"),
+        ("t = [0]\nf = [1]\n", "9: forcing.record.t = [0]: a record needs two samples at least"),
         ("t = [0, 1]\nf = [1, 2]\nkindd = 1\n", "11: forcing.record.kindd: unknown key; did you"),
         ("t = [0, 0]\nf = [1, 2]\n", "9: forcing.record.t.1 = 0: the instant of t.0, too"),
         ('file = "waves.csv"\nt = [0]\n', "10: forcing.record.t: given together with file"),

@@ -205,7 +205,8 @@ def forces_of_text(
                 cell = cells[head[j].place]
                 faults.append(f'line {line}: {head[j].title} = "{cell}" is no finite number')
         t, f = (values[:, at.index(name)] for name in names)
-        faults += _faults_of_order(t, [line for line, _ in rows], time)
+        if len(t) == len(rows):
+            faults += _faults_of_order(t, [line for line, _ in rows], time)
         faults.sort(key=_line_of)
     if faults:
         raise ValueError(_all_of(faults))
@@ -471,6 +472,8 @@ def _numbers(
         if any(cells[width:]):
             wrong = _of_another_width(line, cells, width, separator)
             faults.append(wrong + (OTHER_SEPARATOR if separator == "," else ""))
+            # Of the lines below nothing is known.
+            values = values[:i]
             break
         for j, column in enumerate(head):
             cell = cells[column.place]

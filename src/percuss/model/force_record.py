@@ -295,7 +295,7 @@ def _count_faults(value: ForceRecord, prefix: str) -> list[Fault]:
         reason = f"{len(value.t)} instants for {len(value.f)} forces; give one for each"
     elif len(value.t) < 2:
         reason = "a record needs two samples at least"
-    return [] if reason is None else [Fault(dotted(prefix, "t"), len(value.t), reason)]
+    return [] if reason is None else [Fault(dotted(prefix, "t"), value.t, reason)]
 
 
 def _order_faults(value: ForceRecord, columns: dict[str, list[float]], prefix: str) -> list[Fault]:

@@ -20,7 +20,7 @@ from percuss.model.oscillator import On, SoftStop, Wall
 from percuss.motion.extremes import Extrema, QuantityName
 from percuss.motion.moved_measures import MovedStretch, MovedValue, moved_measure, nodes_of
 from percuss.motion.moved_structure_motion import MovedStructureMotion, scratch_of
-from percuss.numerics import matmul
+from percuss.numerics import inverse, matmul, solve_linear
 
 __all__ = ["structure_measure_and_derivative", "taylor_of"]
 
@@ -83,7 +83,10 @@ class _MeasuredStructure:
                 limits.append((float(before[events_of.EVENT_T]), False))
         else:
             limits = [(t, True)] if rows[0] == 0 else [(t, True), (t, False)]
-        return [_quantity(d, self.direction, (of, stop), side, self.longer) for side in limits]
+        values = [_quantity(d, self.direction, (of, stop), side, self.longer) for side in limits]
+        if of == "acceleration" and len(rows) and rows[0] > 0 and _ends_tail(d, int(rows[0])):
+            values.append(_before_rest(d, self.direction, values[0], (rows[0] - 1, rows[-1])))
+        return values
 
     def stretch(self, of: str, row: int, span: tuple[float, float]) -> MovedStretch:
         d, record = self.derivative, self.derivative.run.record
@@ -119,6 +122,45 @@ def _is_in_tail(d: MovedStructureMotion, t: float) -> bool:
     """Return whether an instant lies in the summed tail of a chatter, which moves as one."""
     record = d.run.record
     return tail_after(record, flight_at(record.events, t, True)) > 0.0
+
+
+def _ends_tail(d: MovedStructureMotion, row: int) -> bool:
+    """Return whether an event is the rest in which the summed tail of a chatter ends."""
+    return bool(tail_after(d.run.record, row - 1) > 0.0)
+
+
+def _before_rest(
+    d: MovedStructureMotion, c: Floats, held: MovedValue, rows: tuple[int, int]
+) -> MovedValue:
+    """Return the acceleration that ends a chatter, from that of the structure which rests then.
+
+    They differ by what the walls that begin to hold push with, over the mass as far as other walls
+    leave it free: by P c_s R for a reaction R, where dP = -P dM P.
+    """
+    record, structure = d.run.record, d.run.structure
+    before, after = (
+        int(record.sets.keys[record.marks[row, events_of.NEXT_REGION]]) for row in rows
+    )
+    kept, new = (
+        [i for i, stop in enumerate(structure.stops) if isinstance(stop, Wall) and key >> i & 1]
+        for key in (before, after & ~before)
+    )
+    t = float(record.events[rows[-1], events_of.EVENT_T])
+    free = inverse(structure.mass_matrix)
+    if kept:
+        normals = structure.stop_directions[kept]
+        along = matmul(free, normals.T)
+        free = free - matmul(along, solve_linear(matmul(normals, along), along.T))
+    value, moved = held
+    to = matmul(free, c)
+    for i in new:
+        normal = structure.stop_directions[i]
+        push, change = _quantity(d, c, ("stop_force", i), (t, True), None)
+        yields = matmul(free, normal)
+        value -= float(matmul(to, normal)) * push
+        heavier = np.array([matmul(to, matmul(each, yields)) for each in d.moved.mass])
+        moved = moved - matmul(to, normal) * change + heavier * push
+    return value, np.asarray(moved)
 
 
 def _quantity(

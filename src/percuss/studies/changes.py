@@ -139,6 +139,10 @@ def _with(table: Any, path: Path, value: Any, at: Path, faults: StudyFaults) -> 
     if name not in table and isinstance(key, int):
         faults.add(here, unknown_key(name, list(table)))
         return table
+    if name not in table and path[1:] and isinstance(path[1], int):
+        known = ", ".join(table)
+        faults.add(here, f"--set names an element of a list that is not there; there are {known}")
+        return table
     return {**table, name: _with(table.get(name, {}), path[1:], value, here, faults)}
 
 

@@ -200,7 +200,7 @@ def check_shape(shapes: Shapes, table: RawTable, path: Path, faults: StudyFaults
             if place[:1] == ("stops",) and place[2:3] in (("wall",), ("soft",)):
                 # pydantic puts the type of a stop into its path.
                 known, place = shapes.stops[place[2]], (*place[:2], *place[3:])
-                if place[2:3] == ("restitution",):
+                if place[2:3] == ("restitution",) and len(place) > 3:
                     # And whether it read a number or a table.
                     known, place = TableShape, (*place[:3], *place[4:])
             elif len(place) > 1:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path as FilePath
 from typing import Any, get_args
@@ -154,11 +155,19 @@ def parse_study(
         document = changed_document(document, changes, faults)
     study = build_study(document, faults, folder)
     # A key that seems to be missing may stand in a line that could not be read.
-    certain = (f for f in faults.faults if not (syntax and f.reason.startswith("missing")))
+    unread = [text.split("\n")[fault.line - 1] for fault in syntax if fault.line]
+    certain = (f for f in faults.faults if f in syntax or not _may_follow(f.reason, unread))
     ordered = sorted(certain, key=lambda fault: (fault.line or 0, fault.path))
     if ordered or study is None:
         raise StudyError(ordered)
     return study
+
+
+def _may_follow(reason: str, unread: Sequence[str]) -> bool:
+    """Return whether a fault may be none, since it tells of a key in a line that is not read."""
+    names = [line.partition("=")[0].strip() for line in unread]
+    named = (re.search(rf"\.{re.escape(name)}\b", reason) for name in names if name)
+    return bool(unread and reason.startswith("missing")) or any(named)
 
 
 def build_study(
