@@ -40,7 +40,8 @@ from percuss.ensembles.run_job import execution_of, keep, run_job
 from percuss.ensembles.sweep import check_structure, named_measures
 from percuss.errors import ParameterError
 from percuss.model.acting_sets import StructureSystem, within_walls
-from percuss.model.exact import Phase, as_float, real
+from percuss.model.exact import Phase, as_float, real, two_of
+from percuss.model.faults import is_row
 from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads, loads_of
 from percuss.model.oscillator import On, Oscillator
@@ -206,7 +207,7 @@ def _ranges(name: str, given: object, n: int) -> list[tuple[float, float]]:
     """Return the ranges of n coordinates, of which a single value is one of no width."""
     if given is None:
         return [(0.0, 0.0)] * n
-    parts = () if isinstance(given, str) or not hasattr(given, "__iter__") else tuple(given)
+    parts = tuple(given) if is_row(given) else ()
     if len(parts) != n:
         raise ParameterError(name, given, f"not {n} ranges or values, one for each coordinate")
     return [
@@ -217,10 +218,7 @@ def _ranges(name: str, given: object, n: int) -> list[tuple[float, float]]:
 
 
 def _range(name: str, ends: object) -> tuple[float, float]:
-    try:
-        low, high = (as_float(end) for end in ends)  # type: ignore[attr-defined]  # else raised
-    except (TypeError, ValueError) as error:
-        raise ParameterError(name, ends, "not a range (low, high)") from error
+    low, high = two_of(as_float, name, ends, "not a range (low, high)")
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
         raise ParameterError(name, ends, "not a range from a low to a higher finite number")
     return low, high

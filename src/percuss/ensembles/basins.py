@@ -39,6 +39,7 @@ from percuss.ensembles.sweep import check_structure, named_measures
 from percuss.errors import ParameterError
 from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import Phase, as_float, real
+from percuss.model.faults import is_row
 from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads, loads_of
 from percuss.model.oscillator import On, Oscillator, Wall
@@ -364,7 +365,7 @@ def start_ranges(start: object, x0: object, v0: object, t0: Phase) -> tuple[obje
         raise ParameterError("start", start, "given together with x0 or v0; give one")
     if isinstance(start, Start):
         start = (start.x0, start.v0, start.t0)
-    parts = () if isinstance(start, str) or not hasattr(start, "__iter__") else tuple(start)
+    parts = tuple(start) if is_row(start) else ()
     if not 2 <= len(parts) <= 3:
         raise ParameterError("start", start, "not (x0, v0) or (x0, v0, t0), ranges or values")
     if len(parts) == 3 and t0 != 0.0:

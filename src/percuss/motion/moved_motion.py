@@ -16,7 +16,7 @@ from percuss.kernels.flight_columns import (
     SHARED_ENTRIES,
     ColumnWorkspace,
 )
-from percuss.kernels.law_columns import N_HARMONICS
+from percuss.kernels.law_columns import N_HARMONICS, Law
 from percuss.kernels.sensitivity import VariedRecord
 from percuss.model.exact import Exact, Phase, reals
 from percuss.model.moved_law import MovedLaw
@@ -264,15 +264,15 @@ class MovedMotion(MovedEvents):
         flat = row_of(instants)
         n = len(self.paths)
         motion = np.empty((2, len(flat), n))
-        work = workspace_of(self.varied)
+        work = workspace_of(self.varied.record.law, n)
         engine.columns_at(self.varied, self.columns, flat, limit == "after", work, motion)
         shape = (*instants.shape, n)
         return motion[0].reshape(shape), motion[1].reshape(shape)
 
 
-def workspace_of(varied: VariedRecord) -> ColumnWorkspace:
-    """Return scratch for columns."""
-    n = int(varied.record.law[0, N_HARMONICS])
+def workspace_of(law: Law, n_columns: int) -> ColumnWorkspace:
+    """Return scratch for so many columns of the motion of a law."""
+    n = int(law[0, N_HARMONICS])
     phases, arrival, scratch = np.zeros((3, n, 2))
     return ColumnWorkspace(
         phases,
@@ -281,5 +281,5 @@ def workspace_of(varied: VariedRecord) -> ColumnWorkspace:
         np.zeros(SHARED_ENTRIES),
         np.zeros((n, PHASE_ENTRIES)),
         np.zeros(MOST_TERMS),
-        np.zeros((len(varied.change.rows), 2)),
+        np.zeros((n_columns, 2)),
     )

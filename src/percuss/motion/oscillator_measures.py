@@ -33,6 +33,7 @@ from percuss.kernels.sample import flight_at, is_tail
 from percuss.model.exact import as_float
 from percuss.model.oscillator import SoftStop, Wall
 from percuss.model.system import touching_stops
+from percuss.motion.accelerations import phases_at
 from percuss.motion.extremes import Extrema, QuantityName
 from percuss.motion.moved_measures import MovedStretch, MovedValue, moved_measure, nodes_of
 from percuss.motion.moved_motion import MovedMotion
@@ -206,9 +207,8 @@ def _quantity(d: MovedMotion, at: _Limit, of: QuantityName, stop: int) -> MovedV
 def _acceleration(d: MovedMotion, at: _Limit) -> MovedValue:
     """Return the acceleration that the law gives, and its derivative."""
     law, change = d.run.system.law, d.moved.change
-    n = int(law[0, N_HARMONICS])
-    phases = np.empty((n, 2))
-    set_phases(law, *at.t, phases)
+    phases = phases_at(law, *at.t)
+    n = len(phases)
     jump = np.zeros(len(change.rows))
     if not at.after and n > 0 and is_record(law, n - 1):
         phases[-1] = record_before(law, *at.t)
@@ -290,8 +290,7 @@ def _power(
     """Return the force per unit mass times v after an event, as `_square` does."""
     law, change = d.run.system.law, d.moved.change
     begin, low = d.run.record[0][row, [events_of.EVENT_T, events_of.EVENT_T_LOW]].tolist()
-    phases = np.empty((int(law[0, N_HARMONICS]), 2))
-    set_phases(law, begin, low, phases)
+    phases = phases_at(law, begin, low)
     piece = phases[-1:].copy()
     forces = np.empty(len(t))
     drives = np.empty((len(t), len(d.paths)))

@@ -11,7 +11,7 @@ import numpy as np
 from percuss.arrays import Flags, Floats
 from percuss.kernels import record as columns
 from percuss.kernels import sensitivity as engine
-from percuss.kernels.flight import constant_force, force_and_slopes, place, set_phases
+from percuss.kernels.flight import constant_force, force_and_slopes, place
 from percuss.kernels.law_columns import FIRST_HARMONIC, N_HARMONICS, NUMBER, OMEGA
 from percuss.kernels.record import MotionRecord
 from percuss.kernels.restitution import restitution_at
@@ -21,6 +21,7 @@ from percuss.model.exact import as_float
 from percuss.model.moved_law import MovedLaw, moved_law, moved_number, moved_period
 from percuss.model.oscillator import Wall
 from percuss.model.parameter_fields import is_tied
+from percuss.motion.accelerations import phases_at
 from percuss.motion.moved_measures import MovedMeasure, MovedValue
 from percuss.motion.moved_motion import (
     AnyOscillatorMotion,
@@ -224,7 +225,7 @@ def _carried(
     """Return the derivative with its columns, as the kernel carries them over the record."""
     events, marks = run.record
     out = np.empty((len(events), len(moved.paths), engine.SENSITIVITY_COLUMNS))
-    engine.carry(varied, begin, workspace_of(varied), out)
+    engine.carry(varied, begin, workspace_of(varied.record.law, len(begin)), out)
     kinds = marks[:, columns.KIND]
     is_impact = kinds == columns.IMPACT
     # Mostly all events but the start are impacts: those need no copy.
@@ -293,10 +294,8 @@ def _at_graze(run: AnyOscillatorMotion, t: float, stop: int) -> tuple[float, flo
     region = int(marks[flight_at(events, t, True), columns.NEXT_REGION])
     bound = run.system.lines.wall.index(stop)
     into = -1.0 if bound == int(law[region, NUMBER]) else 1.0
-    phases = np.empty((int(law[0, N_HARMONICS]), 2))
-    set_phases(law, t, 0.0, phases)
     force = constant_force(law, region, place(law, region, bound))
-    force += force_and_slopes(law, phases)[0]
+    force += force_and_slopes(law, phases_at(law, t))[0]
     return into, into * force, restitution_at(law, region, bound, 0.0)
 
 

@@ -31,7 +31,7 @@ from percuss.plotting.style import (
     shared_docs,
     units_of,
 )
-from percuss.wording import counted
+from percuss.wording import counts_in_words
 
 # Far beyond the circle a multiplier would shrink it: it is shown at the edge instead.
 MOST = 3.0
@@ -105,11 +105,10 @@ def plot_orbit(
 
 
 def _title(orbit: PeriodicOrbit | StructureOrbit, units: Units) -> str:
-    met = "sticking" if math.isinf(orbit.n_impacts) else counted(orbit.n_impacts, "impact")
-    turns = f" in {counted(orbit.n_periods, 'forcing period')}" if orbit.n_periods else ""
+    counts = counts_in_words(orbit.n_impacts, orbit.n_periods)
     unit = f" {units.duration}" if units.time else ""
     formal = "" if orbit.admissible else ", not physical"
-    return f"{met}{turns}, T = {orbit.period:.6g}{unit}, {orbit.stability}{formal}"
+    return f"{counts}, T = {orbit.period:.6g}{unit}, {orbit.stability}{formal}"
 
 
 def _broken_at_jumps(curve: SampledMotion) -> tuple[Floats, Floats, Floats]:

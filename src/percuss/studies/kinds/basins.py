@@ -31,7 +31,6 @@ from percuss.studies.study import (
     Question,
     StudyDraft,
     check_start,
-    impacts_in_words,
     only_axes,
     with_unit,
 )
@@ -45,7 +44,7 @@ from percuss.studies.tables import (
     raw_table,
     table,
 )
-from percuss.wording import counted
+from percuss.wording import counted, impacts_in_words
 
 if TYPE_CHECKING:
     from xarray import Dataset
