@@ -235,8 +235,9 @@ class Question(ABC):
         return {**tables, self.kind: keys} if keys else tables
 
     def arguments(self) -> dict[str, Any]:
-        """Return its fields by name."""
-        return values_of(self)
+        """Return its fields by name, without those that are what its function takes by itself."""
+        fields = values_of(self).items()
+        return {name: value for name, value in fields if value is not None and value is not AT_REST}
 
     def csv(self, study: Study) -> Mapping[str, str]:  # noqa: ARG002
         """Return the tables saved as CSV, by the stem of the file."""
