@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from percuss.arrays import Complexes
 from percuss.ensembles.measures import outcome_dimensions
 from percuss.errors import ParameterError
+from percuss.io.column_units import Columns
 from percuss.io.fit_tables import (
     covariance_columns,
     fit_impact_columns,
@@ -21,7 +22,7 @@ from percuss.io.fit_tables import (
 )
 from percuss.io.study_text import branch_text, motion_text, orbit_text, response_text
 from percuss.model.dimensions import dimensions_of
-from percuss.model.units import Units, in_units, is_unit
+from percuss.model.units import in_units, is_unit
 from percuss.motion.tables import HasTable
 from percuss.orbits.bifurcations.structure_branch import StructureBranch
 
@@ -32,98 +33,13 @@ if TYPE_CHECKING:
     from percuss.optimization.design import Design
     from percuss.optimization.pareto import ParetoFront
     from percuss.orbits.bifurcations.branch import Branch
+    from percuss.orbits.bifurcations.curve import Curve
     from percuss.orbits.bifurcations.structure_curve import StructureCurve
     from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
     from percuss.orbits.orbit.structure_orbit import StructureOrbit
     from percuss.orbits.responses.response import Response
 
-__all__ = ["SAMPLES", "Columns", "ResultKind", "kind_of", "table_of", "units_of_columns"]
-
-Columns: TypeAlias = Mapping[str, NDArray[Any]]
-
-# Dimensions of the columns of runs and orbits, by their names without digits at the end.
-DIMENSIONS = {
-    "t": "time",
-    "t0": "time",
-    "period": "time",
-    "v": "length/time",
-    "v0": "length/time",
-    "v_before": "length/time",
-    "v_after": "length/time",
-    "impulse": "mass length/time",
-    "effective_mass": "mass",
-    "start": "time",
-    "release": "time",
-    "error_bound": "time",
-    "impact_velocity_": "length/time",
-    "amplitude": "length",
-    "amplitude_": "length",
-    "largest_displacement": "length",
-    "impact_velocity": "length/time",
-    "min_impact_speed": "length/time",
-    "x": "length",
-    "x0": "length",
-    "grazing_margin": "length",
-    "stop_force": "mass length/time^2",
-}
-
-
-def units_of_columns(result: Any, columns: Columns, units: Units | None = None) -> dict[str, str]:
-    """Return the units of columns by their names; nothing where they are not known.
-
-    Parameters
-    ----------
-    result
-        What the columns are of: a run, an orbit or a branch, several of them, or a dataset.
-    columns
-        The columns.
-    units
-        Units that hold where the oscillator has none.
-    """
-    if hasattr(result, "data_vars"):
-        own = {str(name): str(result[name].attrs.get("units", "")) for name in result.variables}
-        return {name: own[name] for name in columns if is_unit(own.get(name, ""))}
-    oscillator = _oscillator_of(result)
-    units = getattr(oscillator, "units", None) or units
-    if units is None:
-        return {}
-    has_mass = getattr(oscillator, "mass", None) is not None
-    units_by_name = {}
-    own_dimensions = _dimensions_of_designs(result)
-    for name in columns:
-        dimensions = DIMENSIONS.get(name, DIMENSIONS.get(name.rstrip("0123456789").rstrip("_"), ""))
-        dimensions = own_dimensions.get(name, dimensions)
-        unit = units.of(dimensions if has_mass else dimensions.removeprefix("mass "))
-        if is_unit(unit):
-            units_by_name[name] = unit
-    return units_by_name
-
-
-def _dimensions_of_designs(result: Any) -> dict[str, str]:
-    """Return the dimensions of parameters and outcomes of a design or a front, by their names."""
-    (first, *_) = getattr(result, "designs", (result,))
-    if type(first).__name__ != "Design":
-        return {}
-    osc, force = first.oscillator, first.forcing
-    names = (first.outcome, *first.outcomes, *getattr(result, "outcomes", ()))
-    own = {name: outcome_dimensions(name, osc) for name in names}
-    return own | {path: _dimensions_of_path(path, osc, force) for path in first.values}
-
-
-def _dimensions_of_path(path: str, osc: Any, force: Any) -> str:
-    """Return the dimensions of a parameter; nothing of one with a name of its own."""
-    return dimensions_of(path, osc, force) if "." in path else ""
-
-
-def _oscillator_of(result: Any) -> Any:
-    """Return what moves in a run, an orbit, a branch, or the first of several; or None."""
-    while not (hasattr(result, "oscillator") or hasattr(result, "structure")):
-        names = ("orbits", "branches", "designs")
-        inner = next(filter(None, (getattr(result, name, None) for name in names)), result)
-        if not isinstance(inner, list | tuple) or not inner:
-            return None
-        result = inner[0]
-    return getattr(result, "structure", None) or result.oscillator
+__all__ = ["SAMPLES", "Columns", "ResultKind", "kind_of", "table_of"]
 
 
 def orbit_columns(orbits: Sequence[PeriodicOrbit]) -> Columns:
@@ -208,9 +124,11 @@ def best_columns(design: Design) -> Columns:
     slopes = [np.nan, *design.gradient.tolist(), *(np.nan for _ in limits)]
     outcomes = {design.outcome, *design.outcomes}
     dimensions = [
-        outcome_dimensions(name, osc) if name in outcomes else _dimensions_of_path(name, osc, force)
+        outcome_dimensions(name, osc) if name in outcomes
+        else dimensions_of(name, osc, force) if "." in name
+        else ""
         for name in values
-    ]
+    ]  # fmt: skip
     units = [in_units(osc.units, dimension) for dimension in dimensions]
     return {
         "name": np.array(list(values), dtype=object),
@@ -251,6 +169,18 @@ def structure_response_columns(response: Response) -> Columns:
     return table
 
 
+def curve_columns(curve: Curve) -> Columns:
+    """Return a curve of special points as a table, one row an orbit."""
+    return {
+        **dict(zip(curve.paths, curve.values.T, strict=True)),
+        "arclength": curve.arclength,
+        **_of_multipliers(curve.multipliers),
+        "stability": curve.stability,
+        "admissible": curve.admissible,
+        "special_point": _kinds_in_rows(curve),
+    }
+
+
 def structure_curve_columns(curve: StructureCurve) -> Columns:
     """Return a curve of a structure as a table, one row an orbit."""
     return {
@@ -260,7 +190,7 @@ def structure_curve_columns(curve: StructureCurve) -> Columns:
     }
 
 
-def _kinds_in_rows(followed: Branch | StructureBranch | StructureCurve) -> NDArray[Any]:
+def _kinds_in_rows(followed: Branch | StructureBranch | Curve | StructureCurve) -> NDArray[Any]:
     """Return the kind of the special point of each row, empty where it is none."""
     kinds = np.full(len(followed), "", dtype=object)
     for point in followed.special_points:
@@ -465,10 +395,6 @@ def _many(columns: Callable[[Any], Columns], number: str) -> Callable[[Any], Col
     return joined
 
 
-def _xarray_columns(result: Any) -> Columns:
-    return dataset_columns(result.to_xarray())
-
-
 def _tables_of_each(name: str) -> Callable[[Any], Tables]:
     return lambda results: {f"{name}_{i}": result.to_xarray() for i, result in enumerate(results)}
 
@@ -559,7 +485,7 @@ _KINDS: dict[str, ResultKind] = {
         "curve",
         "a curve of special points",
         lambda curve: str(curve.end_reason),
-        {"curve": _xarray_columns},
+        {"curve": curve_columns},
         tables=lambda curve: {"curve": curve.to_xarray()},
     ),
     "Response": ResultKind(
@@ -638,7 +564,7 @@ _LISTS: dict[str, ResultKind] = {
         "curves",
         "curves of special points",
         _end_reasons,
-        {"curves": _many(_xarray_columns, "curve")},
+        {"curves": _many(curve_columns, "curve")},
         tables=_tables_of_each("curve"),
     ),
     "StructureOrbit": ResultKind(

@@ -21,7 +21,7 @@ from percuss.kernels.law_columns import N_HARMONICS, Law
 from percuss.kernels.tangent import neighbours
 from percuss.motion.accelerations import phases_at
 from percuss.numerics import atan2, determinant, power, sin
-from percuss.orbits.bifurcations.branch_equations import BranchEquations, fastest
+from percuss.orbits.bifurcations.branch_equations import BranchEquations
 from percuss.orbits.bifurcations.grazing_contact import (
     GrazingContact,
     acceleration_at,
@@ -32,6 +32,7 @@ from percuss.orbits.bifurcations.grazing_contact import (
 )
 from percuss.orbits.bifurcations.parameter_ranges import own_value
 from percuss.orbits.continuation.problem import along_parameter
+from percuss.orbits.orbit.over_period import fastest
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.stability import multipliers_of
 from percuss.wording import counted

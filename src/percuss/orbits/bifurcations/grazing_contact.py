@@ -15,9 +15,9 @@ from percuss.kernels.flight import place
 from percuss.kernels.law_columns import Law
 from percuss.kernels.shooting import AT
 from percuss.motion.accelerations import acceleration_in
-from percuss.orbits.bifurcations.branch_equations import fastest
 from percuss.orbits.bifurcations.multiple_covers import settled
 from percuss.orbits.orbit.itinerary import entries_of, is_wall
+from percuss.orbits.orbit.over_period import fastest
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.steady import steady_orbit
 
