@@ -7,7 +7,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Complexes", "Flags", "Floats", "Integers", "row_of"]
+__all__ = ["Complexes", "Flags", "Floats", "Integers", "numbers_within", "row_of"]
 
 Floats: TypeAlias = NDArray[np.float64]
 Complexes: TypeAlias = NDArray[np.complex128]
@@ -27,3 +27,8 @@ def row_of(values: ArrayLike) -> Floats:
     array([1., 2., 3., 4.])
     """
     return np.require(values, np.float64, ["C", "W"]).reshape(-1)
+
+
+def numbers_within(counts: Integers) -> Integers:
+    """Return each member's number in its group, of so many: of (2, 0, 3) it is (0, 1, 0, 1, 2)."""
+    return np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)

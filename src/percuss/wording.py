@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 
-__all__ = ["closest", "counted", "shown"]
+__all__ = ["closest", "counted", "counts_in_words", "impacts_in_words", "shown"]
 
 # Characters of a value that a sentence shows.
 MOST_SHOWN = 200
@@ -31,6 +32,17 @@ def counted(n: float, noun: str) -> str:
     ('1 impact', '1,200 impacts', 'inf impacts')
     """
     return f"{n:,.0f} {noun}" + ("" if n == 1 else "s")
+
+
+def impacts_in_words(n_impacts: float) -> str:
+    """Return a number of impacts in words; infinitely many are those of a sticking motion."""
+    return "sticking" if math.isinf(n_impacts) else counted(n_impacts, "impact")
+
+
+def counts_in_words(n_impacts: float, n_periods: int) -> str:
+    """Return the impacts and forcing periods of an orbit in words."""
+    periods = f" in {counted(n_periods, 'forcing period')}" if n_periods else ""
+    return impacts_in_words(n_impacts) + periods
 
 
 def closest(word: str, known: Iterable[str]) -> str | None:

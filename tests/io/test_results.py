@@ -28,8 +28,9 @@ from percuss.io import (
     save_figure,
     save_netcdf,
 )
+from percuss.io.column_units import units_of_columns
 from percuss.io.netcdf import TABLES
-from percuss.io.results import table_of, units_of_columns
+from percuss.io.results import table_of
 from percuss.io.table import write_columns
 from percuss.motion.tables import COLUMNS
 from percuss.motion.trajectory import Trajectory

@@ -11,6 +11,8 @@ from tests.orbits.test_reference_orbits import ROWS, agree
 
 import percuss as pc
 from percuss.arrays import Floats
+from percuss.io.column_units import units_of_columns
+from percuss.io.results import kind_of
 from percuss.kernels.flight import free_response
 from percuss.model.system import law
 from percuss.orbits import Branch, Curve, single_impact
@@ -55,6 +57,22 @@ def test_grazing_is_where_the_motion_without_impacts_reaches_the_wall(
     _, *expected = (float(value) for value in ROWS["coco-grazing-A"]["value"])
     assert omega[[0, -1]].tolist() == [0.7, 1.3]
     agree(amplitude[[0, -1]].tolist(), expected, "coco-grazing-A")
+
+
+def test_a_table_has_a_row_for_each_orbit_and_the_units_of_both_parameters(
+    curves: dict[str, Curve],
+) -> None:
+    curve = curves["fold"]
+
+    (columns,) = (table(curve) for table in kind_of(curve).columns.values())
+
+    assert list(columns)[:2] == [OMEGA, AMPLITUDE]
+    np.testing.assert_array_equal(columns[OMEGA], curve.values[:, 0])
+    assert {len(column) for column in columns.values()} == {len(curve)}
+    kinds = [kind for kind in columns["special_point"] if kind]
+    assert kinds == [point.kind for point in curve.special_points] != []
+    units = units_of_columns(curve, columns, pc.Units("mm", "s"))
+    assert units == {OMEGA: "1/s", AMPLITUDE: "mm/s^2"}
 
 
 def test_coco_s_grazing_curve_leaves_at_full_amplitude(branch: Branch) -> None:

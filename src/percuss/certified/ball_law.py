@@ -29,7 +29,7 @@ from percuss.certified.numbers import (
 from percuss.certified.pieces import BallRecord, Moment, Ramp
 from percuss.certified.system import BallSystem, Region, Tone
 from percuss.errors import ParameterError
-from percuss.model.exact import Exact, Phase, PiTimes, angle, as_fraction, pi_times
+from percuss.model.exact import Exact, Phase, PiTimes, angle, as_fraction, pi_times, two_of
 from percuss.model.expression import Expression
 from percuss.model.paths import long_form, moved_in_law, replace_parameter
 
@@ -119,10 +119,7 @@ def _ends(path: str, values: Ball | tuple[Exact, Exact]) -> tuple[Fraction, Frac
             raise ParameterError(f"over[{path!r}]", values, "a ball without a number")
         middle, radius = exact_value(values.arb), exact_value(values.arb.rad())
         return middle - radius, middle + radius
-    try:
-        low, high = (as_fraction(value) for value in values)
-    except (TypeError, ValueError) as error:
-        raise ParameterError(f"over[{path!r}]", values, "neither a ball nor two numbers") from error
+    low, high = two_of(as_fraction, f"over[{path!r}]", values, "neither a ball nor two numbers")
     if not low <= high:
         raise ParameterError(f"over[{path!r}]", values, "the first value is above the second")
     return low, high

@@ -10,7 +10,7 @@ from typing import Any, TypeAlias, cast
 from flint import arb, ctx, fmpq
 
 from percuss.errors import ParameterError
-from percuss.model.exact import Exact, Phase, angle, as_fraction
+from percuss.model.exact import Exact, Phase, angle, as_fraction, two_of
 from percuss.model.expression import Expression
 
 __all__ = [
@@ -159,10 +159,7 @@ def cos_sin(times: Fraction, plus: Fraction) -> tuple[arb, arb]:
 
 def exact_range(name: str, given: tuple[Exact, Exact]) -> tuple[Fraction, Fraction]:
     """Return two exact numbers, the first below the second, or raise a `ParameterError`."""
-    try:
-        low, high = (as_fraction(value) for value in given)
-    except (TypeError, ValueError) as error:
-        raise ParameterError(name, given, "not two numbers") from error
+    low, high = two_of(as_fraction, name, given, "not two numbers")
     if not low < high:
         raise ParameterError(name, given, "the first is not below the second")
     return low, high

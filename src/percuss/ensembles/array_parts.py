@@ -214,7 +214,7 @@ class _Whole:
     def compute(self, first: int, last: int) -> Block:
         """Return the points from first to last out of the chunks of the parts."""
         each = self._chunks[0].chunk
-        block = Block({name: column.empty(last - first) for name, column in self.columns.items()})
+        block = Block.empty(self.columns, last - first)
         for number in range(first // each, -(-last // each)):
             begin, end = self._chunks[0].span(number)
             part = self._read(number)

@@ -39,6 +39,7 @@ from percuss.ensembles.sweep import check_structure, named_measures
 from percuss.errors import ParameterError
 from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import Phase, as_float, real
+from percuss.model.faults import is_row
 from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads, loads_of
 from percuss.model.oscillator import On, Oscillator, Wall
@@ -55,6 +56,7 @@ if TYPE_CHECKING:
 __all__ = [
     "about_measure",
     "basins",
+    "checked_call",
     "columns_of",
     "fractions_of",
     "measures_of",
@@ -170,14 +172,7 @@ def basins(
     ['(1, 1)', '(0, 1)', '(0, 1)', '(1, 1)']
     """
     execution = execution_of(store, engine, n_workers, progress, part)
-    if isinstance(osc, Structure):
-        force = loads_of(osc, force)
-    check_driven(osc, force)
-    require_period(force, "basins need a periodic forcing")
-    periods = whole("periods", periods, STAGE)
-    escape = real("escape", escape)
-    if not escape > 0.0:
-        raise ParameterError("escape", escape, "not a finite distance above 0")
+    force, periods, escape = checked_call(osc, force, periods, escape)
     names = named_measures(measures)
     if isinstance(osc, Structure):
         given = {"x0": x0, "v0": v0, "cycle": cycle, "v": v}
@@ -216,6 +211,20 @@ def basins(
     reported.close()
     answer = replace(answer, complete=answer.complete and not reported.is_stopped)
     return keep(_dataset(starts, system, answer, labels, attractors, names), execution)
+
+
+def checked_call(
+    osc: Oscillator | Structure, force: Any, periods: int, escape: float
+) -> tuple[Any, int, float]:
+    """Return the force, the periods and the distance of a call, or raise a ParameterError."""
+    if isinstance(osc, Structure):
+        force = loads_of(osc, force)
+    check_driven(osc, force)
+    require_period(force, "basins need a periodic forcing")
+    periods, escape = whole("periods", periods, STAGE), real("escape", escape)
+    if not escape > 0.0:
+        raise ParameterError("escape", escape, "not a finite distance above 0")
+    return force, periods, escape
 
 
 def no_starts(answer: Answer) -> int:
@@ -364,7 +373,7 @@ def start_ranges(start: object, x0: object, v0: object, t0: Phase) -> tuple[obje
         raise ParameterError("start", start, "given together with x0 or v0; give one")
     if isinstance(start, Start):
         start = (start.x0, start.v0, start.t0)
-    parts = () if isinstance(start, str) or not hasattr(start, "__iter__") else tuple(start)
+    parts = tuple(start) if is_row(start) else ()
     if not 2 <= len(parts) <= 3:
         raise ParameterError("start", start, "not (x0, v0) or (x0, v0, t0), ranges or values")
     if len(parts) == 3 and t0 != 0.0:

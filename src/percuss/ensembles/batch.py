@@ -17,10 +17,10 @@ from percuss.ensembles.decisions import (
 from percuss.ensembles.threads import check_wanted, stop_flag
 from percuss.kernels import batch, lockstep, members, observables
 from percuss.kernels import record as columns
-from percuss.kernels.flight import set_phases
 from percuss.kernels.law_columns import MASS, N_HARMONICS, PERIOD_TURNS, STOP_COLUMNS
 from percuss.kernels.linear_observables import Scratch
 from percuss.kernels.observables import LoadSpace
+from percuss.motion.accelerations import phases_at
 from percuss.motion.reach import free_until
 from percuss.wording import counted
 
@@ -260,11 +260,10 @@ def _search_far(law: Floats, state: Floats, counters: Integers, until: float) ->
     searched = float(min(state[columns.FREE_BELOW], state[columns.FREE_ABOVE]))
     if counters[columns.TOUCHED] != 0 or searched == 0.0:
         return
-    phases = np.zeros((int(law[0, N_HARMONICS]), 2))
-    set_phases(law, state[columns.T], state[columns.T_LOW], phases)
     t, t_low, v, force = (
         float(state[entry]) for entry in (columns.T, columns.T_LOW, columns.V, columns.FORCE)
     )
+    phases = phases_at(law, t, t_low)
     longest = until - t
     region = int(counters[columns.REGION])
     free = free_until(

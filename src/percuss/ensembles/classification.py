@@ -247,7 +247,7 @@ class Classification:
     def compute(self, first: int, last: int) -> Block:
         """Follow the starts of a chunk until each is decided."""
         groups, faults = self.starts.groups(first, last)
-        block = Block({name: column.empty(last - first) for name, column in self.columns.items()})
+        block = Block.empty(self.columns, last - first)
         block.arrays["kind"][list(faults)] = NO_START
         for group in groups:
             classes, n_impacts = self.rules.follow(group)

@@ -412,7 +412,7 @@ class Branches:
 
     def empty(self, n: int) -> Block:
         """Return a block for n values without a motion."""
-        block = Block({name: column.empty(n) for name, column in self.of_value.items()})
+        block = Block.empty(self.of_value, n)
         block.arrays["status"][:] = FAULTY
         return block
 
@@ -564,7 +564,7 @@ class FollowedBranches(Branches):
     def compute(self, first: int, last: int) -> Block:
         """Follow a branch; values without a motion are skipped."""
         n = self.grid.size
-        block = Block({name: column.empty(last - first) for name, column in self.columns.items()})
+        block = Block.empty(self.columns, last - first)
         for branch in range(first, last):
             values = range(n) if self.follow[branch] == "forward" else range(n - 1, -1, -1)
             begin: Floats | None = None

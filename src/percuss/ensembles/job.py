@@ -98,6 +98,11 @@ class Block:
     reasons: dict[int, str] = field(default_factory=dict)
     n_impacts: int = 0
 
+    @classmethod
+    def empty(cls, columns: Mapping[str, Column], n: int) -> Block:
+        """Return that of n points without an answer yet."""
+        return cls({name: column.empty(n) for name, column in columns.items()})
+
 
 @dataclass(frozen=True, slots=True)
 class Answer:

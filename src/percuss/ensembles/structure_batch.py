@@ -18,7 +18,9 @@ from percuss.kernels.structure import basis as at
 from percuss.kernels.structure import batch
 from percuss.kernels.structure import run as state
 from percuss.kernels.structure.basis import Sets
+from percuss.kernels.structure.perturbations import TangentSpace
 from percuss.kernels.structure.run import new_run
+from percuss.kernels.structure.views import Views
 from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import as_float
 from percuss.model.oscillator import SoftStop
@@ -137,7 +139,7 @@ def _follow(
             scratch=np.zeros((8, run.scratch.shape[1] + 1, run.scratch.shape[2])),
         )  # fmt: skip
         c = members.logs.shape[1]
-        space = batch.TangentSpace(
+        space = TangentSpace(
             np.empty((2, n, c)), np.empty((n, 2, c)), np.empty((2, 2, n)), np.empty(c)
         )
         views = views_of(system, on)
@@ -167,7 +169,7 @@ def _directions(n: int, c: int) -> Floats:
     return columns.reshape(2, n, c)
 
 
-def views_of(system: StructureSystem, on: Floats) -> batch.Views:
+def views_of(system: StructureSystem, on: Floats) -> Views:
     """Return what is seen of the motions of a system beside its clearances, in all its sets.
 
     Parameters
@@ -180,7 +182,7 @@ def views_of(system: StructureSystem, on: Floats) -> batch.Views:
     sets = system.sets
     b, n_stops, n = sets.guard.shape[:3]
     shape = (b, n_stops + 1)
-    views = batch.Views(
+    views = Views(
         np.zeros((*shape, n, at.GUARD_ENTRIES)),
         np.zeros((*shape, at.LEVEL_COLUMNS)),
         np.zeros((*shape, *sets.feed.shape[2:])),
@@ -200,7 +202,7 @@ def views_of(system: StructureSystem, on: Floats) -> batch.Views:
     return views
 
 
-def _set_force(views: batch.Views, sets: Sets, i: int, spring: float, dashpot: float) -> None:
+def _set_force(views: Views, sets: Sets, i: int, spring: float, dashpot: float) -> None:
     """Turn the view of a depth into that of the soft stop's force."""
     of_u, of_w = sets.guard[:, i, :, at.OF_U], sets.guard[:, i, :, at.OF_W]
     slow, fast = -sets.modes[:, :, at.SPRING] * of_w, of_u - sets.modes[:, :, at.DRAG] * of_w

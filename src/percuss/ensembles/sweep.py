@@ -31,7 +31,7 @@ from percuss.ensembles.run_job import execution_of, run_job
 from percuss.ensembles.threads import check_wanted
 from percuss.errors import ParameterError
 from percuss.kernels import observables
-from percuss.model.exact import Phase, as_float
+from percuss.model.exact import Phase, as_float, two_of
 from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads
 from percuss.model.oscillator import On, Oscillator
@@ -249,10 +249,7 @@ def span_of(between: object, t0: float, names: Sequence[str] = ()) -> tuple[floa
     >>> span_of((0, "10*pi"), 0.0)
     (0.0, 31.41592653589793)
     """
-    try:
-        first, last = (as_float(time) for time in between)  # type: ignore[attr-defined]  # else raised
-    except (TypeError, ValueError) as error:
-        raise ParameterError("between", between, "not two instants (first, last)") from error
+    first, last = two_of(as_float, "between", between, "not two instants (first, last)")
     if not -math.inf < first < last < math.inf:
         raise ParameterError("between", between, "not two instants, the second after the first")
     if first < t0:

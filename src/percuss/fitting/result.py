@@ -16,7 +16,7 @@ from percuss.fitting.effort import go_on
 from percuss.fitting.measured import MeasuredSamples, quantity_name, quantity_number
 from percuss.fitting.noise import NOT_WHITE, whiteness_of
 from percuss.fitting.search import FitCandidate, FitSearch
-from percuss.fitting.shooting import Layout, motion_between, run_from, start_at
+from percuss.fitting.shooting import Layout, motion_between, start_at
 from percuss.fitting.solver import FIRM, TAUT, FitPoint, FitProblem, descend, point_at
 from percuss.kernels.segments import DISPLACEMENT, VELOCITY
 from percuss.kernels.structure.segments import OF_PLACE
@@ -28,6 +28,7 @@ from percuss.model.start import Start
 from percuss.model.structure import Structure
 from percuss.model.structure_start import StructureStart
 from percuss.motion.html_table import html_table
+from percuss.motion.simulate import run_of
 from percuss.motion.structures import StructureTrajectory
 from percuss.motion.trajectory import Trajectory
 from percuss.numerics.linear import directions
@@ -172,7 +173,7 @@ class Fit(HasPicture):
         """
         first = self.problem.layouts[0]
         end = float(first.spans[-1, 1])
-        return run_from(self.oscillator, self.forcing, self.start, end)
+        return run_of(self.oscillator, self.forcing, self.start, t_end=end)
 
     def __call__(self, t: ArrayLike) -> tuple[Floats, Floats]:
         """Return x and v of the fitted motion over the first record at times t.

@@ -11,22 +11,17 @@ import numpy as np
 from percuss.arrays import Floats, Integers
 from percuss.fitting.effort import Effort
 from percuss.fitting.measured import MeasuredRecord, MeasuredSamples
-from percuss.fitting.structure_shooting import follow_records
+from percuss.fitting.structure_shooting import follow_records, new_results
 from percuss.kernels import sensitivity as carried
 from percuss.kernels.flight_columns import (
-    MOST_TERMS,
-    PHASE_ENTRIES,
-    SHARED_ENTRIES,
     Change,
-    ColumnWorkspace,
 )
-from percuss.kernels.law_columns import COLUMNS, N_HARMONICS
+from percuss.kernels.law_columns import COLUMNS
 from percuss.kernels.record import new_run
 from percuss.kernels.segments import (
     N_HITS,
     N_SEARCHES,
     PROGRESS_ENTRIES,
-    SegmentResults,
     Segments,
     SegmentSpace,
     follow_segments,
@@ -43,18 +38,14 @@ from percuss.model.structure import Structure
 from percuss.model.structure_start import StructureStart
 from percuss.model.system import System, stop_rows
 from percuss.motion.instants import times_within
-from percuss.motion.simulate import simulate
-from percuss.motion.structures import StructureTrajectory
-from percuss.motion.trajectory import Trajectory
+from percuss.motion.moved_motion import workspace_of
 
-__all__ = ["Layout", "Shots", "motion_between", "run_from", "shoot", "start_at"]
+__all__ = ["Layout", "Shots", "motion_between", "shoot", "start_at"]
 
 # Events of one segment.
 MOST_EVENTS = 4_000
 # Numbers beyond this are those of motions that grow without end.
 LARGEST = 1e60
-# Impacts that are kept, for each segment.
-HITS_A_SEGMENT = 64
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -206,9 +197,7 @@ def _structure_shots(
         system, fixed, paths, layout.spans.copy(), nodes, samples, layout.first, effort
     )
     layout.keys.update(system.sets.keys.tolist())
-    return Shots(
-        nodes, results.values, results.rows, results.away, results.ends, results.end_rows, results.counts, results.hits
-    )  # fmt: skip
+    return Shots(nodes, **results._asdict())
 
 
 def _joined(parts: Sequence[Shots]) -> Shots:
@@ -260,16 +249,7 @@ def _record_shots(
         spans, nodes, begins, layout.first, samples.t, samples.quantities,
         samples.reach, stop_rows(system.oscillator), moved_stops,
     )  # fmt: skip
-    m = len(samples.t)
-    results = SegmentResults(
-        np.full((m, 2), np.nan),
-        np.full((m, 2, n_p + 2), np.nan),
-        np.full(m, np.inf),
-        np.full((n, 2), np.nan),
-        np.full((n, 2, n_p + 2), np.nan),
-        np.empty((HITS_A_SEGMENT * n, 4 + n_p)),
-        np.full(n, -1, dtype=np.int64),
-    )
+    results = new_results(len(samples.t), n, 2, n_p + 2)
     space, change = _space(law, n_p + 2), Change(rows, unit)
     progress = np.zeros(PROGRESS_ENTRIES, dtype=np.int64)
     while True:
@@ -277,23 +257,14 @@ def _record_shots(
         is_done = follow_segments(law, change, segments, space, results, progress)
         if not effort.spend(int(progress[N_SEARCHES]) - before) or is_done:
             break
-    return Shots(
-        nodes, results.values, results.rows, results.away, results.ends, results.end_rows, results.counts,
-        results.hits[: progress[N_HITS]],
-    )  # fmt: skip
+    return Shots(nodes, **results._replace(hits=results.hits[: progress[N_HITS]])._asdict())
 
 
 def _space(law: Floats, n_columns: int) -> SegmentSpace:
-    n = int(law[0, N_HARMONICS])
-    phases = np.zeros((3, n, 2))
-    work = ColumnWorkspace(
-        phases[0], phases[1], phases[2], np.zeros(SHARED_ENTRIES), np.zeros((n, PHASE_ENTRIES)),
-        np.zeros(MOST_TERMS), np.zeros((n_columns, 2)),
-    )  # fmt: skip
     return SegmentSpace(
         new_run(law, MOST_EVENTS),
         np.empty((MOST_EVENTS, n_columns, carried.SENSITIVITY_COLUMNS)),
-        work,
+        workspace_of(law, n_columns),
         np.zeros((n_columns, 3)),
         np.zeros(1),
         np.zeros((2, 1)),
@@ -310,12 +281,6 @@ def start_at(osc: Oscillator | Structure, node: Floats) -> Start | StructureStar
     if isinstance(osc, Structure):
         return StructureStart(tuple(state[:half]), tuple(state[half:]), t0)
     return Start(state[0], state[1], t0)
-
-
-def run_from(osc: Any, force: Any, start: Any, end: float) -> Trajectory | StructureTrajectory:
-    """Return the run of an oscillator or a structure from a start."""
-    run: Trajectory | StructureTrajectory = simulate(osc, force, start=start, t_end=end)
-    return run
 
 
 def motion_between(

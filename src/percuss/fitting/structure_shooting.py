@@ -30,7 +30,7 @@ from percuss.model.moved_structure import MovedStructure, more_columns, moved_se
 from percuss.model.oscillator import SoftStop, Wall
 from percuss.model.structure_start import StructureStart
 
-__all__ = ["follow_records"]
+__all__ = ["follow_records", "new_results"]
 
 # Events of one segment, and impacts that are kept for each.
 MOST_EVENTS = 1_000
@@ -72,7 +72,7 @@ def follow_records(
         The samples and ends, with a column for each parameter, then for each number of the node.
     """
     structure, n = system.structure, len(spans)
-    n_x, n_p, m = structure.n, len(paths), len(samples)
+    n_x, n_p = structure.n, len(paths)
     d = 2 * n_x
     moved = moved_structure(system, start, paths) if paths else _unmoved(system)
     begins = np.zeros((n, d + 1, n_p + d))
@@ -86,15 +86,7 @@ def follow_records(
     known = {key: b for b, key in enumerate(system.sets.keys.tolist())}
     own_sets = np.array([known[key] for key in keys], dtype=np.int64)
     width = n_p + d
-    results = SegmentResults(
-        np.full((m, 2), np.nan),
-        np.full((m, 2, width), np.nan),
-        np.full(m, np.inf),
-        np.full((n, d), np.nan),
-        np.full((n, d, width), np.nan),
-        np.empty((HITS_A_SEGMENT * n, 2 + width)),
-        np.full(n, -1, dtype=np.int64),
-    )
+    results = new_results(len(samples), n, d, width)
     places = np.ascontiguousarray(np.stack([nodes[:, :n_x], nodes[:, n_x:]], axis=2))
     stops = _stop_rows(system)
     moved_stops = np.zeros((width, len(structure.stops), 3))
@@ -115,6 +107,19 @@ def follow_records(
             system.add(int(wanted))
             varied, scratch = _space(system, moved, n_p)
     return results._replace(hits=results.hits[: progress[N_HITS]])
+
+
+def new_results(n_samples: int, n: int, d: int, n_columns: int) -> SegmentResults:
+    """Return what comes of n segments of states of d numbers, before any is followed."""
+    return SegmentResults(
+        np.full((n_samples, 2), np.nan),
+        np.full((n_samples, 2, n_columns), np.nan),
+        np.full(n_samples, np.inf),
+        np.full((n, d), np.nan),
+        np.full((n, d, n_columns), np.nan),
+        np.empty((HITS_A_SEGMENT * n, 2 + n_columns)),
+        np.full(n, -1, dtype=np.int64),
+    )
 
 
 def _unmoved(system: StructureSystem) -> MovedStructure:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss.io.column_units import Columns
 from percuss.model.dimensions import dimensions_of
 from percuss.model.oscillator import Oscillator
 from percuss.model.units import in_units, is_unit
@@ -25,10 +26,8 @@ __all__ = [
     "residual_columns",
 ]
 
-FitColumns: TypeAlias = "dict[str, NDArray[Any]]"
 
-
-def fitted_columns(fit: Fit) -> FitColumns:
+def fitted_columns(fit: Fit) -> Columns:
     """Return the parameters as a table: value, error, unit and ends of the range of each."""
     paths, units = list(fit.values), fit.oscillator.units
     dimensions = [
@@ -46,7 +45,7 @@ def fitted_columns(fit: Fit) -> FitColumns:
     }
 
 
-def covariance_columns(fit: Fit) -> FitColumns:
+def covariance_columns(fit: Fit) -> Columns:
     """Return the covariance as a table, a row and a column for each parameter."""
     names = _asked(fit)
     return {"parameter": names, **dict(zip(names.tolist(), fit.covariance.T, strict=True))}
@@ -57,20 +56,20 @@ def _asked(fit: Fit) -> Any:
     return np.array([fit.values.asked.get(path, path) for path in fit.values], dtype=object)
 
 
-def residual_columns(fit: Fit) -> FitColumns:
+def residual_columns(fit: Fit) -> Columns:
     """Return each value with what the model says, and the difference."""
     names = ("record", "quantity", "t", "value", "fitted", "residual", "noise")
     return {name: np.asarray(fit.residuals[name].values) for name in names}
 
 
-def fit_impact_columns(fit: Fit) -> FitColumns:
+def fit_impact_columns(fit: Fit) -> Columns:
     """Return the impacts and entries into soft stops of all records."""
     from percuss.fitting.summaries import impacts_of
 
     return impacts_of(fit)
 
 
-def profile_columns(fit: Fit) -> FitColumns:
+def profile_columns(fit: Fit) -> Columns:
     """Return the profiles one below the other: all parameters, and how the misfit grows."""
     asked = dict(zip(fit.values, _asked(fit).tolist(), strict=True))
     parts: dict[str, list[Any]] = {"profile": [], **{name: [] for name in asked.values()}}
@@ -108,8 +107,8 @@ def fit_datasets(fit: Fit, samples: int) -> dict[str, Dataset]:
     """
     import xarray as xr
 
-    columns = fitted_columns(fit)
-    columns = {"path": columns.pop("parameter"), **columns}
+    columns = {name if name != "parameter" else "path": column
+               for name, column in fitted_columns(fit).items()}  # fmt: skip
     main = xr.Dataset({name: ("parameter", column) for name, column in columns.items()})
     main["covariance"] = (("parameter", "other"), fit.covariance)
     main.attrs = {

@@ -14,12 +14,13 @@ import xarray as xr
 
 from percuss.ensembles.datasets import write_whole
 from percuss.errors import PercussError, check_installed
+from percuss.io.column_units import Columns
 from percuss.io.exact_json import decoded, encoded
 from percuss.io.files import OutputFiles, say_size
 from percuss.io.fit_tables import fit_datasets
 from percuss.io.ragged import parted, ragged_columns
 from percuss.io.record import NETCDF_ATTRIBUTE, Record, make_record
-from percuss.io.results import SAMPLES, Columns, ResultKind, kind_of, table_of
+from percuss.io.results import SAMPLES, ResultKind, kind_of, table_of
 from percuss.io.structure_orbits import structure_orbits_dataset, structure_orbits_of_dataset
 from percuss.io.table import check_suffix
 from percuss.model.oscillator import mass_of

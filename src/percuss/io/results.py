@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from percuss.arrays import Complexes
 from percuss.ensembles.measures import outcome_dimensions
 from percuss.errors import ParameterError
+from percuss.io.column_units import Columns
 from percuss.io.fit_tables import (
     covariance_columns,
     fit_impact_columns,
@@ -21,7 +22,7 @@ from percuss.io.fit_tables import (
 )
 from percuss.io.study_text import branch_text, motion_text, orbit_text, response_text
 from percuss.model.dimensions import dimensions_of
-from percuss.model.units import Units, in_units, is_unit
+from percuss.model.units import in_units, is_unit
 from percuss.motion.tables import HasTable
 from percuss.orbits.bifurcations.structure_branch import StructureBranch
 
@@ -32,129 +33,34 @@ if TYPE_CHECKING:
     from percuss.optimization.design import Design
     from percuss.optimization.pareto import ParetoFront
     from percuss.orbits.bifurcations.branch import Branch
+    from percuss.orbits.bifurcations.curve import Curve
     from percuss.orbits.bifurcations.structure_curve import StructureCurve
     from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
     from percuss.orbits.orbit.structure_orbit import StructureOrbit
     from percuss.orbits.responses.response import Response
 
-__all__ = ["SAMPLES", "Columns", "ResultKind", "kind_of", "table_of", "units_of_columns"]
-
-Columns: TypeAlias = Mapping[str, NDArray[Any]]
-
-# Dimensions of the columns of runs and orbits, by their names without digits at the end.
-DIMENSIONS = {
-    "t": "time",
-    "t0": "time",
-    "period": "time",
-    "v": "length/time",
-    "v0": "length/time",
-    "v_before": "length/time",
-    "v_after": "length/time",
-    "impulse": "mass length/time",
-    "effective_mass": "mass",
-    "start": "time",
-    "release": "time",
-    "error_bound": "time",
-    "impact_velocity_": "length/time",
-    "amplitude": "length",
-    "amplitude_": "length",
-    "largest_displacement": "length",
-    "impact_velocity": "length/time",
-    "min_impact_speed": "length/time",
-    "x": "length",
-    "x0": "length",
-    "grazing_margin": "length",
-    "stop_force": "mass length/time^2",
-}
-
-
-def units_of_columns(result: Any, columns: Columns, units: Units | None = None) -> dict[str, str]:
-    """Return the units of columns by their names; nothing where they are not known.
-
-    Parameters
-    ----------
-    result
-        What the columns are of: a run, an orbit or a branch, several of them, or a dataset.
-    columns
-        The columns.
-    units
-        Units that hold where the oscillator has none.
-    """
-    if hasattr(result, "data_vars"):
-        own = {str(name): str(result[name].attrs.get("units", "")) for name in result.variables}
-        return {name: own[name] for name in columns if is_unit(own.get(name, ""))}
-    oscillator = _oscillator_of(result)
-    units = getattr(oscillator, "units", None) or units
-    if units is None:
-        return {}
-    has_mass = getattr(oscillator, "mass", None) is not None
-    units_by_name = {}
-    own_dimensions = _dimensions_of_designs(result)
-    for name in columns:
-        dimensions = DIMENSIONS.get(name, DIMENSIONS.get(name.rstrip("0123456789").rstrip("_"), ""))
-        dimensions = own_dimensions.get(name, dimensions)
-        unit = units.of(dimensions if has_mass else dimensions.removeprefix("mass "))
-        if is_unit(unit):
-            units_by_name[name] = unit
-    return units_by_name
-
-
-def _dimensions_of_designs(result: Any) -> dict[str, str]:
-    """Return the dimensions of parameters and outcomes of a design or a front, by their names."""
-    (first, *_) = getattr(result, "designs", (result,))
-    if type(first).__name__ != "Design":
-        return {}
-    osc, force = first.oscillator, first.forcing
-    names = (first.outcome, *first.outcomes, *getattr(result, "outcomes", ()))
-    own = {name: outcome_dimensions(name, osc) for name in names}
-    return own | {path: _dimensions_of_path(path, osc, force) for path in first.values}
-
-
-def _dimensions_of_path(path: str, osc: Any, force: Any) -> str:
-    """Return the dimensions of a parameter; nothing of one with a name of its own."""
-    return dimensions_of(path, osc, force) if "." in path else ""
-
-
-def _oscillator_of(result: Any) -> Any:
-    """Return what moves in a run, an orbit, a branch, or the first of several; or None."""
-    while not (hasattr(result, "oscillator") or hasattr(result, "structure")):
-        names = ("orbits", "branches", "designs")
-        inner = next(filter(None, (getattr(result, name, None) for name in names)), result)
-        if not isinstance(inner, list | tuple) or not inner:
-            return None
-        result = inner[0]
-    return getattr(result, "structure", None) or result.oscillator
+__all__ = ["SAMPLES", "Columns", "ResultKind", "kind_of", "table_of"]
 
 
 def orbit_columns(orbits: Sequence[PeriodicOrbit]) -> Columns:
     """Return orbits as a table, one row an orbit."""
-    names = (
-        "n_impacts",
-        "n_periods",
-        "period",
-        "t0",
-        "x0",
-        "v0",
-        "min_impact_speed",
-        "grazing_margin",
-        "stability",
-        "admissible",
-        "isolated",
-        "residual",
-    )
-    columns = {name: np.array([getattr(orbit, name) for orbit in orbits], dtype=object)
-               for name in names}  # fmt: skip
+    names = ("n_impacts", "n_periods", "period", "t0", "x0", "v0", "min_impact_speed",
+             "grazing_margin", "stability", "admissible", "isolated", "residual")  # fmt: skip
+    columns = _fields_of(orbits, names)
     multipliers = np.array([orbit.multipliers for orbit in orbits]).reshape(-1, 2)
     columns |= _of_multipliers(multipliers)
     stops = [" ".join(map(str, orbit.sequence)) for orbit in orbits]
     return columns | {"stops": np.array(stops, dtype=object)}
 
 
+def _fields_of(orbits: Sequence[Any], names: Sequence[str]) -> dict[str, NDArray[Any]]:
+    return {name: np.array([getattr(one, name) for one in orbits], dtype=object) for name in names}
+
+
 def structure_orbit_columns(orbits: Sequence[StructureOrbit]) -> Columns:
     """Return orbits of a structure as a table, one row an orbit."""
     names = ("n_impacts", "n_periods", "period", "is_stable", "residual")
-    columns = {name: np.array([getattr(orbit, name) for orbit in orbits], dtype=object)
-               for name in names}  # fmt: skip
+    columns = _fields_of(orbits, names)
     for name in ("x0", "v0"):
         states = np.array([getattr(orbit, name) for orbit in orbits])
         columns |= {f"{name}_{i}": column for i, column in enumerate(states.T)}
@@ -218,9 +124,11 @@ def best_columns(design: Design) -> Columns:
     slopes = [np.nan, *design.gradient.tolist(), *(np.nan for _ in limits)]
     outcomes = {design.outcome, *design.outcomes}
     dimensions = [
-        outcome_dimensions(name, osc) if name in outcomes else _dimensions_of_path(name, osc, force)
+        outcome_dimensions(name, osc) if name in outcomes
+        else dimensions_of(name, osc, force) if "." in name
+        else ""
         for name in values
-    ]
+    ]  # fmt: skip
     units = [in_units(osc.units, dimension) for dimension in dimensions]
     return {
         "name": np.array(list(values), dtype=object),
@@ -261,6 +169,18 @@ def structure_response_columns(response: Response) -> Columns:
     return table
 
 
+def curve_columns(curve: Curve) -> Columns:
+    """Return a curve of special points as a table, one row an orbit."""
+    return {
+        **dict(zip(curve.paths, curve.values.T, strict=True)),
+        "arclength": curve.arclength,
+        **_of_multipliers(curve.multipliers),
+        "stability": curve.stability,
+        "admissible": curve.admissible,
+        "special_point": _kinds_in_rows(curve),
+    }
+
+
 def structure_curve_columns(curve: StructureCurve) -> Columns:
     """Return a curve of a structure as a table, one row an orbit."""
     return {
@@ -270,7 +190,7 @@ def structure_curve_columns(curve: StructureCurve) -> Columns:
     }
 
 
-def _kinds_in_rows(followed: Branch | StructureBranch | StructureCurve) -> NDArray[Any]:
+def _kinds_in_rows(followed: Branch | StructureBranch | Curve | StructureCurve) -> NDArray[Any]:
     """Return the kind of the special point of each row, empty where it is none."""
     kinds = np.full(len(followed), "", dtype=object)
     for point in followed.special_points:
@@ -286,11 +206,11 @@ def _of_multipliers(multipliers: Complexes) -> dict[str, NDArray[Any]]:
     }
 
 
-def columns_along(data: Dataset, dim: str) -> Columns:
-    """Return the variables of one dimension as a table."""
+def _attractor_columns(data: Dataset) -> Columns:
+    """Return the variables of the attractors alone as a table."""
     own = {str(name): variable.values
-           for name, variable in data.data_vars.items() if variable.dims == (dim,)}  # fmt: skip
-    return {dim: np.arange(data.sizes[dim])} | own
+           for name, variable in data.data_vars.items() if variable.dims == ("attractor",)}  # fmt: skip
+    return {"attractor": np.arange(data.sizes["attractor"])} | own
 
 
 def dataset_columns(data: Dataset) -> Columns:
@@ -339,12 +259,12 @@ class ResultKind:
         The name and title in the attributes of its file.
     outcome
         Returns how it ended, in words.
+    columns
+        The tables that can be saved as CSV, by name; the first one is the default.
     study
         Returns a study that repeats it, as TOML text; empty where the result does not determine it.
     tables
         Returns datasets for other programs, by the names of their groups.
-    columns
-        The tables that can be saved as CSV, by name; the first one is the default.
     is_whole
         Whether its file holds the whole result, to the bit; else the tables alone.
     """
@@ -352,9 +272,9 @@ class ResultKind:
     name: str
     title: str
     outcome: Callable[[Any], str]
-    study: Callable[[Any], str]
-    tables: Callable[[Any], Tables]
     columns: Mapping[str, Callable[[Any], Columns]]
+    study: Callable[[Any], str] = lambda _: ""
+    tables: Callable[[Any], Tables] = lambda _: {}
     is_whole: bool = True
 
 
@@ -433,28 +353,16 @@ def _table(name: str, columns: Sequence[str]) -> Callable[[Any], Columns]:
     return lambda result: {column: getattr(getattr(result, name), column) for column in columns}
 
 
-def _nothing(_: Any) -> str:
-    return ""
-
-
-def _special_columns(branch: Branch) -> Columns:
+def _special_columns(branch: Branch | StructureBranch) -> Columns:
     points = branch.special_points
+    ends: Columns = {}
+    if not isinstance(branch, StructureBranch):
+        intervals = np.array([point.interval for point in branch.special_points]).reshape(-1, 2)
+        ends = dict(zip(("low", "high"), intervals.T, strict=True))
     return {
         "kind": np.array([point.kind for point in points], dtype=object),
         branch.path: np.array([point.value for point in points]),
-        "low": np.array([point.interval[0] for point in points]),
-        "high": np.array([point.interval[1] for point in points]),
-        "status": np.array([point.status for point in points], dtype=object),
-        "row": np.array([point.row for point in points], dtype=np.int64),
-        "detail": np.array([point.detail for point in points], dtype=object),
-    }
-
-
-def _structure_special_columns(branch: StructureBranch) -> Columns:
-    points = branch.special_points
-    return {
-        "kind": np.array([point.kind for point in points], dtype=object),
-        branch.path: np.array([point.value for point in points]),
+        **ends,
         "status": np.array([point.status for point in points], dtype=object),
         "row": np.array([point.row for point in points], dtype=np.int64),
         "detail": np.array([point.detail for point in points], dtype=object),
@@ -487,10 +395,6 @@ def _many(columns: Callable[[Any], Columns], number: str) -> Callable[[Any], Col
     return joined
 
 
-def _xarray_columns(result: Any) -> Columns:
-    return dataset_columns(result.to_xarray())
-
-
 def _tables_of_each(name: str) -> Callable[[Any], Tables]:
     return lambda results: {f"{name}_{i}": result.to_xarray() for i, result in enumerate(results)}
 
@@ -514,112 +418,102 @@ _KINDS: dict[str, ResultKind] = {
         "motion",
         "one motion",
         lambda run: str(run.outcome.value),
-        motion_text,
-        lambda _: {},
         {
             "impacts": _table("impacts", IMPACTS),
             "crossings": _table("crossings", CROSSINGS),
             "motion": _motion_columns,
         },
+        study=motion_text,
     ),
     "StructureTrajectory": ResultKind(
         "motion",
         "one motion of a structure",
         lambda run: str(run.outcome.value),
-        motion_text,
-        lambda _: {},
         {
             "impacts": _table("impacts", STRUCTURE_IMPACTS),
             "crossings": _table("crossings", CROSSINGS),
             "contacts": _table("contacts", CONTACTS),
             "motion": _motion_columns,
         },
+        study=motion_text,
     ),
     "PeriodicOrbit": ResultKind(
         "orbit",
         "a periodic orbit",
         lambda orbit: repr(orbit)[1:-1],
-        orbit_text,
-        lambda orbit: {"impacts": orbit.impacts.to_xarray()},
         {
             "impacts": _table("impacts", IMPACTS),
             "orbit": lambda orbit: orbit_columns([orbit]),
             "motion": _motion_columns,
         },
+        study=orbit_text,
+        tables=lambda orbit: {"impacts": orbit.impacts.to_xarray()},
     ),
     "Branch": ResultKind(
         "branch",
         "a branch of periodic orbits",
         lambda branch: str(branch.end_reason),
-        branch_text,
-        lambda branch: {"branch": branch.to_xarray()},
         {"branch": branch_columns, "special_points": _special_columns},
+        study=branch_text,
+        tables=lambda branch: {"branch": branch.to_xarray()},
     ),
     "StructureOrbit": ResultKind(
         "orbit",
         "a periodic orbit of a structure",
         lambda orbit: repr(orbit)[1:-1],
-        _nothing,
-        lambda orbit: {"multipliers": _multipliers_dataset(orbit)},
         {
             "impacts": lambda orbit: _table("impacts", STRUCTURE_IMPACTS)(orbit.run),
             "motion": lambda orbit: _motion_columns(orbit.run),
         },
+        tables=lambda orbit: {"multipliers": _multipliers_dataset(orbit)},
     ),
     "StructureBranch": ResultKind(
         "branch",
         "a branch of periodic orbits of a structure",
         lambda branch: str(branch.end_reason),
-        _nothing,
-        lambda branch: {"branch": branch.to_xarray()},
-        {"branch": structure_branch_columns, "special_points": _structure_special_columns},
+        {"branch": structure_branch_columns, "special_points": _special_columns},
+        tables=lambda branch: {"branch": branch.to_xarray()},
     ),
     "StructureCurve": ResultKind(
         "curve",
         "a curve of special points of a structure",
         lambda curve: str(curve.end_reason),
-        _nothing,
-        lambda curve: {"curve": curve.to_xarray()},
         {"curve": structure_curve_columns},
+        tables=lambda curve: {"curve": curve.to_xarray()},
     ),
     "Curve": ResultKind(
         "curve",
         "a curve of special points",
         lambda curve: str(curve.end_reason),
-        _nothing,
-        lambda curve: {"curve": curve.to_xarray()},
-        {"curve": _xarray_columns},
+        {"curve": curve_columns},
+        tables=lambda curve: {"curve": curve.to_xarray()},
     ),
     "Response": ResultKind(
         "response",
         "the branches of a response",
         lambda response: f"{len(response.branches)} branches were found",
-        response_text,
-        lambda response: {"response": response.to_xarray()},
         {
             "response": lambda response: _many(branch_columns, "branch")(response.branches),
             "special_points": lambda response: _many(_special_columns, "branch")(response.branches),
         },
+        study=response_text,
+        tables=lambda response: {"response": response.to_xarray()},
     ),
     "StructureResponse": ResultKind(
         "response",
         "the branches of a structure's response",
         lambda response: f"{len(response.branches)} branches were found",
-        response_text,
-        lambda response: {"response": response.to_xarray()},
         {
             "response": structure_response_columns,
-            "special_points": lambda response: _many(_structure_special_columns, "branch")(
-                response.branches
-            ),
+            "special_points": lambda response: _many(_special_columns, "branch")(response.branches),
         },
+        study=response_text,
+        tables=lambda response: {"response": response.to_xarray()},
     ),
     "Design": ResultKind(
         "design",
         "the best setting of a design",
         lambda design: design.reason or "an optimum",
-        _nothing,
-        lambda _: {},
         {"searches": search_columns, "best": best_columns},
         is_whole=False,
     ),
@@ -627,8 +521,6 @@ _KINDS: dict[str, ResultKind] = {
         "design",
         "a front between two outcomes",
         lambda front: repr(front)[1:-1],
-        _nothing,
-        lambda _: {},
         {"front": front_columns},
         is_whole=False,
     ),
@@ -636,8 +528,6 @@ _KINDS: dict[str, ResultKind] = {
         "fit",
         "parameters fitted to records",
         lambda fit: fit.reason or "converged",
-        _nothing,
-        lambda _: {},
         {
             "parameters": fitted_columns,
             "covariance": covariance_columns,
@@ -651,9 +541,7 @@ _KINDS: dict[str, ResultKind] = {
         "dataset",
         "many motions",
         _dataset_outcome,
-        _nothing,
-        lambda _: {},
-        {"table": dataset_columns, "attractors": lambda data: columns_along(data, "attractor")},
+        {"table": dataset_columns, "attractors": _attractor_columns},
     ),
 }
 _LISTS: dict[str, ResultKind] = {
@@ -661,40 +549,35 @@ _LISTS: dict[str, ResultKind] = {
         "orbits",
         "periodic orbits",
         _orbits_outcome,
-        lambda orbits: orbit_text(orbits[0]) if orbits else "",
-        lambda _: {},
         {"orbits": orbit_columns},
+        study=lambda orbits: orbit_text(orbits[0]) if orbits else "",
     ),
     "Branch": ResultKind(
         "branches",
         "branches of periodic orbits",
         _end_reasons,
-        lambda branches: branch_text(branches[0]),
-        _tables_of_each("branch"),
         {"branches": _many(branch_columns, "branch")},
+        study=lambda branches: branch_text(branches[0]),
+        tables=_tables_of_each("branch"),
     ),
     "Curve": ResultKind(
         "curves",
         "curves of special points",
         _end_reasons,
-        _nothing,
-        _tables_of_each("curve"),
-        {"curves": _many(_xarray_columns, "curve")},
+        {"curves": _many(curve_columns, "curve")},
+        tables=_tables_of_each("curve"),
     ),
     "StructureOrbit": ResultKind(
         "orbits",
         "periodic orbits of a structure",
         _orbits_outcome,
-        _nothing,
-        lambda _: {},
         {"orbits": structure_orbit_columns},
     ),
     "StructureCurve": ResultKind(
         "curves",
         "curves of special points of a structure",
         _end_reasons,
-        _nothing,
-        _tables_of_each("curve"),
         {"curves": _many(structure_curve_columns, "curve")},
+        tables=_tables_of_each("curve"),
     ),
 }

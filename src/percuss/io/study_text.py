@@ -106,9 +106,7 @@ def _value(value: object) -> str:
         return "true" if value else "false"
     if isinstance(value, str):
         return toml_string(value)
-    if isinstance(value, int):
-        return str(value)
-    if isinstance(value, float):
+    if isinstance(value, int | float):
         return repr(value)
     if isinstance(value, list | tuple):
         return f"[{', '.join(_value(item) for item in value)}]"
@@ -169,11 +167,14 @@ def stop_table(stop: Stop) -> TomlTable:
     else:
         law = {"stiffness": number(stop.stiffness), "damping": number(stop.damping)}
     kind = "wall" if isinstance(stop, Wall) else "soft"
-    return {"type": kind, "on": _on(stop.on), "at": number(stop.at), "side": stop.side, **law}
+    return {"type": kind, "on": numbers(stop.on), "at": number(stop.at), "side": stop.side, **law}
 
 
-def _on(on: On | None) -> object:
-    return [number(value) for value in on] if isinstance(on, tuple) else on
+def numbers(value: Phase | On | tuple[Phase, ...] | None) -> object:
+    """Return a number, or a list of them, as a study file holds it, a name or None unchanged."""
+    if isinstance(value, tuple):
+        return [number(item) for item in value]
+    return number(value)  # type: ignore[arg-type]  # a name and None come back as they are
 
 
 def structure_table(structure: Structure, loads: Loads | None = None) -> TomlTable:
@@ -201,13 +202,13 @@ def _matrix(rows: MatrixRows) -> list[object]:
 
 def loads_tables(loads: Loads) -> list[TomlTable]:
     """Return loads as ``[[loads]]`` tables, in their order."""
-    return [{"on": _on(on), **forcing_table(force)} for on, force in loads.items]
+    return [{"on": numbers(on), **forcing_table(force)} for on, force in loads.items]
 
 
 def _restitution(value: Restitution) -> object:
     if not isinstance(value, RestitutionTable):
         return number(value)
-    return {"speeds": list(map(number, value.speeds)), "values": list(map(number, value.values))}
+    return {name: numbers(getattr(value, name)) for name in ("speeds", "values")}
 
 
 def oscillator_table(oscillator: Oscillator) -> TomlTable:
@@ -294,9 +295,7 @@ def model_tables(
 
 def start_table(start: Start | StructureStart) -> TomlTable:
     """Return a start as a ``[start]`` table."""
-    places = {name: _on(getattr(start, name)) if isinstance(start, StructureStart)
-              else number(getattr(start, name)) for name in ("x0", "v0")}  # fmt: skip
-    return {**places, "t0": number(start.t0)}
+    return {name: numbers(getattr(start, name)) for name in ("x0", "v0", "t0")}
 
 
 def motion_text(run: Trajectory | StructureTrajectory) -> str:
@@ -363,7 +362,7 @@ def response_text(response: Response) -> str:
     orbit = response.branches[0].orbits[0]
     own: TomlTable = {"max_impacts": response.max_impacts, "max_periods": response.max_periods}
     if response.on is not None:
-        own["on"] = _on(response.on)
+        own["on"] = numbers(response.on)
     is_oscillator = hasattr(orbit, "oscillator")
     model = (orbit.oscillator, orbit.forcing) if is_oscillator else (orbit.structure, orbit.loads)
     return toml_text(

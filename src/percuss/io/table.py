@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from percuss.errors import OutputError, ParameterError
+from percuss.io.column_units import Columns, units_of_columns
 from percuss.io.files import OutputFiles, record_file, say_size
 from percuss.io.record import Record, make_record
-from percuss.io.results import Columns, kind_of, table_of, units_of_columns
+from percuss.io.results import kind_of, table_of
 from percuss.model.exact import whole
 
 # Rows converted to text at a time: one by one is slow, all at once takes much memory.

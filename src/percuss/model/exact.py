@@ -9,13 +9,13 @@ from __future__ import annotations
 import math
 import re
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
 from functools import lru_cache
 from numbers import Rational
-from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, TypeVar, cast
 
 from percuss.arrays import Floats
 from percuss.errors import ParameterError
@@ -46,14 +46,19 @@ __all__ = [
     "pi_times",
     "plain",
     "range_problem",
+    "rational",
     "rational_cosine",
     "rational_root",
     "real",
     "reals",
     "scaled",
     "square_root",
+    "two_of",
     "whole",
 ]
+
+
+Read = TypeVar("Read")
 
 
 class Scalar(Protocol):
@@ -477,6 +482,15 @@ def as_fraction(value: Exact) -> Fraction:
     return Fraction(cast("int | float | Fraction | Decimal | str", number))
 
 
+def two_of(read: Callable[[Any], Read], name: str, given: object, reason: str) -> tuple[Read, Read]:
+    """Return two numbers, each read by `as_float` or another, or raise a ParameterError."""
+    try:
+        first, second = (read(value) for value in given)  # type: ignore[attr-defined]  # else raised
+    except (TypeError, ValueError) as error:
+        raise ParameterError(name, given, reason) from error
+    return first, second
+
+
 def as_float(value: Phase) -> float:
     """Return a number, or a phase, as the nearest double.
 
@@ -507,9 +521,14 @@ def as_float(value: Phase) -> float:
     return _nearest(value) if isinstance(value, PiTimes | str) else _rounded(value)
 
 
-def _rounded(value: Phase) -> float:
+def rational(value: Phase) -> Fraction:
+    """Return a number exactly, a multiple of pi with `PI` for pi."""
     times, plus = angle(value)
-    return float(times * PI + plus) if times else float(plus)
+    return times * PI + plus if times else plus
+
+
+def _rounded(value: Phase) -> float:
+    return float(rational(value))
 
 
 # Ends of runs, phases of knots and levels of stops are asked for again and again.

@@ -141,6 +141,11 @@ def draft(kind: type[Model], /, **fields: object) -> Model:
     return value
 
 
+def field_values(value: Any) -> dict[str, Any]:
+    """Return the fields of a part of the model by their names."""
+    return {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
+
+
 @cache
 def _fields_of(kind: Any) -> tuple[tuple[str, str, Any], ...]:
     """Return the fields of a part of the model: name, the name by which it is given, and default."""

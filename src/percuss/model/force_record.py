@@ -12,7 +12,6 @@ from typing import Any, Literal, get_args
 
 from percuss.errors import ParameterError
 from percuss.model.exact import (
-    PI,
     Exact,
     Phase,
     PiTimes,
@@ -24,6 +23,7 @@ from percuss.model.exact import (
     operand,
     phase_problem,
     plain,
+    rational,
 )
 from percuss.model.faults import (
     Fault,
@@ -146,7 +146,7 @@ class ForceRecord:
         """Instants, or phases, and forces as numerators and denominators."""
         return tuple(
             (
-                t.as_integer_ratio() if type(t) is float else _rational(t).as_integer_ratio(),
+                t.as_integer_ratio() if type(t) is float else rational(t).as_integer_ratio(),
                 f.as_integer_ratio() if type(f) is float else as_fraction(f).as_integer_ratio(),
             )
             for t, f in zip(self.t, self.f, strict=True)
@@ -214,11 +214,6 @@ class ForceRecord:
             known = vars(self)
             vars(new).update({name: known[name] for name in OF_SAMPLES if name in known})
         return new
-
-
-def _rational(t: Phase) -> Fraction:
-    times, plus = angle(t)
-    return times * PI + plus
 
 
 def _samples(values: object) -> tuple[Any, ...] | object:

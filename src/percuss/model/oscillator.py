@@ -25,6 +25,7 @@ from percuss.model.faults import (
     dotted,
     draft,
     faults,
+    field_values,
     is_row,
     make_numbers,
     make_plain,
@@ -162,7 +163,7 @@ Stop: TypeAlias = Wall | SoftStop
 
 def _stop_text(stop: Stop) -> str:
     """Return the call that makes a stop; where nothing is given, ``on`` is not shown."""
-    values = {field.name: getattr(stop, field.name) for field in dataclasses.fields(stop)}
+    values = field_values(stop)
     if stop.on is None:
         # Stores know a study by this text.
         del values["on"]

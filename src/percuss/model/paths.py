@@ -400,8 +400,7 @@ def moved_fields(
         value = get_parameter(osc, force, start, name)
         omega, _ = _one_frequency(*owner)
         return MovedFields(own, {omega: Expression(f"2*pi/{own}", ((own, value),))})
-    tied = {field: value for field, value in fields.items() if isinstance(value, Expression)}
-    return MovedFields(name, {field: value for field, value in tied.items() if name in value.names})
+    return MovedFields(name, _tied_to(name, fields))
 
 
 def moved_in_law(osc: Oscillator, force: Forcing | None, path: str) -> MovedFields:
@@ -437,10 +436,13 @@ def moved_in_law(osc: Oscillator, force: Forcing | None, path: str) -> MovedFiel
     force = None if force is None else with_values(force, moved.fields)
     unit = None if force is None else force.acceleration_of(osc.mass)
     fields = fields_by_path(osc.of_unit_mass(), unit, None)
-    tied = {field: value for field, value in fields.items() if isinstance(value, Expression)}
-    return MovedFields(
-        moved.name, {field: value for field, value in tied.items() if moved.name in value.names}
-    )
+    return MovedFields(moved.name, _tied_to(moved.name, fields))
+
+
+def _tied_to(name: str, fields: Mapping[str, Phase]) -> dict[str, Expression]:
+    """Return the fields that are expressions of a parameter."""
+    tied = {path: value for path, value in fields.items() if isinstance(value, Expression)}
+    return {path: value for path, value in tied.items() if name in value.names}
 
 
 def _by_field(

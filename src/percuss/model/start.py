@@ -21,6 +21,7 @@ from percuss.model.faults import (
     Fault,
     dotted,
     faults,
+    is_row,
     make_numbers,
     make_plain,
     number_faults,
@@ -107,7 +108,7 @@ def start_of(start: object) -> Start:
     if isinstance(start, Start):
         return start
     given: Any = (0.0, 0.0) if start is None else start
-    numbers = () if isinstance(given, str) or not hasattr(given, "__iter__") else tuple(given)
+    numbers = tuple(given) if is_row(given) else ()
     if not 2 <= len(numbers) <= 3:
         raise ParameterError("start", start, "not (x0, v0) or (x0, v0, t0)")
     return Start(*numbers)

@@ -28,6 +28,7 @@ from percuss.model.faults import (
     dotted,
     draft,
     faults,
+    field_values,
     is_row,
     number_faults,
     raise_first,
@@ -233,13 +234,10 @@ damping=((0, 0), (0, 0)), stops=())"
         own = f"mass={self.mass!r}, stiffness={self.stiffness!r}, damping={self.damping!r}"
         return f"Structure({own}, stops={self.stops!r}{more})"
 
-    def _key(self) -> tuple[object, ...]:
-        return tuple(getattr(self, field.name) for field in dataclasses.fields(self))
-
     def __eq__(self, other: object) -> bool:
         if self is other:
             return True
-        return isinstance(other, Structure) and self._key() == other._key()
+        return isinstance(other, Structure) and field_values(self) == field_values(other)
 
     def __hash__(self) -> int:
         # Each call that looks for what follows from a structure asks for it.
@@ -247,11 +245,11 @@ damping=((0, 0), (0, 0)), stops=())"
 
     @cached_property
     def _hash(self) -> int:
-        return hash(self._key())
+        return hash(tuple(field_values(self).values()))
 
     def __getstate__(self) -> dict[str, object]:
         """Return the fields: the hash of a text differs from process to process."""
-        return {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+        return field_values(self)
 
     @cached_property
     def matrix_entries(self) -> Mapping[str, Exact]:
@@ -568,9 +566,8 @@ def _line_faults(structure: Structure, prefix: str) -> list[Fault]:
             side = stop.side
             if scale < 0:
                 side = "below" if side == "above" else "above"
-            fields = {field.name: getattr(stop, field.name) for field in dataclasses.fields(stop)}
             place = kept(as_fraction(stop.at) / scale)
-            stop = draft(type(stop), **fields | {"at": place, "side": side})
+            stop = draft(type(stop), **field_values(stop) | {"at": place, "side": side})
         lines.setdefault(line, {})[index] = stop
     problems = []
     for line, stops in lines.items():

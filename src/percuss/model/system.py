@@ -22,13 +22,13 @@ from percuss.kernels import law_columns as at
 from percuss.kernels import law_formulas
 from percuss.kernels.law_columns import Law
 from percuss.kernels.step import fill_steps
-from percuss.model.exact import Exact, Phase, PiTimes, angle, as_fraction
+from percuss.model.exact import Exact, Phase, PiTimes, as_fraction, rational
 from percuss.model.expression import parameters_in
 from percuss.model.faults import Fault, raise_first
 from percuss.model.force_record import ForceRecord
 from percuss.model.forcing import Component, Forcing, Harmonic
 from percuss.model.oscillator import Oscillator, Side, SoftStop, Wall, mass_of
-from percuss.model.ratios import PI, Ratio, exact, ratio_of
+from percuss.model.ratios import Ratio, exact, ratio_of
 from percuss.model.restitution import (
     Restitution,
     RestitutionTable,
@@ -471,8 +471,7 @@ def _fill_period(row: Floats, forcing: Forcing) -> None:
     row[at.PERIOD] = period
     frequency = forcing.frequency
     if frequency is None and forcing.record is not None:
-        times, plus = angle(cast("PiTimes", forcing.exact_period))
-        whole = times * PI + plus
+        whole = rational(cast("PiTimes", forcing.exact_period))
         row[at.PERIOD_TURNS], row[at.PERIOD_TURNS_LOW] = _pair(whole.denominator, whole.numerator)
     elif frequency is None:
         p, q = period.as_integer_ratio()

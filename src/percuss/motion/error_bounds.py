@@ -10,7 +10,7 @@ from percuss.arrays import Floats, Integers
 from percuss.kernels import record as columns
 from percuss.kernels.error_bounds import GENERATORS, contact_errors
 from percuss.kernels.law_columns import N_HARMONICS
-from percuss.model.exact import PI, angle, as_float, as_fraction
+from percuss.model.exact import as_float, as_fraction, rational
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start
 from percuss.model.system import System
@@ -63,9 +63,7 @@ class ContactErrors:
 
 def _start_errors(oscillator: Oscillator, start: Start) -> tuple[float, float, float]:
     """Return by how much the floats of a start miss it: position, velocity and time."""
-    x, v = as_fraction(start.x0), as_fraction(start.v0)
-    times, plus = angle(start.t0)
-    t = times * PI + plus
+    x, v, t = as_fraction(start.x0), as_fraction(start.v0), rational(start.t0)
     floats = [Fraction(as_float(value)) for value in (start.x0, start.v0, start.t0)]
     errors = [abs(exact - rounded) for exact, rounded in zip((x, v, t), floats, strict=True)]
     # A start that falls together with a stop as floats is taken to be on it.

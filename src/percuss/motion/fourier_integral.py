@@ -42,7 +42,16 @@ from percuss.kernels.law_columns import (
 from percuss.kernels.pieces import record_at
 from percuss.model.system import region_rows
 from percuss.motion.trajectory import Trajectory
-from percuss.numerics import cos, dot, gauss_legendre, modulus, phasor, sin, times
+from percuss.numerics import (
+    cos,
+    dot,
+    gauss_points,
+    modulus,
+    panels,
+    phasor,
+    sin,
+    times,
+)
 
 __all__ = [
     "NEAR_PART",
@@ -384,19 +393,21 @@ def _panels(
     start, end = pieces.start[chosen], pieces.end[chosen]
     counts = np.ceil((end - start) * fastest / PANEL_PHASE).astype(np.int64)
     counts = np.maximum(counts, 1)
-    width = np.repeat((end - start) / counts, counts)
-    number = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
-    left = np.repeat(start, counts) + number * width
-    nodes, weights = gauss_legendre(NODES)
-    t = (left[:, np.newaxis] + np.multiply.outer(width, 0.5 * (nodes + 1.0))).reshape(-1)
-    share = np.multiply.outer(width, 0.5 * weights).reshape(-1)
+    t, share = gauss_points(*panels(start, end, counts), NODES)
     values = share * run(np.clip(low + t, run.t0, run.t_end))[0]
-    for i in range(0, len(t), AT_ONCE):
-        some = slice(i, i + AT_ONCE)
-        for k, w in enumerate(omega):
+    add_exponentials(total, values, t, omega, AT_ONCE)
+    return total
+
+
+def add_exponentials(
+    total: Complexes, values: Floats, t: Floats, omega: Floats, at_once: int
+) -> None:
+    """Add the sum of values times exp(-i w t) for each frequency, so many values at once."""
+    for i in range(0, len(t), at_once):
+        some = slice(i, i + at_once)
+        for k, w in enumerate(omega.tolist()):
             phase = w * t[some]
             total[k] += complex(dot(values[some], cos(phase)), -dot(values[some], sin(phase)))
-    return total
 
 
 def turned(omega: Floats, t: Floats, t_low: Floats) -> Complexes:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -16,11 +17,12 @@ from percuss.kernels.flight_columns import (
     SHARED_ENTRIES,
     ColumnWorkspace,
 )
-from percuss.kernels.law_columns import N_HARMONICS
+from percuss.kernels.law_columns import N_HARMONICS, Law
 from percuss.kernels.sensitivity import VariedRecord
-from percuss.model.exact import Exact, Phase, reals
-from percuss.model.moved_law import MovedLaw
+from percuss.model.exact import Exact, Phase, as_float, reals
+from percuss.model.moved_law import MovedLaw, moved_number
 from percuss.model.oscillator import Oscillator
+from percuss.model.parameter_fields import is_tied
 from percuss.model.start import Start
 from percuss.model.system import System
 from percuss.motion.extremes import Extrema, QuantityName
@@ -29,7 +31,7 @@ from percuss.motion.tables import HasEvents, Limit
 
 __all__ = [
     "AnyMotion", "AnyOscillatorMotion", "MovedContacts", "MovedCrossings", "MovedEvents",
-    "MovedGrazes", "MovedImpacts", "MovedMotion", "workspace_of",
+    "MovedGrazes", "MovedImpacts", "MovedMotion", "moved_end", "workspace_of",
 ]  # fmt: skip
 
 
@@ -172,6 +174,10 @@ class MovedGrazes:
         agree = (sides == sides[:1]).all(axis=0)
         return np.where(agree, sides[0], 0) if len(sides) else np.zeros(sides.shape[1], np.int64)
 
+    def passed(self, jumps: Floats) -> Floats:
+        """Return the jumps, of this shape, at grazes without an impact; NaN for sides of 0."""
+        return np.broadcast_to(np.where(self.sides == 0, np.nan, 0.0), jumps.shape).copy()
+
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class MovedEvents:
@@ -264,15 +270,31 @@ class MovedMotion(MovedEvents):
         flat = row_of(instants)
         n = len(self.paths)
         motion = np.empty((2, len(flat), n))
-        work = workspace_of(self.varied)
+        work = workspace_of(self.varied.record.law, n)
         engine.columns_at(self.varied, self.columns, flat, limit == "after", work, motion)
         shape = (*instants.shape, n)
         return motion[0].reshape(shape), motion[1].reshape(shape)
 
 
-def workspace_of(varied: VariedRecord) -> ColumnWorkspace:
-    """Return scratch for columns."""
-    n = int(varied.record.law[0, N_HARMONICS])
+def moved_end(
+    run: AnyMotion, paths: tuple[str, ...], begin: Floats, slowing: Callable[[], Floats]
+) -> Floats | None:
+    """Return the derivatives of a run's end; None where no parameter is known to move it.
+
+    ``begin`` are those of its start, and ``slowing()`` those of the logarithm of the period of what
+    drives it.
+    """
+    if run.periods is None:
+        return moved_number(run.end, paths) if is_tied(run.end) else None
+    # A parameter that leaves what drives it without a period leaves no run to compare with.
+    slower = np.nan_to_num(slowing(), nan=0.0)
+    more = moved_number(run.periods, paths) / as_float(run.periods)
+    return np.asarray(begin + (run.t_end - run.t0) * (slower + more))
+
+
+def workspace_of(law: Law, n_columns: int) -> ColumnWorkspace:
+    """Return scratch for so many columns of the motion of a law."""
+    n = int(law[0, N_HARMONICS])
     phases, arrival, scratch = np.zeros((3, n, 2))
     return ColumnWorkspace(
         phases,
@@ -281,5 +303,5 @@ def workspace_of(varied: VariedRecord) -> ColumnWorkspace:
         np.zeros(SHARED_ENTRIES),
         np.zeros((n, PHASE_ENTRIES)),
         np.zeros(MOST_TERMS),
-        np.zeros((len(varied.change.rows), 2)),
+        np.zeros((n_columns, 2)),
     )

@@ -59,7 +59,7 @@ if TYPE_CHECKING:
 
 _Number = TypeVar("_Number", np.float64, np.int64)
 
-__all__ = ["MOST_IMPACTS", "simulate"]
+__all__ = ["MOST_IMPACTS", "run_of", "simulate"]
 
 # Without `max_impacts`. Ten million impacts take 0.9 GB: elastic hops on a wall can be that many.
 MOST_IMPACTS = 10_000_000
@@ -244,6 +244,12 @@ def _warn_at_limit(run: AnyRun, max_impacts: int | None) -> None:
             "without max_impacts; give max_impacts to follow it further"
         )
         warnings.warn(message, LimitWarning, stacklevel=3)
+
+
+def run_of(model: Any, force: Any, start: Any, **limits: Any) -> Trajectory | StructureTrajectory:
+    """Return the run of an oscillator or a structure from a start, as `simulate` does."""
+    run: Trajectory | StructureTrajectory = simulate(model, force, start=start, **limits)
+    return run
 
 
 def _start(start: object, x0: Exact, v0: Exact, t0: Phase) -> Start:

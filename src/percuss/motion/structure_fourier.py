@@ -27,6 +27,7 @@ from percuss.motion.fourier_integral import (
     NODES,
     PANEL_PHASE,
     SplitTimes,
+    add_exponentials,
     blocks,
     integral_of_exponentials,
     record_integral,
@@ -34,7 +35,13 @@ from percuss.motion.fourier_integral import (
 )
 from percuss.motion.structure_observables import LinearForm, displacement_form, part_at
 from percuss.motion.structures import StructureTrajectory
-from percuss.numerics import cos, dot, gauss_legendre, matmul, modulus, sin, times
+from percuss.numerics import (
+    gauss_points,
+    matmul,
+    modulus,
+    panels,
+    times,
+)
 
 __all__ = ["slowest_rate", "structure_fourier_integral"]
 
@@ -260,16 +267,11 @@ def _quadrature(
     of_u[j], of_w[j] = p, q
     nothing = np.zeros(len(sets.records))
     form = LinearForm(of_u, of_w, 0.0, np.zeros((m, 2)), nothing, nothing)
-    nodes, weights = gauss_legendre(NODES)
     for tail in (False, True):
         chosen = (pieces.sets == b) & (pieces.in_tail == tail)
         start, end = pieces.begins[0][chosen], pieces.ends[0][chosen]
         counts = np.maximum(np.ceil((end - start) * fastest / PANEL_PHASE), 1.0).astype(np.int64)
-        width = np.repeat((end - start) / counts, counts)
-        number = np.arange(len(width)) - np.repeat(np.cumsum(counts) - counts, counts)
-        begin = np.repeat(start, counts) + number * width
-        t = (begin[:, None] + 0.5 * width[:, None] * (1.0 + nodes)).ravel()
-        factors = (0.5 * width[:, None] * weights).ravel()
+        t, factors = gauss_points(*panels(start, end, counts), NODES)
         if tail:
             # Too short to bend.
             parts = (t - np.repeat(np.repeat(start, counts), NODES)) / np.repeat(
@@ -282,10 +284,5 @@ def _quadrature(
             values = factors * (a + parts * (z - a))
         else:
             values = factors * part_at(record, b, form, np.clip(low + t, run.t0, run.t_end))
-        step = max(1, AT_ONCE // max(1, len(omega)))
-        for i in range(0, len(t), step):
-            some = slice(i, i + step)
-            for k, w in enumerate(omega.tolist()):
-                phase = w * t[some]
-                total[k] += complex(dot(values[some], cos(phase)), -dot(values[some], sin(phase)))
+        add_exponentials(total, values, t, omega, max(1, AT_ONCE // max(1, len(omega))))
     return total

@@ -13,7 +13,7 @@ from percuss.model.acting_sets import StructureSystem
 from percuss.model.oscillator import On
 from percuss.motion.energetics import force_at
 from percuss.motion.structure_observables import observable_at
-from percuss.numerics import gauss_legendre
+from percuss.numerics import gauss_points, panels
 
 __all__ = ["mean_power_of_run", "mean_square_of_run"]
 
@@ -66,14 +66,6 @@ def _nodes(run: StructureRun, span: tuple[float, float]) -> list[tuple[Floats, F
     )
     counts = np.maximum(np.ceil(widths * quickest / PHASE), 1.0).astype(np.int64)
     counts[widths == 0.0] = 0
-    begins = np.repeat(edges[:-1], counts)
-    each = np.repeat(widths / np.maximum(counts, 1), counts)
-    number = np.arange(len(begins)) - np.repeat(np.cumsum(counts) - counts, counts)
-    begins = begins + number * each
-    nodes, weights = gauss_legendre(NODES)
-    parts = []
-    for first in range(0, len(begins), AT_ONCE):
-        half = 0.5 * each[first : first + AT_ONCE, None]
-        times = begins[first : first + AT_ONCE, None] + half * (1.0 + nodes)
-        parts.append((times.reshape(-1), (half * weights).reshape(-1)))
-    return parts
+    begins, each = panels(edges[:-1], edges[1:], counts)
+    parts = (slice(first, first + AT_ONCE) for first in range(0, len(begins), AT_ONCE))
+    return [gauss_points(begins[part], each[part], NODES) for part in parts]

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, ClassVar, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from percuss.arrays import Floats, Integers, row_of
+from percuss.arrays import Floats, Integers, numbers_within, row_of
 from percuss.kernels import record as columns
 from percuss.kernels.law_columns import N_HARMONICS, N_KNOTS
 from percuss.kernels.record import MotionRecord
@@ -610,8 +610,7 @@ def _crossings(system: System, events: Floats, marks: Integers) -> Crossings:
     if at_edge.max() > 1:
         # Stops that share an edge are crossed together, one line each.
         sharing = at_edge[bounds]
-        line = np.arange(sharing.sum()) - np.repeat(np.cumsum(sharing) - sharing, sharing)
-        stop = np.repeat(stop, sharing) + line
+        stop = np.repeat(stop, sharing) + numbers_within(sharing)
         which = np.repeat(which, sharing)
     stop = stops.take(stop)
     above = np.array([at.side == "above" for at in system.oscillator.stops], dtype=bool)

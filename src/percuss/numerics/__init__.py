@@ -35,7 +35,7 @@ from percuss.numerics.linear import (
     solve_linear,
 )
 from percuss.numerics.modes import ModePairs, entry_sizes, mode_pairs
-from percuss.numerics.roots import gauss_legendre, polynomial_roots
+from percuss.numerics.roots import gauss_legendre, gauss_points, panels, polynomial_roots
 from percuss.numerics.wide import Wide
 
 __all__ = [
@@ -54,6 +54,7 @@ __all__ = [
     "expm1",
     "fit_line",
     "gauss_legendre",
+    "gauss_points",
     "geometric",
     "hypot",
     "inverse",
@@ -65,6 +66,7 @@ __all__ = [
     "mode_pairs",
     "modulus",
     "norm",
+    "panels",
     "phasor",
     "polynomial_roots",
     "power",

@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 
-from percuss.arrays import Complexes, Floats
+from percuss.arrays import Complexes, Floats, Integers, numbers_within
 from percuss.errors import ConvergenceError
 from percuss.numerics.functions import cos, phasor
 
-__all__ = ["gauss_legendre", "polynomial_roots"]
+__all__ = ["gauss_legendre", "gauss_points", "panels", "polynomial_roots"]
 
 
 # Simple zeros take some ten steps, double ones gain a bit a step down to half the digits.
@@ -114,6 +114,27 @@ def gauss_legendre(n: int) -> tuple[Floats, Floats]:
     x = 0.5 * (x - x[::-1])
     _, slope = _legendre(n, x)
     return x, 2.0 / ((1.0 - x * x) * slope * slope)
+
+
+def panels(start: Floats, end: Floats, counts: Integers) -> tuple[Floats, Floats]:
+    """Return left ends and widths of the equal parts of stretches, so many of each, maybe none."""
+    width = np.repeat((end - start) / np.maximum(counts, 1), counts)
+    return np.repeat(start, counts) + numbers_within(counts) * width, width
+
+
+def gauss_points(left: Floats, width: Floats, n: int) -> tuple[Floats, Floats]:
+    """Return the places and weights, (n_panels * n,), of Gauss's rule on each of some panels.
+
+    Examples
+    --------
+    >>> x, weights = gauss_points(np.array([0.0, 1.0]), np.array([1.0, 1.0]), 3)
+    >>> float((weights * x**5).sum().round(12))
+    10.666666666667
+    """
+    nodes, weights = gauss_legendre(n)
+    half = 0.5 * width[:, np.newaxis]
+    points = left[:, np.newaxis] + half * (1.0 + nodes)
+    return points.reshape(-1), (half * weights).reshape(-1)
 
 
 def _legendre(n: int, x: Floats) -> tuple[Floats, Floats]:

@@ -15,11 +15,12 @@ import numpy as np
 
 from percuss.errors import OutputError, ParameterError
 from percuss.execution import ArrayPart, Execution, folder_of_parts
+from percuss.io.column_units import Columns, units_of_columns
 from percuss.io.figures import write_figure
 from percuss.io.files import OutputFiles, check_output, record_file
 from percuss.io.netcdf import OF_NETCDF, check_netcdf, write_netcdf
 from percuss.io.record import Record, make_record
-from percuss.io.results import Columns, table_of, units_of_columns
+from percuss.io.results import table_of
 from percuss.io.table import write_columns
 from percuss.model.oscillator import Oscillator
 from percuss.motion.simulate import simulate

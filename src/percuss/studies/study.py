@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -32,7 +31,6 @@ from percuss.studies.tables import (
     as_written,
     values_of,
 )
-from percuss.wording import counted
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -51,7 +49,6 @@ __all__ = [
     "ends_in_words",
     "ends_of",
     "failure_rows",
-    "impacts_in_words",
     "interruption_rows",
     "intervals_in_words",
     "kind_named",
@@ -239,8 +236,9 @@ class Question(ABC):
         return {**tables, self.kind: keys} if keys else tables
 
     def arguments(self) -> dict[str, Any]:
-        """Return its fields by name."""
-        return values_of(self)
+        """Return its fields by name, without those that are what its function takes by itself."""
+        fields = values_of(self).items()
+        return {name: value for name, value in fields if value is not None and value is not AT_REST}
 
     def csv(self, study: Study) -> Mapping[str, str]:  # noqa: ARG002
         """Return the tables saved as CSV, by the stem of the file."""
@@ -332,11 +330,6 @@ def span_in_words(t0: float, t_end: float, units: Units | None) -> str:
 def multiplier_text(value: complex) -> str:
     """Return a multiplier as a report shows it."""
     return f"{value.real:.6g}" if value.imag == 0.0 else f"{value.real:.6g}{value.imag:+.6g}i"
-
-
-def impacts_in_words(n_impacts: float) -> str:
-    """Return a number of impacts in words."""
-    return "sticking" if math.isinf(n_impacts) else counted(n_impacts, "impact")
 
 
 def intervals_in_words(intervals: Any) -> str:

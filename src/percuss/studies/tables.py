@@ -23,7 +23,7 @@ from pydantic_core import PydanticCustomError
 
 from percuss.errors import ParameterError
 from percuss.io.results import SAMPLES
-from percuss.io.study_text import number, start_table
+from percuss.io.study_text import number, numbers, start_table
 from percuss.model import exact
 from percuss.model.exact import (
     NOT_A_NUMBER,
@@ -48,7 +48,7 @@ __all__ = [
     "StartState", "StartTable", "StructureStartTable", "StudyFault", "StudyFaults", "StudyTable",
     "Text", "Whole", "as_written", "default", "exact_phase", "is_matrix_file", "keys_of", "line_of",
     "raw_table", "read", "sentence", "shown", "table", "table_only", "unknown_key", "unknown_value",
-    "values_of", "words_of_file", "written_numbers",
+    "values_of", "words_of_file",
 ]  # fmt: skip
 
 # Keys, and indices into lists.
@@ -459,29 +459,20 @@ def _on(value: object) -> object:
     return plain_on(value)
 
 
-def written_numbers(value: object) -> object:
-    """Return a number, or a list of numbers, as a study file holds it."""
-    return [number(item) for item in value] if isinstance(value, tuple) else number(value)  # type: ignore[arg-type]
-
-
-def _written_on(on: On | None) -> object:
-    return [number(item) for item in on] if isinstance(on, tuple) else on
-
-
 # Of each coordinate, or one number: 0, or that of the only coordinate.
 NumbersKey = Annotated[
     tuple[exact.Exact, ...] | exact.Exact,
     PlainValidator(_numbers),
-    PlainSerializer(written_numbers),
+    PlainSerializer(numbers),
     WithJsonSchema(NUMBERS_SCHEMA),
 ]
 # A coordinate, a direction or the name of a point.
 OnKey = Annotated[
-    On | None, PlainValidator(_on), PlainSerializer(_written_on), WithJsonSchema(ON_SCHEMA)
+    On | None, PlainValidator(_on), PlainSerializer(numbers), WithJsonSchema(ON_SCHEMA)
 ]
 OnKeys = Annotated[
     tuple[OnKey, ...] | None,
-    PlainSerializer(lambda given: None if given is None else [_written_on(on) for on in given]),
+    PlainSerializer(lambda given: None if given is None else [numbers(on) for on in given]),
 ]
 
 

@@ -14,20 +14,15 @@ from typing import NamedTuple
 import numpy as np
 
 from percuss.arrays import Floats, Integers
-from percuss.kernels.arithmetic import Pair, hypotenuse, logarithm
+from percuss.kernels.arithmetic import logarithm
 from percuss.kernels.compile import kernel
-from percuss.kernels.event_location import within_bracket
 from percuss.kernels.loads import SAME_INSTANT
 from percuss.kernels.observables import (
     CONTACTS,
     EVERY,
-    HIGHEST,
     IMPACT_POINTS,
     IMPACTS,
-    IN_TOUCH,
-    LOWEST,
     N_OBSERVABLES,
-    PEAK_FORCE,
     PEAK_SPEED,
     POINTS,
     SHRUNK,
@@ -62,76 +57,34 @@ from percuss.kernels.record import (
     V_BEFORE,
     T,
 )
-from percuss.kernels.structure.basis import (
-    DRAG,
-    IS_ON,
-    IS_WALL,
-    QUICKEST,
-    STEP_LENGTH,
-    Basis,
-    Sets,
-    basis_of,
-    basis_with,
-    find,
-)
-from percuss.kernels.structure.flight import (
-    SECOND,
-    SPEED,
-    VALUE,
-    ModalFlight,
-    arrive,
-    arrive_in_rows,
-    derivatives,
-    move,
-    see,
-)
+from percuss.kernels.structure.basis import find
+from percuss.kernels.structure.flight import arrive
 from percuss.kernels.structure.march import march
-from percuss.kernels.structure.run import (
-    NEW_SET,
-    SET,
-    StructureRun,
-    decompose,
-    displace,
-    flight_with,
-    value_of,
+from percuss.kernels.structure.perturbations import (
+    FORGOTTEN,
+    TangentSpace,
+    carry_in_set,
+    copy_tangents,
+    is_held,
+    orthonormalise,
+    renew,
+    volume_rate,
 )
+from percuss.kernels.structure.run import NEW_SET, SET, StructureRun, decompose, displace
 from percuss.kernels.structure.sample import flight_after
 from percuss.kernels.structure.tangent import (
-    carry,
-    carry_far,
     cross,
     kept_of_volume,
     set_of_flight,
     settle,
-    to_modes,
     to_places,
 )
+from percuss.kernels.structure.views import Views, observe_views
 
 # The status of a member that has not begun.
 NEW = -1
-# Phase of the quickest rate between two nodes at which what is seen is compared, in shortest steps;
-# the nodes of a motion without any rate, a cubic; and steps to a turning point.
-STEPS_OF_A_NODE = 2.0
-NODES_OF_A_CUBIC = 16
-TURNING_STEPS = 60
-# Phase of the quickest rate over which perturbations are carried by the propagator itself, and the
-# part of one that counts as rounding where a wall takes what is behind it.
-LONGEST_PHASE = 4.0
-FORGOTTEN = 1e-12
 # Columns of a point of an impact.
 IMPACT_COLUMNS = 3
-
-
-class Views(NamedTuple):
-    """What is seen of a motion beside the clearances: y = c . x first, then the stops' forces.
-
-    Each is linear in modes and loads, and the arrays are those of `Sets` for guards.
-    """
-
-    guard: Floats
-    levels: Floats
-    feed: Floats
-    record_feed: Floats
 
 
 class StructureMembers(NamedTuple):
@@ -161,15 +114,6 @@ class StructureMembers(NamedTuple):
     points: Floats
     ends: Floats
     tangents: Floats
-    logs: Floats
-
-
-class TangentSpace(NamedTuple):
-    """Arrays in which perturbations are carried: (2, n, c), (n, 2, c), (2, 2, n) and (c,)."""
-
-    place: Floats
-    columns: Floats
-    paces: Floats
     logs: Floats
 
 
@@ -436,146 +380,6 @@ def observe_stretch(
 
 
 @kernel
-def observe_views(
-    viewer: StructureRun, views: Views, row: int, span: tuple[float, float], values: Floats
-) -> None:
-    """Record the extremes of what is seen, and the time in touch, on a part of the flight of a row.
-
-    Turning points are those between neighbouring nodes at which the slope has different signs, or
-    between which it turns on the other side of zero.
-    """
-    b = viewer.marks[row, NEXT_REGION]
-    left, right = span
-    if viewer.sets.keys[b] != 0:
-        values[IN_TOUCH] += max(0.0, right - left)
-    flight_after(viewer, row)
-    flight = seen_flight(viewer, views, b)
-    n_views = views.levels.shape[1]
-    seen = viewer.scratch[2, :n_views]
-    seen1 = viewer.scratch[3, :n_views]
-    modes = viewer.rows[0:2]
-    rates = viewer.rows[4:9]
-    for k in range(n_views):
-        flight.values[k] = value_of(flight, k)
-    arrive_in_rows(flight, left, modes)
-    see(flight, modes, flight.arrival, left, rates, seen)
-    note_views(flight.basis, seen, values)
-    count = NODES_OF_A_CUBIC
-    if flight.basis.of_set[QUICKEST] > 0.0:
-        width = STEPS_OF_A_NODE * flight.basis.of_set[STEP_LENGTH]
-        count = max(1, math.ceil((right - left) / width))
-    step = (right - left) / count
-    for node in range(count):
-        s = left + node * step
-        arrive_in_rows(flight, s + step, modes)
-        see(flight, modes, flight.arrival, s + step, rates, seen1)
-        note_views(flight.basis, seen1, values)
-        for k in range(n_views):
-            if flight.basis.levels[k, IS_ON] == 1.0:
-                turns = seen[k, SPEED], seen[k, SECOND], seen1[k, SPEED], seen1[k, SECOND]
-                note_turns(flight, k, (s, s + step), turns, values)
-            seen[k, SPEED] = seen1[k, SPEED]
-            seen[k, SECOND] = seen1[k, SECOND]
-
-
-@kernel
-def seen_flight(viewer: StructureRun, views: Views, b: int) -> ModalFlight:
-    """Return the flight of the viewer whose guards are the views."""
-    basis = basis_with(
-        viewer.sets, b, views.guard[b], views.levels[b], views.feed[b], views.record_feed[b]
-    )
-    return flight_with(viewer, basis, viewer.values, viewer.order)
-
-
-@kernel
-def note_views(basis: Basis, seen: Floats, values: Floats) -> None:
-    """Note what is seen at an instant."""
-    for k in range(seen.shape[0]):
-        if basis.levels[k, IS_ON] == 1.0:
-            note_view(k, seen[k, VALUE], values)
-
-
-@kernel
-def note_view(k: int, value: float, values: Floats) -> None:
-    """Note a value of the displacement, or of a stop's force."""
-    if k == 0:
-        values[LOWEST] = min(values[LOWEST], value)
-        values[HIGHEST] = max(values[HIGHEST], value)
-    else:
-        values[PEAK_FORCE] = max(values[PEAK_FORCE], abs(value))
-
-
-@kernel
-def note_turns(
-    flight: ModalFlight,
-    k: int,
-    span: Pair,
-    slopes: tuple[float, float, float, float],
-    values: Floats,
-) -> None:
-    """Note a view where it turns between two nodes; ``slopes`` are first and second derivatives."""
-    left, right = span
-    slope, bend, slope1, bend1 = slopes
-    if slope == 0.0:
-        slope = bend
-    if slope * slope1 < 0.0:
-        note_view(k, turning_value(flight, k, left, right, slope), values)
-    elif slope * bend < 0.0 and slope1 * bend1 > 0.0:
-        # It has slowed down and sped up: in between it may have gone the other way.
-        s, least = slowest_at(flight, k, left, right, bend)
-        if slope * least < 0.0:
-            note_view(k, turning_value(flight, k, left, s, slope), values)
-            note_view(k, turning_value(flight, k, s, right, least), values)
-
-
-@kernel
-def slowest_at(
-    flight: ModalFlight, k: int, left: float, right: float, bend: float
-) -> tuple[float, float]:
-    """Return where the slope of a view turns, and the slope there.
-
-    The second derivative has the sign of ``bend`` at the left, and another one at the right.
-    """
-    s = 0.5 * (left + right)
-    slope = 0.0
-    for _ in range(TURNING_STEPS):
-        move(flight, s)
-        _, slope, second, third, _, _ = derivatives(flight, k, s, False)
-        if second * bend > 0.0:
-            left = s
-        else:
-            right = s
-        step = -second / third if third != 0.0 else 0.0
-        if abs(second * step) <= 1e-16 * abs(slope) or not left < right:
-            break
-        s = within_bracket(s + step, left, right)
-        if not left < s < right:
-            break
-    return s, slope
-
-
-@kernel
-def turning_value(flight: ModalFlight, k: int, left: float, right: float, slope: float) -> float:
-    """Return a view where its slope vanishes, between two times at which its signs differ."""
-    s = 0.5 * (left + right)
-    value = 0.0
-    for _ in range(TURNING_STEPS):
-        move(flight, s)
-        value, first, second, _, _, _ = derivatives(flight, k, s, False)
-        if first * slope > 0.0:
-            left = s
-        else:
-            right = s
-        step = -first / second if second != 0.0 else 0.0
-        if abs(first * step) <= 1e-16 * abs(value) or not left < right:
-            break
-        s = within_bracket(s + step, left, right)
-        if not left < s < right:
-            break
-    return value
-
-
-@kernel
 def strobe_tangents(
     members: StructureMembers,
     i: int,
@@ -642,117 +446,3 @@ def carry_tangents(
         for j in range(space.place.shape[1]):
             members.tangents[i, 0, j, c] = space.place[0, j, c]
             members.tangents[i, 1, j, c] = space.place[1, j, c]
-
-
-@kernel
-def is_held(sets: Sets, b: int) -> bool:
-    """Return whether a wall holds the structure in a set."""
-    for i in range(sets.stops.shape[0]):
-        if sets.stops[i, IS_WALL] == 1.0 and sets.keys[b] & (1 << i):
-            return True
-    return False
-
-
-@kernel
-def renew(place: Floats, logs: Floats) -> None:
-    """Put unit vectors orthogonal to all others, (2, n, c), in place of those that were lost."""
-    for c in range(logs.shape[0]):
-        if logs[c] > -math.inf:
-            continue
-        part = 0
-        which = 0
-        most = -1.0
-        for i in range(2):
-            for j in range(place.shape[1]):
-                left = 1.0
-                for other in range(logs.shape[0]):
-                    left -= place[i, j, other] * place[i, j, other]
-                if left > most:
-                    part = i
-                    which = j
-                    most = left
-        place[part, which, c] = 1.0
-        for _ in range(2):
-            for other in range(logs.shape[0]):
-                if other == c:
-                    continue
-                along = 0.0
-                for j in range(place.shape[1]):
-                    along += place[0, j, c] * place[0, j, other]
-                    along += place[1, j, c] * place[1, j, other]
-                for j in range(place.shape[1]):
-                    place[0, j, c] -= along * place[0, j, other]
-                    place[1, j, c] -= along * place[1, j, other]
-        size = 0.0
-        for j in range(place.shape[1]):
-            size = hypotenuse(size, hypotenuse(place[0, j, c], place[1, j, c]))
-        for j in range(place.shape[1]):
-            place[0, j, c] /= size
-            place[1, j, c] /= size
-        logs[c] = 0.0
-
-
-@kernel
-def copy_tangents(tangents: Floats, logs: Floats, space: TangentSpace) -> None:
-    """Write perturbations and their logarithms into the space."""
-    for c in range(logs.shape[0]):
-        space.logs[c] = logs[c]
-        for j in range(tangents.shape[1]):
-            space.place[0, j, c] = tangents[0, j, c]
-            space.place[1, j, c] = tangents[1, j, c]
-
-
-@kernel
-def carry_in_set(sets: Sets, b: int, s: float, space: TangentSpace) -> None:
-    """Carry perturbations in a set over a time, (2, n, c) at first, then the modes' (n, 2, c)."""
-    basis = basis_of(sets, b)
-    to_modes(sets, b, space.place, space.columns)
-    if s * sets.of_set[b, QUICKEST] <= LONGEST_PHASE:
-        carry(basis, s, space.columns)
-    else:
-        carry_far(basis, s, space.columns, space.logs)
-
-
-@kernel
-def volume_rate(sets: Sets, b: int) -> float:
-    """Return the rate at which volumes between neighbours shrink in a set, the trace of M^-1 C."""
-    rate = 0.0
-    for j in range(sets.modes.shape[1]):
-        rate += sets.modes[b, j, DRAG]
-    return rate
-
-
-@kernel
-def orthonormalise(place: Floats, logs: Floats, forgotten: float) -> None:
-    """Make columns (2, n, c) orthonormal, and add the logarithms of what was left of each.
-
-    A column of which no more than a part ``forgotten`` is left has grown by -inf, and stays zero.
-    """
-    n = place.shape[1]
-    for c in range(place.shape[2]):
-        before = 0.0
-        for j in range(n):
-            before = hypotenuse(before, hypotenuse(place[0, j, c], place[1, j, c]))
-        # Twice: once leaves too much of the others where little is left.
-        for _ in range(2):
-            for other in range(c):
-                along = 0.0
-                for j in range(n):
-                    along += place[0, j, c] * place[0, j, other]
-                    along += place[1, j, c] * place[1, j, other]
-                for j in range(n):
-                    place[0, j, c] -= along * place[0, j, other]
-                    place[1, j, c] -= along * place[1, j, other]
-        size = 0.0
-        for j in range(n):
-            size = hypotenuse(size, hypotenuse(place[0, j, c], place[1, j, c]))
-        is_left = size > forgotten * before and size > 0.0
-        growth = -math.inf
-        factor = 0.0
-        if is_left:
-            growth = logarithm(size)
-            factor = 1.0 / size
-        logs[c] += growth
-        for j in range(n):
-            place[0, j, c] *= factor
-            place[1, j, c] *= factor

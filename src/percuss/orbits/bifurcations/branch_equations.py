@@ -27,6 +27,7 @@ from percuss.orbits.bifurcations.parameter_ranges import Ranges, own_value
 from percuss.orbits.continuation.correct import WEAK, corrected, tangent_of
 from percuss.orbits.continuation.problem import Point, along_parameter
 from percuss.orbits.orbit.itinerary import Itinerary, entries_of, entry, is_plastic, is_wall
+from percuss.orbits.orbit.over_period import fastest
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.solve import Solution, orbit_of_solution
 from percuss.orbits.orbit.steady import steady_orbit
@@ -35,20 +36,11 @@ __all__ = [
     "NO_TIME",
     "BranchEquations",
     "OrbitEquations",
-    "fastest",
     "stops_that_are_moved",
 ]
 
-# Instants at which the largest velocity of an orbit is taken.
-INSTANTS = 65
 # Systems that are kept: the differences by two parameters take five.
 SYSTEMS = 8
-
-
-def fastest(orbit: PeriodicOrbit) -> float:
-    """Return the largest velocity of an orbit at 65 instants [length/time]."""
-    run = orbit.trajectory()
-    return float(np.abs(run(np.linspace(run.t0, run.t_end, INSTANTS))[1]).max()) or 1.0
 
 
 class OrbitEquations:

@@ -12,7 +12,7 @@ from percuss.model.oscillator import SoftStop
 from percuss.numerics import norm
 from percuss.orbits.bifurcations.bifurcation_origin import ENDS, MIRRORS
 from percuss.orbits.bifurcations.border_collision import Border, border_reached, effect_of
-from percuss.orbits.bifurcations.branch_equations import BranchEquations, fastest
+from percuss.orbits.bifurcations.branch_equations import BranchEquations
 from percuss.orbits.bifurcations.soft_grazing import start_beyond
 from percuss.orbits.bifurcations.special_points import (
     LEFT,
@@ -23,6 +23,7 @@ from percuss.orbits.bifurcations.special_points import (
 )
 from percuss.orbits.continuation.follow import Segment, hides_zeros, unbounded_growth
 from percuss.orbits.continuation.problem import Point
+from percuss.orbits.orbit.over_period import fastest
 from percuss.orbits.orbit.resonance import changes_much, passes_resonance
 
 __all__ = ["COINCIDENCE", "STANDING", "BranchDetector", "Row"]

@@ -16,11 +16,12 @@ from percuss.arrays import Complexes, Floats
 from percuss.errors import ConvergenceError, ParameterError, PercussError
 from percuss.kernels import law_columns as at
 from percuss.kernels import record as columns
-from percuss.kernels.flight import acceleration_and_jerk, constant_force, place, set_phases
+from percuss.kernels.flight import acceleration_and_jerk, constant_force, place
 from percuss.kernels.law_columns import N_HARMONICS, Law
 from percuss.kernels.tangent import neighbours
+from percuss.motion.accelerations import phases_at
 from percuss.numerics import atan2, determinant, power, sin
-from percuss.orbits.bifurcations.branch_equations import BranchEquations, fastest
+from percuss.orbits.bifurcations.branch_equations import BranchEquations
 from percuss.orbits.bifurcations.grazing_contact import (
     GrazingContact,
     acceleration_at,
@@ -31,6 +32,7 @@ from percuss.orbits.bifurcations.grazing_contact import (
 )
 from percuss.orbits.bifurcations.parameter_ranges import own_value
 from percuss.orbits.continuation.problem import along_parameter
+from percuss.orbits.orbit.over_period import fastest
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.stability import multipliers_of
 from percuss.wording import counted
@@ -259,18 +261,15 @@ def _depth(orbit: PeriodicOrbit, contact: GrazingContact) -> float:
     law = orbit.system.law
     t = orbit.t0 + (contact.t - orbit.t0) % orbit.period
     run = orbit.trajectory(2)
+    position = place(law, contact.region, contact.bound)
+    force = constant_force(law, contact.region, position)
     # Newton's method for the zero of the velocity, which is near.
     for _ in range(8):
         x, v = run(t)
-        phases = np.empty((int(law[0, N_HARMONICS]), 2))
-        set_phases(law, t, 0.0, phases)
-        position = place(law, contact.region, contact.bound)
-        force = constant_force(law, contact.region, position)
-        second, _ = acceleration_and_jerk(
-            law, contact.region, force, phases, float(x) - position, float(v)
-        )
+        y, phases = float(x) - position, phases_at(law, t)
+        second, _ = acceleration_and_jerk(law, contact.region, force, phases, y, float(v))
         t -= float(v) / second
-    return contact.sign * (float(run(t)[0]) - place(law, contact.region, contact.bound))
+    return contact.sign * (float(run(t)[0]) - position)
 
 
 Scenario: TypeAlias = Literal["continuous", "jump", "undecided"]

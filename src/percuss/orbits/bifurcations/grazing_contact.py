@@ -11,12 +11,13 @@ import numpy as np
 from percuss.errors import ConvergenceError
 from percuss.kernels import law_columns as at
 from percuss.kernels import record as columns
-from percuss.kernels.flight import acceleration_and_jerk, constant_force, place, set_phases
+from percuss.kernels.flight import place
 from percuss.kernels.law_columns import Law
 from percuss.kernels.shooting import AT
-from percuss.orbits.bifurcations.branch_equations import fastest
+from percuss.motion.accelerations import acceleration_in
 from percuss.orbits.bifurcations.multiple_covers import settled
 from percuss.orbits.orbit.itinerary import entries_of, is_wall
+from percuss.orbits.orbit.over_period import fastest
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.steady import steady_orbit
 
@@ -101,10 +102,8 @@ def merged(contacts: Iterable[GrazingContact], period: float) -> list[GrazingCon
 
 def acceleration_at(law: Law, contact: GrazingContact, t: float | None = None) -> float:
     """Return the acceleration at rest at the bound of a contact, at its instant or another."""
-    phases = np.empty((int(law[0, at.N_HARMONICS]), 2))
-    set_phases(law, contact.t if t is None else t, 0.0, phases)
-    force = constant_force(law, contact.region, place(law, contact.region, contact.bound))
-    return float(acceleration_and_jerk(law, contact.region, force, phases, 0.0, 0.0)[0])
+    x = place(law, contact.region, contact.bound)
+    return acceleration_in(law, contact.region, x, 0.0, contact.t if t is None else t)
 
 
 def accumulates(orbit: PeriodicOrbit, row: int) -> bool:

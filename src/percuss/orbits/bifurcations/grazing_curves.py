@@ -22,10 +22,10 @@ from percuss.kernels.flight import (
     acceleration_and_jerk,
     constant_force,
     place,
-    set_phases,
 )
-from percuss.kernels.law_columns import N_HARMONICS, N_KNOTS, PERIOD, Law
+from percuss.kernels.law_columns import N_KNOTS, PERIOD, Law
 from percuss.kernels.tangent import propagator
+from percuss.motion.accelerations import phases_at
 from percuss.motion.reach import steady
 from percuss.numerics import determinant
 from percuss.orbits.bifurcations.branch_equations import NO_TIME, OrbitEquations
@@ -266,8 +266,7 @@ def _steady_at(law: Law, region: int, t: float) -> tuple[float, float, float, fl
 
     x0 is a point of the region under a record, and the mean, given as NaN, under harmonics.
     """
-    phases = np.empty((int(law[0, N_HARMONICS]), 2))
-    set_phases(law, t, 0.0, phases)
+    phases = phases_at(law, t)
     if law[0, N_KNOTS] > 0.0:
         y, v = steady_state(law, region, t)
         x0, force = float(law[region, at.ORIGIN]), float(law[region, at.ORIGIN_FORCE])

@@ -47,6 +47,7 @@ from percuss.motion.structure_sensitivity import structure_sensitivity_of
 from percuss.motion.structures import StructureTrajectory
 from percuss.motion.trajectory import Outcome
 from percuss.numerics import dot, matmul, solve_linear
+from percuss.orbits.orbit.over_period import states_over_period
 from percuss.orbits.orbit.structure_orbit import (
     MOST_EVENTS,
     StructureOrbit,
@@ -78,9 +79,9 @@ IN_TURN = (START, IMPACT, CROSSING, KNOT)
 # Parts of the period: impacts nearer than the first come at one instant; instants of a motion and
 # of its formal double differ by less than the second.
 APART, ALIKE = 1e-9, 1e-6
-# Instants at which the largest speed of an orbit is taken, and the part of it below which the orbit
-# turns at the seam of its period: by the square of it clearances next to a turn differ.
-SEEN, SEAM = 65, 1e-7
+# The part of an orbit's largest speed below which it turns at the seam of its period: by the square
+# of it clearances next to a turn differ.
+SEAM = 1e-7
 # Speeds below this part of the unit are none at a graze.
 SLOW = 1e-5
 # How paths begin whose parameters move flights, and no impact.
@@ -384,7 +385,7 @@ def _turns_before(orbit: StructureOrbit, stop: int) -> list[tuple[float, float]]
     record = scratch_run(run.record)
     turns = turning_points_of_run(record, met.normal, period)
     turns = turns[turns[:, 2] > 0.0]
-    x, v = run(np.linspace(0.0, period, SEEN))
+    x, v = states_over_period(orbit)
     speeds = matmul(v, met.normal)
     if abs(speeds[0]) <= SEAM * float(np.abs(speeds).max()):
         # A turn at the seam of the period itself is neither after its start nor before its end.
@@ -417,7 +418,7 @@ def graze_of(orbit: StructureOrbit) -> StructureGraze:
         If it touches none.
     """
     impacts, structure = orbit.run.impacts, orbit.structure
-    _, v = orbit.run(np.linspace(0.0, orbit.period, SEEN))
+    _, v = states_over_period(orbit)
     unit = float(np.abs(v).max())
     if len(impacts):
         k = int(np.argmin(np.abs(impacts.v_before)))

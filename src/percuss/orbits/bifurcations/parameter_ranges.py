@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 
 from percuss.errors import ParameterError
-from percuss.model.exact import Phase, as_float
+from percuss.model.exact import Phase, as_float, two_of
 from percuss.model.faults import check_mapping
 from percuss.model.paths import get_parameter
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
@@ -35,10 +35,7 @@ def range_about(
     value: float, path: str, given: tuple[Phase, Phase], whose: str
 ) -> tuple[float, float]:
     """Return the ends of the range of a parameter, which has to contain its own value."""
-    try:
-        first, last = (as_float(end) for end in given)
-    except (TypeError, ValueError) as error:
-        raise ParameterError(path, given, "not a range of two numbers") from error
+    first, last = two_of(as_float, path, given, "not a range of two numbers")
     if first == last or not min(first, last) <= value <= max(first, last):
         reason = f"no range that holds the {whose}'s own value {repr(value).removesuffix('.0')}"
         raise ParameterError(path, given, reason)

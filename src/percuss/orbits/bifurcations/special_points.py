@@ -23,7 +23,6 @@ from percuss.orbits.bifurcations.bifurcation_origin import (
 )
 from percuss.orbits.bifurcations.branch_equations import (
     BranchEquations,
-    fastest,
     stops_that_are_moved,
 )
 from percuss.orbits.bifurcations.grazing import GrazeAnalysis, analysed_graze
@@ -31,6 +30,7 @@ from percuss.orbits.bifurcations.grazing_contact import accumulates
 from percuss.orbits.bifurcations.soft_grazing import until_soft_graze
 from percuss.orbits.continuation.locate import Zero, changes_sign, locate
 from percuss.orbits.continuation.problem import Point, along_parameter
+from percuss.orbits.orbit.over_period import fastest
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.symmetry import half_multipliers
 

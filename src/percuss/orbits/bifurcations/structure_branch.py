@@ -26,6 +26,7 @@ from percuss.orbits.bifurcations.special_points import SpecialPointKind
 from percuss.orbits.continuation.correct import corrected, tangent_of
 from percuss.orbits.continuation.problem import Point, along_parameter
 from percuss.orbits.orbit.moved_structure_orbit import closure_by_parameters
+from percuss.orbits.orbit.over_period import states_over_period
 from percuss.orbits.orbit.stability import stability_of_multipliers
 from percuss.orbits.orbit.structure_orbit import (
     PeriodMap,
@@ -606,7 +607,7 @@ def begun_anew(here: Point[StructureEquations]) -> Point[StructureEquations] | N
 def _scale_of(orbit: StructureOrbit) -> Floats:
     """Return units of displacements and velocities, (2 n,): what stops and the orbit reach to."""
     structure = orbit.structure
-    x, v = orbit.run(np.linspace(0.0, orbit.run.t_end, 65))
+    x, v = states_over_period(orbit)
     places = [
         abs(as_float(stop.at)) / float(np.abs(c).max())
         for stop, c in zip(structure.stops, structure.stop_directions, strict=True)

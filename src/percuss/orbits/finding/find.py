@@ -31,7 +31,6 @@ from percuss.orbits.finding.found import (
 from percuss.orbits.finding.refine_guess import (
     Known,
     counts_of_guess,
-    described,
     orbit_near,
     refined,
 )
@@ -54,6 +53,7 @@ from percuss.orbits.orbit.steady import free_region, regions, steady_orbit
 from percuss.orbits.orbit.sticking import sticking_orbits
 from percuss.orbits.orbit.structure_orbit import StructureOrbit, find_structure_orbit
 from percuss.progress import Report
+from percuss.wording import counts_in_words
 
 __all__ = ["find_orbit", "find_orbits"]
 
@@ -463,7 +463,7 @@ def _searched(wanted: _Wanted, progress: Report) -> PeriodicOrbit:
             break
     budget.close()
     if not orbits:
-        what = described(n_impacts, n_periods if system.period is not None else 0)
+        what = counts_in_words(n_impacts, n_periods if system.period is not None else 0)
         why = f"; the search ended: {budget.end_reason}" if budget.end_reason else ""
         advice = "give a guess: (cycle, v_after) of an impact, or a run that settles on it"
         raise ConvergenceError(f"no orbit with {what} found{why}", None, math.nan, advice)

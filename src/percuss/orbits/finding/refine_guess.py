@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -15,9 +14,9 @@ from percuss.orbits.orbit.itinerary import TOLERANCE, Itinerary
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.signature import Signature, signature_of
 from percuss.orbits.orbit.solve import Solution, orbit_of_solution, solve
-from percuss.wording import counted
+from percuss.wording import counts_in_words
 
-__all__ = ["Known", "counts_of_guess", "described", "orbit_near", "refined"]
+__all__ = ["Known", "counts_of_guess", "orbit_near", "refined"]
 
 # A guess this near a known orbit, in cycles and velocities, leads to it.
 SETTLED = 1e-5
@@ -95,12 +94,6 @@ def _has_negative_flight(itinerary: Itinerary) -> bool:
     return bool(itinerary.durations.min() < -SETTLED * itinerary.durations.sum())
 
 
-def described(n_impacts: float, n_periods: int) -> str:
-    """Return impacts and periods of an orbit in words."""
-    count = "sticking" if math.isinf(n_impacts) else counted(n_impacts, "impact")
-    return count + (f" in {counted(n_periods, 'forcing period')}" if n_periods else "")
-
-
 def counts_of_guess(given: GivenGuess, n_impacts: float, n_periods: int) -> tuple[float, int]:
     """Return the impacts and periods asked for, by default those of a run or an orbit."""
     if (n_impacts, n_periods) != (1, 1):
@@ -133,7 +126,7 @@ def orbit_near(
         if orbit is not None:
             return orbit
     solution = solve(system, guess.itinerary)
-    what = described(guess.n_impacts, guess.n_periods)
+    what = counts_in_words(guess.n_impacts, guess.n_periods)
     if not solution.converged:
         last = _as_pairs(solution.itinerary)
         advice = "try another guess, one nearer to the orbit"
@@ -141,7 +134,7 @@ def orbit_near(
     times = solution.itinerary.times_covered
     if times > 1:
         last = _as_pairs(solution.itinerary)
-        shorter = described(guess.n_impacts // times, guess.n_periods // times)
+        shorter = counts_in_words(guess.n_impacts // times, guess.n_periods // times)
         reason = f"the guess leads to the {times}-fold cover of an orbit with {shorter}"
         advice = f"try another guess, or ask for {shorter}"
         raise ConvergenceError(reason, last, solution.residual, advice)

@@ -15,7 +15,7 @@ from percuss.kernels import law_columns as at
 from percuss.kernels import record as columns
 from percuss.kernels.law_columns import Law
 from percuss.kernels.shooting import AFTER, AT, BEFORE
-from percuss.model.exact import as_float
+from percuss.model.exact import as_float, two_of
 from percuss.model.oscillator import Oscillator, Wall
 from percuss.model.system import System
 from percuss.motion.entries import entry_rows
@@ -348,12 +348,9 @@ def guess_of(
         return _of_orbit(system, n_impacts, n_periods, given)
     if isinstance(given, Trajectory):
         return _of_run(system, n_impacts, n_periods, given)
-    try:
-        cycle, v = (as_float(number) for number in given)
-    except (TypeError, ValueError):
-        reason = "neither two finite numbers (cycle, v_after) nor a run nor an orbit"
-        raise ParameterError("guess", given, reason) from None
-    return _of_impact(system, n_impacts, n_periods, sequence, (cycle, v))
+    reason = "neither two finite numbers (cycle, v_after) nor a run nor an orbit"
+    impact = two_of(as_float, "guess", given, reason)
+    return _of_impact(system, n_impacts, n_periods, sequence, impact)
 
 
 def counts_of_run(run: Trajectory) -> tuple[float, int]:

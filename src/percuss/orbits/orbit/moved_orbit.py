@@ -37,6 +37,7 @@ from percuss.kernels.pieces import is_record, record_before
 from percuss.kernels.record import MotionRecord, place_of_event, time_since_event
 from percuss.kernels.restitution import kept_of_error, restitution_at
 from percuss.kernels.tangent import event_saltation, propagator
+from percuss.motion.accelerations import phases_at
 from percuss.motion.moved_measures import MovedMeasure, MovedValue
 from percuss.motion.moved_motion import MovedImpacts, workspace_of
 from percuss.motion.oscillator_measures import measure_and_derivative
@@ -170,7 +171,8 @@ def _map_of_impact(still: Sensitivity) -> Floats:
     unmoved = Change(np.zeros((2, *rows.shape[1:])), unit)
     varied = still.varied._replace(change=unmoved, jumps=np.empty((0, 2)))
     out = np.empty((len(still.columns), 2, engine.SENSITIVITY_COLUMNS))
-    engine.carry(varied, np.eye(3)[[engine.BEGIN_T, engine.BEGIN_V]], workspace_of(varied), out)
+    work = workspace_of(varied.record.law, 2)
+    engine.carry(varied, np.eye(3)[[engine.BEGIN_T, engine.BEGIN_V]], work, out)
     moved: Floats = out[-1][:, [engine.DT, engine.DV_AFTER]].T
     return moved
 
@@ -200,9 +202,8 @@ def _rate(orbit: ClosedMotion) -> Floats:
     """
     law, (_, marks) = orbit.run.system.law, orbit.run.record
     region = int(marks[0, columns.NEXT_REGION])
-    n = int(law[0, N_HARMONICS])
-    phases = np.empty((n, 2))
-    set_phases(law, orbit.run.t0, 0.0, phases)
+    phases = phases_at(law, orbit.run.t0)
+    n = len(phases)
     if n > 0 and is_record(law, n - 1):
         phases[-1] = record_before(law, orbit.run.t_end, -float(np.spacing(orbit.run.t_end)))
     force = constant_force(law, region, orbit.run.x0) + force_and_slopes(law, phases)[0]

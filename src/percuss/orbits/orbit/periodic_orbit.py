@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar
@@ -27,7 +26,7 @@ from percuss.orbits.orbit.stability import Stability
 from percuss.orbits.orbit.symmetry import is_mirrored_state, is_symmetric_system
 from percuss.orbits.orbit.turning_points import Passages, TurningPoints, turning_points_of
 from percuss.pictures import HasPicture
-from percuss.wording import counted
+from percuss.wording import counts_in_words
 
 if TYPE_CHECKING:
     # A second of import.
@@ -158,13 +157,12 @@ class PeriodicOrbit(HasPicture):
 
     def __repr__(self) -> str:
         """Return the orbit in a line."""
-        count = "sticking" if math.isinf(self.n_impacts) else counted(self.n_impacts, "impact")
-        turns = f" in {counted(self.n_periods, 'forcing period')}" if self.n_periods else ""
+        counts = counts_in_words(self.n_impacts, self.n_periods)
         sizes = ", ".join(f"{abs(value):.4g}" for value in self.multipliers)
         formal = "" if self.admissible else "; formal, it passes through a stop"
         family = "" if self.isolated else "; one of a family"
         return (
-            f"<PeriodicOrbit: {count}{turns}, T = {self.period:.6g}, {self.stability}, "
+            f"<PeriodicOrbit: {counts}, T = {self.period:.6g}, {self.stability}, "
             f"abs(multipliers) {sizes}{family}{formal}>"
         )
 

@@ -29,6 +29,7 @@ from percuss.kernels.structure.basis import (
 )
 from percuss.model.exact import as_float
 from percuss.numerics import matmul, modulus, phasor, times
+from percuss.orbits.orbit.over_period import states_over_period
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
 
@@ -47,8 +48,6 @@ MOST_HARMONICS = 64
 # Part of its size by which a motion may change from one neighbour to the next; what is a smaller
 # part of its displacements is rounding.
 COARSE, ROUNDING = 0.25, 1e-9
-# Instants of a period at which displacements and velocities are taken.
-SEEN = 65
 # What resonates is a peak of its own above this part of the motions at both neighbours.
 PEAK = 1.25
 
@@ -69,25 +68,37 @@ class _Modes(NamedTuple):
     of_records: Floats
 
 
+class _Resonances(NamedTuple):
+    """What each harmonic excites in each mode between two neighbours, in rows of equal length.
+
+    ``swings`` are the largest amplitudes, ``falls`` by what factor dynamic stiffnesses fall, and
+    ``modes`` the numbers of the modes. The first row is that of the first mode under the constant.
+    """
+
+    swings: Floats
+    falls: Floats
+    modes: Integers
+
+
 def passes_resonance(before: PeriodicOrbit, after: PeriodicOrbit) -> bool:
     """Return whether an oscillator has a resonance between two neighbours without events."""
     region = int(before.record[1][0, NEXT_REGION])
     here, there = (_mode_of(orbit.system.law, region) for orbit in (before, after))
-    swings, falls, _ = _resonances(here, there)
-    if not _matters(falls, formal=not (before.admissible or after.admissible)):
+    met = _resonances(here, there)
+    if not _matters(met.falls, formal=not (before.admissible or after.admissible)):
         return False
     rows = np.array([orbit.system.law[region] for orbit in (before, after)])
     springs = rows[:, at.STIFFNESS]
-    if (falls < NONE).any() or not springs.all():
+    if (met.falls < NONE).any() or not springs.all():
         return True
     if here.records:
         # What does not resonate goes from one to the other; what does may be hidden in their
         # displacements, too.
-        rest = [_seen(orbit)[0] for orbit in (before, after)]
-        swing = 2.0 * float(swings[falls < STIFF].sum())
+        rest = [states_over_period(orbit)[0] for orbit in (before, after)]
+        swing = 2.0 * float(met.swings[met.falls < STIFF].sum())
     else:
         rest = [rows[:, at.ORIGIN] + rows[:, at.ORIGIN_FORCE] / springs]
-        swing = float(swings[1:].sum())
+        swing = float(met.swings[1:].sum())
     low, high = rows[:, at.LOWER].max(), rows[:, at.UPPER].min()
     return not low < np.min(rest) - swing <= np.max(rest) + swing < high
 
@@ -105,30 +116,24 @@ def changes_much(before: PeriodicOrbit, after: PeriodicOrbit, speed: float) -> b
     )
     if linear == other:
         return False
-    (x, v), (y, w) = (_seen(orbit) for orbit in (before, after))
+    (x, v), (y, w) = (states_over_period(orbit) for orbit in (before, after))
     size = max(float(np.abs(v).max()), float(np.abs(w).max()), speed)
     length = max(float(np.abs(x).max()), float(np.abs(y).max()))
     floor = ROUNDING * 2.0 * math.pi / before.period * length
     return float(np.abs(w - v).max()) > max(COARSE * size, floor)
 
 
-def _seen(orbit: PeriodicOrbit) -> tuple[Floats, Floats]:
-    """Return displacements and velocities at instants of a period."""
-    x, v = orbit.trajectory()(orbit.t0 + orbit.period * np.linspace(0.0, 1.0, SEEN))
-    return x, v
-
-
 def passes_modal_resonance(before: StructureOrbit, after: StructureOrbit) -> bool:
     """Return whether a structure has a resonance between two neighbours without events."""
     if not (before.is_steady and after.is_steady):
         return False
-    swings, falls, modes = _resonances(_modes_of(before), _modes_of(after))
+    met = _resonances(_modes_of(before), _modes_of(after))
     is_formal = not (before.admissible or after.admissible)
-    if not _matters(falls, formal=is_formal) or (falls < NONE).any():
-        return bool((falls < NONE).any())
-    resonates = falls < STIFF
+    if not _matters(met.falls, formal=is_formal) or (met.falls < NONE).any():
+        return bool((met.falls < NONE).any())
+    resonates = met.falls < STIFF
     swing = np.zeros(len(_order_of(before)))
-    np.add.at(swing, modes[resonates], swings[resonates])
+    np.add.at(swing, met.modes[resonates], met.swings[resonates])
     shapes = np.maximum(_shapes_of(before), _shapes_of(after))
     return _is_peak(before, after, matmul(swing, shapes))
 
@@ -138,8 +143,7 @@ def _is_peak(before: StructureOrbit, after: StructureOrbit, swing: Floats) -> bo
 
     Or whether they outgrow both motions.
     """
-    phases = np.linspace(0.0, 1.0, SEEN)
-    places = [orbit.run(orbit.period * phases)[0] for orbit in (before, after)]
+    places = [states_over_period(orbit)[0] for orbit in (before, after)]
     extents = [0.5 * (x.max(axis=0) - x.min(axis=0)) for x in places]
     if (swing > PEAK * np.maximum(*extents)).any():
         return True
@@ -216,11 +220,8 @@ def _matters(falls: Floats, *, formal: bool) -> bool:
     return bool((falls < (NONE if formal else STIFF)).any())
 
 
-def _resonances(here: _Modes, there: _Modes) -> tuple[Floats, Floats, Integers]:
-    """Return the largest amplitudes between two, how far D falls, and the modes.
-
-    Of all modes and harmonics: the first is that of the first mode under the constant.
-    """
+def _resonances(here: _Modes, there: _Modes) -> _Resonances:
+    """Return the resonances between two neighbours of all modes and harmonics."""
     inputs = np.maximum(here.inputs, there.inputs)
     least, falls = _least(*(_stiffness(modes, modes.omegas) for modes in (here, there)))
     amplitudes = [inputs.ravel()]
@@ -231,7 +232,7 @@ def _resonances(here: _Modes, there: _Modes) -> tuple[Floats, Floats, Integers]:
         for j, springs in enumerate(zip(here.springs, there.springs, strict=True)):
             numbers = _resonant_numbers(laws, np.array(springs))
             if len(numbers) > MOST_HARMONICS:
-                return np.array([math.inf]), np.zeros(1), np.array([j])
+                return _Resonances(np.array([math.inf]), np.zeros(1), np.array([j]))
             waves = [_harmonics_of_record(law, numbers) for law in laws]
             least, falls = _least(
                 *(
@@ -247,7 +248,7 @@ def _resonances(here: _Modes, there: _Modes) -> tuple[Floats, Floats, Integers]:
     acts = amplitude > NOT_DRIVEN * amplitude.max()
     falls = np.concatenate(all_falls)
     falls[~acts] = 1.0
-    return amplitude / np.concatenate(leasts), falls, np.concatenate(of_modes)
+    return _Resonances(amplitude / np.concatenate(leasts), falls, np.concatenate(of_modes))
 
 
 def _stiffness(modes: _Modes, omegas: Floats) -> Complexes:

@@ -10,11 +10,11 @@ from percuss.arrays import Floats, Integers
 from percuss.errors import ConvergenceError
 from percuss.kernels import law_columns as at
 from percuss.kernels import record as columns
-from percuss.kernels.flight import set_phases
 from percuss.kernels.law_columns import Law
 from percuss.kernels.tangent import propagator
 from percuss.model.oscillator import mass_of
 from percuss.model.system import System
+from percuss.motion.accelerations import phases_at
 from percuss.motion.reach import IDENTITY, periodic_state, steady
 from percuss.motion.tables import Impacts
 from percuss.numerics import exp
@@ -72,8 +72,6 @@ def steady_orbit(system: System, region: int) -> PeriodicOrbit:
         y, v = steady_state(law, region, 0.0)
         start = float(law[region, at.ORIGIN]) + y, v, period
         return _orbit(system, region, start, *_started(v, region))
-    phases = np.empty((n, 2))
-    set_phases(law, 0.0, 0.0, phases)
     x0 = _mean(law, region)
     gains = law[region + 1 : region + 1 + n]
     moved = law[at.FIRST_HARMONIC : at.FIRST_HARMONIC + n, at.AMPLITUDE] > 0.0
@@ -82,7 +80,7 @@ def steady_orbit(system: System, region: int) -> PeriodicOrbit:
         why = "at resonance without damping" if resonant.any() else "under a mean force, springless"
         reason = f"no periodic motion without impacts, {why}: it grows without bound"
         raise ConvergenceError(reason, None, math.nan, "add damping, or ask for impacts")
-    y, v0 = steady(law, region, phases).sum(axis=0)
+    y, v0 = steady(law, region, phases_at(law, 0.0)).sum(axis=0)
     x0 += float(y)
     return _orbit(system, region, (x0, float(v0), period), *_started(float(v0), region))
 

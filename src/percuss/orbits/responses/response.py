@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from percuss.arrays import Flags, Floats, Integers
 from percuss.errors import ParameterError
 from percuss.model.acting_sets import StructureSystem
-from percuss.model.exact import Phase, as_float, whole
+from percuss.model.exact import Phase, as_float, two_of, whole
 from percuss.model.faults import check_mapping
 from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads, loads_of
@@ -315,10 +315,7 @@ def _checked(
 
 
 def _range_of(path: str, given: tuple[Phase, Phase]) -> Range:
-    try:
-        low, high = sorted(as_float(end) for end in given)
-    except (TypeError, ValueError) as error:
-        raise ParameterError(path, given, "not a range of two numbers") from error
+    low, high = sorted(two_of(as_float, path, given, "not a range of two numbers"))
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
         raise ParameterError(path, given, "not a range of two different finite numbers")
     return Range(low, high)

@@ -14,9 +14,7 @@ from percuss.arrays import Flags, Floats, Integers
 from percuss.errors import ParameterError
 from percuss.kernels import record as columns
 from percuss.kernels.arithmetic import turns
-from percuss.kernels.flight import acceleration_and_jerk, constant_force, set_phases
 from percuss.kernels.law_columns import (
-    N_HARMONICS,
     N_KNOTS,
     PERIOD,
     PERIOD_TURNS,
@@ -30,6 +28,7 @@ from percuss.model.oscillator import Oscillator, Wall, stops_in_words
 from percuss.model.periods import require_period
 from percuss.model.start import start_faults, wall_faults
 from percuss.model.system import System
+from percuss.motion.accelerations import acceleration_in
 from percuss.motion.extremes import level_crossings
 from percuss.motion.sections import PoincareSection, SectionDirection, section_of
 from percuss.numerics import matmul
@@ -186,7 +185,7 @@ class ImpactMap:
         first, last = int(marks[0, columns.NEXT_REGION]), int(marks[-2, columns.NEXT_REGION])
         before = float(events[-1, columns.V_BEFORE])
         instant = until, float(events[-1, columns.EVENT_T_LOW])
-        pull = _acceleration(runs, last, at, before, *instant)
+        pull = acceleration_in(runs.law, last, at, before, *instant)
         kept = factor_of_error(runs.law, last, int(marks[-1, columns.BOUND]), before)
         return _between(runs, first, matrix, (at, v, t), (before, kept, pull))
 
@@ -293,7 +292,7 @@ class SectionMap:
         regions = (int(marks[row, columns.NEXT_REGION]) for row in (0, last))
         first, last = regions
         matrix = runs.derivative_at(until, after=False)
-        pull = _acceleration(runs, last, self.section.at, speed, until, 0.0)
+        pull = acceleration_in(runs.law, last, self.section.at, speed, until)
         return _between(runs, first, matrix, (self.section.at, v, t), (speed, 1.0, pull))
 
 
@@ -559,17 +558,8 @@ def _between(
     """
     x, v, t = start
     before, kept, pull = end
-    begin = np.array([[-v, 0.0], [-_acceleration(runs, region, x, v, t, 0.0), 1.0]])
+    begin = np.array([[-v, 0.0], [-acceleration_in(runs.law, region, x, v, t), 1.0]])
     ends = np.array([[-1.0 / before, 0.0], [-kept * pull / before, kept]])
     period = float(runs.law[0, PERIOD])
     scale = np.array([[1.0, 1.0 / period], [period, 1.0]])
     return np.asarray(scale * matmul(matmul(ends, matrix), begin)).reshape(-1)
-
-
-def _acceleration(
-    runs: Propagator, region: int, x: float, v: float, t: float, t_low: float
-) -> float:
-    phases = np.empty((int(runs.law[0, N_HARMONICS]), 2))
-    set_phases(runs.law, t, t_low, phases)
-    force = constant_force(runs.law, region, x)
-    return float(acceleration_and_jerk(runs.law, region, force, phases, 0.0, v)[0])

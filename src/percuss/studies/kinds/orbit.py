@@ -15,11 +15,10 @@ from percuss.model.loads import loads_of
 from percuss.studies.study import (
     Question,
     StudyDraft,
-    impacts_in_words,
     multiplier_text,
 )
 from percuss.studies.tables import Count, NumberKey, NumbersKey, Whole, table
-from percuss.wording import counted
+from percuss.wording import counted, counts_in_words
 
 if TYPE_CHECKING:
     from percuss.orbits import PeriodicOrbit, StructureOrbit
@@ -181,10 +180,10 @@ class Orbit(Question):
             from percuss.studies.of_structures import report_of_orbit
 
             return report_of_orbit(result)
-        turns = f" in {counted(result.n_periods, 'forcing period')}" if result.n_periods else ""
+        counts = counts_in_words(result.n_impacts, result.n_periods)
         values = ", ".join(multiplier_text(value) for value in result.multipliers)
         rows = {
-            "orbit": f"{impacts_in_words(result.n_impacts)}{turns}, period {result.period:.10g}",
+            "orbit": f"{counts}, period {result.period:.10g}",
             "stability": f"{result.stability}, multipliers {values}",
         }
         if len(result.impacts):

@@ -151,11 +151,6 @@ class Sweep(Question):
     def answer(self, study: Study, execution: Execution) -> Dataset:
         """Return the measures at each point."""
         arguments = self.arguments() | {"over": over_of(self.over)} | execution.keywords()
-        for name in ("max_impacts", "between", "on"):
-            if arguments[name] is None:
-                del arguments[name]
-        if arguments["start"] is AT_REST:
-            del arguments["start"]
         return sweep(osc=study.model, force=study.force, **arguments)
 
     def pictures(self, study: Study) -> dict[str, Picture]:  # noqa: ARG002
