@@ -92,14 +92,14 @@ class Fit(HasPicture):
         from that of a random sequence: far below 0, the residuals hang together and the model
         misses something.
     unidentifiable
-        Directions in the space of the parameters about which the data say nothing, each a mapping
-        of paths to shares.
+        Directions in the space of the parameters about which the data say nothing, each its shares
+        by the paths, as ``values``.
     converged, reason
         Whether it is a least-squares solution that explains the data, and why not.
     n_runs
         How often the whole record was followed.
     at_bounds
-        Paths of the parameters at an end of their ranges.
+        Long paths of the parameters at an end of their ranges; `end_of` takes all names.
     oscillator, forcing, start
         The fitted model, of a structure with its loads; forcing and start of the first record.
     nodes
@@ -126,7 +126,7 @@ class Fit(HasPicture):
     chi2: float
     noise: dict[str, float]
     whiteness: float
-    unidentifiable: tuple[dict[str, float], ...]
+    unidentifiable: tuple[ValuesByPath, ...]
     converged: bool
     reason: str
     n_runs: int
@@ -246,6 +246,7 @@ class Fit(HasPicture):
 
     def end_of(self, path: str) -> str:
         """Return at which end of its range a parameter is, "least" or "largest"; "" if at none."""
+        path = long_form(path, self.oscillator, self.forcing, self.start)
         if path not in self.at_bounds:
             return ""
         which = self.problem.paths.index(path)
@@ -392,7 +393,7 @@ def result_of(search: FitSearch, best: FitCandidate) -> Fit:
         chi2=float(np.mean(residuals * residuals)),
         noise=noise,
         whiteness=whiteness_of(layouts, residuals),
-        unidentifiable=unknown,
+        unidentifiable=tuple(ValuesByPath(direction, search.asked) for direction in unknown),
         converged=not best.reason,
         reason=best.reason,
         n_runs=search.n_runs,

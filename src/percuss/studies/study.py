@@ -49,6 +49,7 @@ __all__ = [
     "ends_in_words",
     "ends_of",
     "failure_rows",
+    "interruption_rows",
     "intervals_in_words",
     "kind_named",
     "kind_names",
@@ -355,6 +356,12 @@ def failure_rows(reasons: list[str], n_points: int) -> dict[str, str]:
     more = f"; other reasons: {others}" if others else ""
     words = f"{len(reasons)} of {n_points}: {reason[:LONGEST_REASON]} ({count}){more}"
     return {"without answer": words}
+
+
+def interruption_rows(data: Dataset) -> dict[str, str]:
+    """Return that many motions were interrupted, where they were."""
+    words = "interrupted; what was not done is left empty"
+    return {} if data.attrs.get("complete", 1) else {"outcome": words}
 
 
 def ends_of(data: Dataset) -> str:

@@ -31,6 +31,7 @@ from percuss.studies.study import (
     Question,
     StudyDraft,
     check_start,
+    interruption_rows,
     only_axes,
     with_unit,
 )
@@ -211,6 +212,7 @@ class Basins(Question):
         basin = result.basin.values
         inside = int((basin == -2).sum())
         rows = {"starts": f"{basin.size - inside:,}"}
+        rows |= interruption_rows(result)
         rows |= {"inside a wall": f"{inside:,} of {basin.size:,}"} if inside else {}
         for i in range(result.sizes["attractor"]):
             attractor = result.isel(attractor=i)

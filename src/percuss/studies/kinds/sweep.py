@@ -26,6 +26,7 @@ from percuss.studies.study import (
     check_start,
     ends_of,
     failure_rows,
+    interruption_rows,
     only_axes,
 )
 from percuss.studies.tables import (
@@ -170,7 +171,11 @@ class Sweep(Question):
             rows[name] = f"{words} {unit}" if is_unit(unit) and words != NO_VALUES else words
         if "record" in result.attrs:
             rows["record"] = result.attrs["record"]
-        return rows | failure_rows([str(text) for text in result.reason.values], n_points)
+        return (
+            rows
+            | interruption_rows(result)
+            | failure_rows([str(text) for text in result.reason.values], n_points)
+        )
 
 
 def study_counts(result: Dataset) -> bool:
