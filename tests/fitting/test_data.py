@@ -512,6 +512,15 @@ def test_a_parameter_is_found_by_the_name_that_was_asked_for() -> None:
         assert repr(found).startswith("<Fit: oscillator.damping_coefficient = ")
     with pytest.raises(KeyError):
         fit.values["oscillator.stiffness"]
+    # An end of a range, and what the data leave open: all forces may be twice as large.
+    held = pc.fit(
+        {"t": t, "displacement": x}, osc, force, free={"oscillator.damping_coefficient": (0, 0.3)}
+    )
+    assert held.end_of("oscillator.damping_coefficient") == "largest"
+    free |= {"oscillator.mass": 2, "oscillator.stiffness": 50}
+    open_ = pc.fit({"t": t, "displacement": x}, osc, force, free=free)
+    (shares,) = pickle.loads(pickle.dumps(open_)).unidentifiable
+    assert [shares[path] for path in free] == pytest.approx([0.5] * 4, rel=1e-6)
     ellipse = plotting.plot_fit(fit).axes[-1]
     assert "$c$" in ellipse.get_xlabel()
 

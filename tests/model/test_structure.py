@@ -83,6 +83,8 @@ def test_equal_structures_are_equal_and_survive_a_pickle() -> None:
     assert hash(again) == hash(structure)
     assert eval(structure.text(), {"Structure": pc.Structure, "Wall": Wall}) == structure
     assert structure != pc.chain([1, "0.5"], [1, 2, 0])
+    named = pc.chain([1, "0.5"], 1, stops=[pc.Wall(1, "above", on="top")], points={"top": [0, 1]})
+    assert named.direction(named.stops[0].on).tolist() == [0.0, 1.0]
 
 
 @pytest.mark.parametrize(

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
 from matplotlib.colors import same_color
 
 import percuss as pc
+from percuss.orbits.responses.response import kinds_of
 from percuss.plotting import Units, offscreen_figure, plot_response, plot_velocity_gap
 from percuss.plotting.style import BLUE, GREY, VERMILION, figure_of
 
@@ -68,6 +71,28 @@ def test_colours_tell_the_forcing_periods(chart: pc.Response) -> None:
 
     colours = {colour for style in ("-", "--") for colour, _ in drawn(ax, style)}
     assert colours == {GREY, BLUE, VERMILION}
+
+
+def test_orbits_without_impacts_are_grey_on_a_branch_that_grazes_a_soft_stop(
+    chart: pc.Response,
+) -> None:
+    stop = pc.SoftStop(at=1, side="above", stiffness=2)
+    osc = pc.Oscillator(damping="0.05", stops=(stop,))
+    orbit = pc.find_orbit(osc, pc.cosine("1.8", amplitude="0.4"), n_impacts=0)
+    branch = pc.continue_orbit(orbit, over={"forcing.omega": ("1.8", "1.1")}, largest_step=0.1)
+    heights = np.linspace(1.0, 2.0, len(branch))
+    one = dataclasses.replace(
+        chart, low=1.1, high=1.8, branches=(branch,), amplitude=(heights,), attractors=()
+    )
+    ax = plot_response(one, ax=new_axes(), formal=False)
+
+    flies = kinds_of(branch)[:, 1] == 0
+    assert {True, False} == set(flies.tolist())
+    grey = np.concatenate([points for colour, points in drawn(ax, "-") if colour == GREY])
+    blue = np.concatenate([points for colour, points in drawn(ax, "-") if colour == BLUE])
+    assert np.isin(branch.values[flies & branch.admissible], grey[:, 0]).all()
+    assert np.isin(branch.values[~flies & branch.is_stable], blue[:, 0]).all()
+    assert (GREY, "(0, 1)") in {(text.get_color(), text.get_text()) for text in ax.texts}
 
 
 def test_each_kind_is_labelled_once_beside_its_curve_and_no_two_overlap(chart: pc.Response) -> None:

@@ -257,6 +257,8 @@ def test_a_run_without_a_store_that_is_stopped_is_written_as_far_as_it_came(tmp_
     assert outcome == "it was interrupted; it holds what was done"
     missing = np.isnan(load_netcdf(result.files[0]).peak_displacement)
     assert 0 < int(missing.sum()) < 600
+    # What goes to a log says so, too.
+    assert result.report["outcome"] == "interrupted; what was not done is left empty"
 
 
 def test_a_store_of_another_study_is_refused(tmp_path: Path) -> None:

@@ -273,6 +273,18 @@ def test_measures_of_attractors_stand_in_the_report(tmp_path: Path) -> None:
     assert parse_study(study.text()).question == study.question
 
 
+def test_measures_of_a_diagram_have_their_units_in_the_report(tmp_path: Path) -> None:
+    study = parse_study(
+        '[study]\nkind = "diagram"\n[oscillator]\nmass = 2\nstiffness = 8\n'
+        'damping_ratio = "0.1"\nunits = {length = "m", time = "s", mass = "kg"}\n'
+        "[[forcing.harmonics]]\namplitude = 8\nomega = 2\n"
+        '[over]\n"forcing.omega" = [2, 3]\n[diagram]\ntransient = 9\npoints = 9\n'
+        'measures = ["max_displacement"]\n[draw]\npng = false\nsvg = false\n'
+    )
+    report = run_study(study, tmp_path / "out").report
+    assert report["max_displacement"].endswith(" m")
+
+
 def test_a_table_under_another_name_is_not_missing_as_well() -> None:
     with pytest.raises(StudyError) as error:
         parse_study(

@@ -17,15 +17,17 @@ from percuss.studies.kinds.response import Response
 from percuss.studies.study import failure_rows
 
 
-def response(missed: int) -> Any:
+def response(missed: int, others: int = 0) -> Any:
     families = [
         SimpleNamespace(n_impacts=0, n_periods=1, ranges=(), stable_ranges=()),
         SimpleNamespace(n_impacts=1, n_periods=1, ranges=((1.0, 2.0),), stable_ranges=()),
         SimpleNamespace(n_impacts=2, n_periods=1, ranges=((1.0, 2.0),), stable_ranges=((1.0, 1.5),)),
     ]  # fmt: skip
     points = [SimpleNamespace(kind="period_doubling", value=value) for value in (1.25, 1.5)]
+    away = missed + others
+    seen = [SimpleNamespace(branch=None if i < away else 0) for i in range(102)]
     return SimpleNamespace(
-        branches=[None] * 3, families=families, attractors=[None] * 102, missed=[None] * missed,
+        branches=[None] * 3, families=families, attractors=seen, missed=seen[:missed],
         special_points=points,
     )  # fmt: skip
 
@@ -39,6 +41,8 @@ def test_a_response_is_reported_without_double_negations() -> None:
     assert rows["special points"] == "period doubling at 1.25, 1.5"
     assert rows["compared"] == "102 attractors of direct simulation, all of them on a branch"
     assert Response(over={}).report(response(2))["compared"].endswith("2 of them on no branch")
+    compared = Response(over={}).report(response(0, others=1))["compared"]
+    assert compared.endswith("simulation, 1 of them of no kind that was looked for")
 
 
 def test_special_points_are_in_order_and_short_intervals_have_ends_that_differ() -> None:

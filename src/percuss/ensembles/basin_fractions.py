@@ -23,6 +23,7 @@ from percuss.ensembles.attractors import (
 from percuss.ensembles.basins import (
     COLUMN_UNITS,
     about_measure,
+    checked_call,
     columns_of,
     fractions_of,
     measures_of,
@@ -30,10 +31,10 @@ from percuss.ensembles.basins import (
     start_ranges,
     warn_without_starts,
 )
-from percuss.ensembles.classification import STAGE, Arrays, Classification, Rules
+from percuss.ensembles.classification import Arrays, Classification, Rules
 from percuss.ensembles.datasets import attributes_of, coordinates_of, with_units
 from percuss.ensembles.engines import Engine
-from percuss.ensembles.grid import Grid, check_driven, make_grid, off_the_walls, whole
+from percuss.ensembles.grid import Grid, make_grid, off_the_walls, whole
 from percuss.ensembles.groups import AnyGroup, Group, StructureGroup, walls_of
 from percuss.ensembles.job import Answer, Dimension
 from percuss.ensembles.run_job import execution_of, keep, run_job
@@ -43,9 +44,8 @@ from percuss.model.acting_sets import StructureSystem, within_walls
 from percuss.model.exact import Phase, as_float, real, two_of
 from percuss.model.faults import is_row
 from percuss.model.forcing import Forcing
-from percuss.model.loads import Loads, loads_of
+from percuss.model.loads import Loads
 from percuss.model.oscillator import On, Oscillator
-from percuss.model.periods import require_period
 from percuss.model.start import Start, late_problem
 from percuss.model.structure import Structure
 from percuss.model.structure_start import StructureStart
@@ -154,16 +154,10 @@ def basin_fractions(
     [['(1, 1)', '(1, 1)', '(1, 1)'], ['', '(0, 1)', '(0, 1)']]
     """
     execution = execution_of(store, engine, n_workers, progress, part)
-    if isinstance(osc, Structure):
-        force = loads_of(osc, force)
-    elif on is not None:
+    if on is not None and not isinstance(osc, Structure):
         raise ParameterError("on", on, "given for an oscillator, which has one displacement")
-    check_driven(osc, force)
-    require_period(force, "basins need a periodic forcing")
-    periods, n_starts = whole("periods", periods, STAGE), whole("n_starts", n_starts, 1)
-    seed, escape = whole("seed", seed, 0, math.inf), real("escape", escape)
-    if not escape > 0.0:
-        raise ParameterError("escape", escape, "not a finite distance above 0")
+    force, periods, escape = checked_call(osc, force, periods, escape)
+    n_starts, seed = whole("n_starts", n_starts, 1), whole("seed", seed, 0, math.inf)
     x0_range, v0_range, t0 = start_ranges(start, x0, v0, t0)
     begin = _begin(osc, t0)
     grid = make_grid(osc, force, begin, over, VALUES, on)

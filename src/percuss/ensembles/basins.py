@@ -56,6 +56,7 @@ if TYPE_CHECKING:
 __all__ = [
     "about_measure",
     "basins",
+    "checked_call",
     "columns_of",
     "fractions_of",
     "measures_of",
@@ -171,14 +172,7 @@ def basins(
     ['(1, 1)', '(0, 1)', '(0, 1)', '(1, 1)']
     """
     execution = execution_of(store, engine, n_workers, progress, part)
-    if isinstance(osc, Structure):
-        force = loads_of(osc, force)
-    check_driven(osc, force)
-    require_period(force, "basins need a periodic forcing")
-    periods = whole("periods", periods, STAGE)
-    escape = real("escape", escape)
-    if not escape > 0.0:
-        raise ParameterError("escape", escape, "not a finite distance above 0")
+    force, periods, escape = checked_call(osc, force, periods, escape)
     names = named_measures(measures)
     if isinstance(osc, Structure):
         given = {"x0": x0, "v0": v0, "cycle": cycle, "v": v}
@@ -217,6 +211,20 @@ def basins(
     reported.close()
     answer = replace(answer, complete=answer.complete and not reported.is_stopped)
     return keep(_dataset(starts, system, answer, labels, attractors, names), execution)
+
+
+def checked_call(
+    osc: Oscillator | Structure, force: Any, periods: int, escape: float
+) -> tuple[Any, int, float]:
+    """Return the force, the periods and the distance of a call, or raise a ParameterError."""
+    if isinstance(osc, Structure):
+        force = loads_of(osc, force)
+    check_driven(osc, force)
+    require_period(force, "basins need a periodic forcing")
+    periods, escape = whole("periods", periods, STAGE), real("escape", escape)
+    if not escape > 0.0:
+        raise ParameterError("escape", escape, "not a finite distance above 0")
+    return force, periods, escape
 
 
 def no_starts(answer: Answer) -> int:

@@ -16,7 +16,7 @@ from percuss.fitting.effort import go_on
 from percuss.fitting.measured import MeasuredSamples, quantity_name, quantity_number
 from percuss.fitting.noise import NOT_WHITE, whiteness_of
 from percuss.fitting.search import FitCandidate, FitSearch
-from percuss.fitting.shooting import Layout, motion_between, run_from, start_at
+from percuss.fitting.shooting import Layout, motion_between, start_at
 from percuss.fitting.solver import FIRM, TAUT, FitPoint, FitProblem, descend, point_at
 from percuss.kernels.segments import DISPLACEMENT, VELOCITY
 from percuss.kernels.structure.segments import OF_PLACE
@@ -28,6 +28,7 @@ from percuss.model.start import Start
 from percuss.model.structure import Structure
 from percuss.model.structure_start import StructureStart
 from percuss.motion.html_table import html_table
+from percuss.motion.simulate import run_of
 from percuss.motion.structures import StructureTrajectory
 from percuss.motion.trajectory import Trajectory
 from percuss.numerics.linear import directions
@@ -91,14 +92,14 @@ class Fit(HasPicture):
         from that of a random sequence: far below 0, the residuals hang together and the model
         misses something.
     unidentifiable
-        Directions in the space of the parameters about which the data say nothing, each a mapping
-        of paths to shares.
+        Directions in the space of the parameters about which the data say nothing, each its shares
+        by the paths, as ``values``.
     converged, reason
         Whether it is a least-squares solution that explains the data, and why not.
     n_runs
         How often the whole record was followed.
     at_bounds
-        Paths of the parameters at an end of their ranges.
+        Long paths of the parameters at an end of their ranges; `end_of` takes all names.
     oscillator, forcing, start
         The fitted model, of a structure with its loads; forcing and start of the first record.
     nodes
@@ -125,7 +126,7 @@ class Fit(HasPicture):
     chi2: float
     noise: dict[str, float]
     whiteness: float
-    unidentifiable: tuple[dict[str, float], ...]
+    unidentifiable: tuple[ValuesByPath, ...]
     converged: bool
     reason: str
     n_runs: int
@@ -172,7 +173,7 @@ class Fit(HasPicture):
         """
         first = self.problem.layouts[0]
         end = float(first.spans[-1, 1])
-        return run_from(self.oscillator, self.forcing, self.start, end)
+        return run_of(self.oscillator, self.forcing, self.start, t_end=end)
 
     def __call__(self, t: ArrayLike) -> tuple[Floats, Floats]:
         """Return x and v of the fitted motion over the first record at times t.
@@ -245,6 +246,7 @@ class Fit(HasPicture):
 
     def end_of(self, path: str) -> str:
         """Return at which end of its range a parameter is, "least" or "largest"; "" if at none."""
+        path = long_form(path, self.oscillator, self.forcing, self.start)
         if path not in self.at_bounds:
             return ""
         which = self.problem.paths.index(path)
@@ -391,7 +393,7 @@ def result_of(search: FitSearch, best: FitCandidate) -> Fit:
         chi2=float(np.mean(residuals * residuals)),
         noise=noise,
         whiteness=whiteness_of(layouts, residuals),
-        unidentifiable=unknown,
+        unidentifiable=tuple(ValuesByPath(direction, search.asked) for direction in unknown),
         converged=not best.reason,
         reason=best.reason,
         n_runs=search.n_runs,

@@ -154,7 +154,7 @@ class FitSearch:
                 if self._is_over:
                     break
                 continue
-            candidate = self._mended(self._descended(problem, begin, LOOSE))
+            candidate = self._mended(self._descended(problem, begin))
             again = best is not None and _is_same(candidate, best)
             if best is None or _is_better(candidate, best):
                 best = candidate
@@ -250,22 +250,19 @@ class FitSearch:
             problem, low=self.low, high=self.high, priors=self.priors, loss=self.loss,
             ask=self.progress.advance, keep=self.keep, effort=self.effort,
         )  # fmt: skip
-        self.n_runs += 1
-        begin = point_at(problem, self.guess, nodes)
-        return None if begin is None else self._mended(self._descended(problem, begin, LOOSE))
+        begin = self._point_at(problem, self.guess, nodes)
+        return None if begin is None else self._mended(self._descended(problem, begin))
 
     def _closed(self, candidate: FitCandidate) -> FitCandidate:
         """Return the best candidate whose segments connect, where the best of all is torn."""
         if not len(candidate.descent.torn(candidate.problem)) or self._is_over:
             return candidate
         problem = replace(candidate.problem, tear=math.inf)
-        begin = point_at(
-            problem, candidate.descent.point.values, candidate.descent.point.shots.nodes
-        )
-        self.n_runs += 1
+        point = candidate.descent.point
+        begin = self._point_at(problem, point.values, point.shots.nodes)
         if begin is None:
             return candidate
-        other = self._descended(problem, begin, LOOSE)
+        other = self._descended(problem, begin)
         return candidate if len(other.descent.torn(problem)) else other
 
     def _laid_out(self, values: Floats, cycles: float) -> tuple[FitProblem, Floats]:
@@ -301,8 +298,7 @@ class FitSearch:
         for guess in tried:
             if self._is_over:
                 break
-            self.n_runs += 1
-            point = point_at(problem, guess, nodes)
+            point = self._point_at(problem, guess, nodes)
             if point is not None:
                 points.append(point)
         return min(points, key=lambda point: point.cost(problem, LOOSE), default=None)
@@ -348,9 +344,9 @@ class FitSearch:
                 places[self.paths.index(path)] = (largest, 1.0) if above else (least, -1.0)
         return places
 
-    def _descended(self, problem: FitProblem, begin: FitPoint, weight: float) -> FitCandidate:
+    def _descended(self, problem: FitProblem, begin: FitPoint) -> FitCandidate:
         """Return where a descent ends."""
-        descent = descend(problem, begin, weight)
+        descent = descend(problem, begin, LOOSE)
         self.n_runs += descent.n_runs
         return FitCandidate(problem, descent, self._reason(problem, descent), self.n_runs)
 
@@ -368,7 +364,7 @@ class FitSearch:
             begin = self._begun_anew(candidate, wrong)
             if begin is None:
                 break
-            other = self._descended(candidate.problem, begin, LOOSE)
+            other = self._descended(candidate.problem, begin)
             if not _is_better(other, candidate):
                 break
             candidate = other
@@ -437,8 +433,12 @@ class FitSearch:
                     (before, after), self.effort,
                 )  # fmt: skip
             row += len(layout)
+        return self._point_at(problem, point.values, nodes)
+
+    def _point_at(self, problem: FitProblem, values: Floats, nodes: Floats) -> FitPoint | None:
+        """Return the runs from nodes, which are counted, at values; None where there are none."""
         self.n_runs += 1
-        return point_at(problem, point.values, nodes)
+        return point_at(problem, values, nodes)
 
     def _reason(self, problem: FitProblem, descent: FitDescent) -> str:
         """Return why a descent has not found what explains the data; empty if it has."""
@@ -446,8 +446,7 @@ class FitSearch:
         if self.progress.is_stopped:
             return descent.reason or "the search was stopped"
         if len(torn):
-            spans = np.concatenate([layout.spans for layout in problem.layouts])
-            begin, end = spans[torn[0]].tolist()
+            begin, end = _span(problem, torn[0])
             return (
                 f"no admissible motion explains the samples between t = {begin:.6g} and {end:.6g}"
                 + _others(len(torn) - 1)
@@ -460,8 +459,7 @@ class FitSearch:
         # Where most are, residuals have long tails everywhere.
         is_told = known or len(strained) <= MOST_WRONG * len(problem.linked)
         if is_told and self.loss.name == "linear" and len(strained):
-            spans = np.concatenate([layout.spans for layout in problem.layouts])
-            begin, end = spans[strained[0]].tolist()
+            begin, end = _span(problem, strained[0])
             noise = "their noise" if known else "the noise of the others"
             return (
                 f"the samples between t = {begin:.6g} and {end:.6g} are missed by more than {noise}"
@@ -507,13 +505,11 @@ class FitSearch:
         if self._is_noise_known:
             return candidate
         for _ in range(MOST_WEIGHINGS):
-            layouts, change = with_noise_of_residuals(candidate.problem, candidate.descent.point)
+            before = candidate.descent.point
+            layouts, change = with_noise_of_residuals(candidate.problem, before)
             # A motion that was followed before.
             problem = replace(candidate.problem, layouts=layouts, effort=None)
-            point = point_at(
-                problem, candidate.descent.point.values, candidate.descent.point.shots.nodes
-            )
-            self.n_runs += 1
+            point = self._point_at(problem, before.values, before.shots.nodes)
             if point is None:
                 return candidate
             is_moved = self._has_weights and not candidate.reason
@@ -540,6 +536,11 @@ class FitSearch:
         ]
         is_robust = self.loss.name != "linear"
         return sum(map(len, groups)) > 1 or len(self.priors) > 0 or is_robust
+
+
+def _span(problem: FitProblem, k: int) -> list[float]:
+    """Return when a segment begins and ends."""
+    return list(np.concatenate([layout.spans for layout in problem.layouts])[k].tolist())
 
 
 def _others(n: int) -> str:

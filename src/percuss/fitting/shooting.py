@@ -39,11 +39,8 @@ from percuss.model.structure_start import StructureStart
 from percuss.model.system import System, stop_rows
 from percuss.motion.instants import times_within
 from percuss.motion.moved_motion import workspace_of
-from percuss.motion.simulate import simulate
-from percuss.motion.structures import StructureTrajectory
-from percuss.motion.trajectory import Trajectory
 
-__all__ = ["Layout", "Shots", "motion_between", "run_from", "shoot", "start_at"]
+__all__ = ["Layout", "Shots", "motion_between", "shoot", "start_at"]
 
 # Events of one segment.
 MOST_EVENTS = 4_000
@@ -284,12 +281,6 @@ def start_at(osc: Oscillator | Structure, node: Floats) -> Start | StructureStar
     if isinstance(osc, Structure):
         return StructureStart(tuple(state[:half]), tuple(state[half:]), t0)
     return Start(state[0], state[1], t0)
-
-
-def run_from(osc: Any, force: Any, start: Any, end: float) -> Trajectory | StructureTrajectory:
-    """Return the run of an oscillator or a structure from a start."""
-    run: Trajectory | StructureTrajectory = simulate(osc, force, start=start, t_end=end)
-    return run
 
 
 def motion_between(

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from percuss.arrays import Floats
 from percuss.fitting.measured import quantity_number
 from percuss.fitting.result import Fit
-from percuss.fitting.shooting import motion_between, run_from, start_at
+from percuss.fitting.shooting import motion_between, start_at
 from percuss.model.paths import replace_parameters
+from percuss.motion.simulate import run_of
 
 __all__ = ["impacts_of", "interval_of", "motion_of"]
 
@@ -53,7 +54,7 @@ def impacts_of(fit: Fit) -> dict[str, NDArray[Any]]:
         for node, end in zip(nodes, layout.spans[:, 1].tolist(), strict=True):
             if node[0] >= end:
                 continue
-            run = run_from(osc, force, start_at(osc, node), end)
+            run = run_of(osc, force, start_at(osc, node), t_end=end)
             hits, entries = run.impacts, run.crossings
             rows += [
                 (number, *row, "impact", before, after)

@@ -47,6 +47,7 @@ def chain(
     dashpots: Exact | Iterable[Exact] = 0,
     stops: Iterable[Stop] = (),
     *,
+    points: Mapping[str, Iterable[Exact]] | None = None,
     units: Units | None = None,
 ) -> Structure:
     """Return masses in a row, each joined to the next, and the first and the last to the ground.
@@ -62,7 +63,9 @@ def chain(
         Coefficients [force time/length] of the n + 1 dashpots beside them, of any sign; or one
         number for all.
     stops
-        Stops, ``on`` a mass, or on a direction such as (1, -1) between two.
+        Stops, ``on`` a mass, on a direction such as (1, -1) between two, or at a point.
+    points
+        Named points, such as ``{"top": [0, 0, 1]}``, each with a number for each mass.
     units
         What the numbers are measured in.
 
@@ -87,7 +90,8 @@ def chain(
     elements = f"the {n} gaps from ground to ground"
     stiffness = one_each("springs", springs, n, elements)
     damping = one_each("dashpots", dashpots, n, elements)
-    return Structure(m, _tridiagonal(stiffness), _tridiagonal(damping), stops, units)
+    matrices = m, _tridiagonal(stiffness), _tridiagonal(damping)
+    return Structure(*matrices, stops, units, {} if points is None else points)
 
 
 def _tridiagonal(joints: tuple[Exact, ...]) -> tuple[tuple[Exact, ...], ...]:

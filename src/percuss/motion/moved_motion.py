@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -18,9 +19,10 @@ from percuss.kernels.flight_columns import (
 )
 from percuss.kernels.law_columns import N_HARMONICS, Law
 from percuss.kernels.sensitivity import VariedRecord
-from percuss.model.exact import Exact, Phase, reals
-from percuss.model.moved_law import MovedLaw
+from percuss.model.exact import Exact, Phase, as_float, reals
+from percuss.model.moved_law import MovedLaw, moved_number
 from percuss.model.oscillator import Oscillator
+from percuss.model.parameter_fields import is_tied
 from percuss.model.start import Start
 from percuss.model.system import System
 from percuss.motion.extremes import Extrema, QuantityName
@@ -29,7 +31,7 @@ from percuss.motion.tables import HasEvents, Limit
 
 __all__ = [
     "AnyMotion", "AnyOscillatorMotion", "MovedContacts", "MovedCrossings", "MovedEvents",
-    "MovedGrazes", "MovedImpacts", "MovedMotion", "workspace_of",
+    "MovedGrazes", "MovedImpacts", "MovedMotion", "moved_end", "workspace_of",
 ]  # fmt: skip
 
 
@@ -172,6 +174,10 @@ class MovedGrazes:
         agree = (sides == sides[:1]).all(axis=0)
         return np.where(agree, sides[0], 0) if len(sides) else np.zeros(sides.shape[1], np.int64)
 
+    def passed(self, jumps: Floats) -> Floats:
+        """Return the jumps, of this shape, at grazes without an impact; NaN for sides of 0."""
+        return np.broadcast_to(np.where(self.sides == 0, np.nan, 0.0), jumps.shape).copy()
+
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class MovedEvents:
@@ -268,6 +274,22 @@ class MovedMotion(MovedEvents):
         engine.columns_at(self.varied, self.columns, flat, limit == "after", work, motion)
         shape = (*instants.shape, n)
         return motion[0].reshape(shape), motion[1].reshape(shape)
+
+
+def moved_end(
+    run: AnyMotion, paths: tuple[str, ...], begin: Floats, slowing: Callable[[], Floats]
+) -> Floats | None:
+    """Return the derivatives of a run's end; None where no parameter is known to move it.
+
+    ``begin`` are those of its start, and ``slowing()`` those of the logarithm of the period of what
+    drives it.
+    """
+    if run.periods is None:
+        return moved_number(run.end, paths) if is_tied(run.end) else None
+    # A parameter that leaves what drives it without a period leaves no run to compare with.
+    slower = np.nan_to_num(slowing(), nan=0.0)
+    more = moved_number(run.periods, paths) / as_float(run.periods)
+    return np.asarray(begin + (run.t_end - run.t0) * (slower + more))
 
 
 def workspace_of(law: Law, n_columns: int) -> ColumnWorkspace:

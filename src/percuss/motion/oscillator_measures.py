@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -237,17 +237,23 @@ def _ends(d: MovedMotion, longer: Floats | None) -> tuple[Floats, Floats]:
 
 def _stretch(d: MovedMotion, measure: str, row: int, span: tuple[float, float]) -> MovedStretch:
     events, marks = d.run.record
-    of = _square if measure == "rms_displacement" else _power
+    is_square = measure == "rms_displacement"
     # In the tail of a chatter the force is constant and the mass comes back to the wall.
-    if of is _power and is_tail(events, marks, row):
+    if not is_square and is_tail(events, marks, row):
         return MovedStretch(0.0, np.zeros(len(d.paths)), 0.0, 0.0)
     law, region = d.run.system.law, int(marks[row, events_of.NEXT_REGION])
     fades, slow_rate = time_to_fade(law, region), 1.0 / slow_step(law, region)
     t, w = nodes_of(span, _rate(d, row), fades=fades, slow_rate=slow_rate)
-    value, moved_value = of(d, t, *d.run(t), row)
-    v = np.array([events[row, events_of.V_AFTER], _speed_at_end(d, row)])
-    limits = of(d, np.array(span), d.run(span)[0], v, row)[0]
-    moved = (w[:, np.newaxis] * moved_value(*d(t))).sum(axis=0)
+    (x, v), (dx, dv) = d.run(t), d(t)
+    if is_square:
+        value, limits = x * x, d.run(span)[0] ** 2
+        column = 2.0 * x[:, np.newaxis] * dx + 0.0 * dv
+    else:
+        force, change = _forces(d, t, row)
+        value, column = force * v, force[:, np.newaxis] * dv + v[:, np.newaxis] * change
+        speeds = np.array([events[row, events_of.V_AFTER], _speed_at_end(d, row)])
+        limits = _forces(d, np.array(span), row)[0] * speeds
+    moved = (w[:, np.newaxis] * column).sum(axis=0)
     return MovedStretch(float((w * value).sum()), moved, float(limits[0]), float(limits[1]))
 
 
@@ -269,25 +275,8 @@ def _rate(d: MovedMotion, row: int) -> float:
     return float(max([fastest_rate(law, region), *omegas]))
 
 
-def _square(
-    d: MovedMotion,  # noqa: ARG001
-    t: Floats,  # noqa: ARG001
-    x: Floats,
-    v: Floats,  # noqa: ARG001
-    row: int,  # noqa: ARG001
-) -> tuple[Floats, Callable[[Floats, Floats], Floats]]:
-    """Return x^2, and its derivative from those of x and v."""
-    return x * x, lambda dx, dv: 2.0 * x[:, np.newaxis] * dx + 0.0 * dv
-
-
-def _power(
-    d: MovedMotion,
-    t: Floats,
-    x: Floats,  # noqa: ARG001
-    v: Floats,
-    row: int,
-) -> tuple[Floats, Callable[[Floats, Floats], Floats]]:
-    """Return the force per unit mass times v after an event, as `_square` does."""
+def _forces(d: MovedMotion, t: Floats, row: int) -> tuple[Floats, Floats]:
+    """Return the force per unit mass in the flight of an event, and its derivatives."""
     law, change = d.run.system.law, d.moved.change
     begin, low = d.run.record[0][row, [events_of.EVENT_T, events_of.EVENT_T_LOW]].tolist()
     phases = phases_at(law, begin, low)
@@ -306,7 +295,4 @@ def _power(
         drives[i] = [
             moved_drive(law, rows, change.unit, instant, 0.0, phases)[0] for rows in change.rows
         ]
-    drives += change.rows[:, 0, FORCING_CONSTANT]
-    return forces * v, lambda dx, dv: (  # noqa: ARG005
-        forces[:, np.newaxis] * dv + v[:, np.newaxis] * drives
-    )
+    return forces, drives + change.rows[:, 0, FORCING_CONSTANT]

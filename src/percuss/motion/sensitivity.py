@@ -17,10 +17,8 @@ from percuss.kernels.record import MotionRecord
 from percuss.kernels.restitution import restitution_at
 from percuss.kernels.sample import flight_at
 from percuss.kernels.sensitivity import VariedRecord
-from percuss.model.exact import as_float
-from percuss.model.moved_law import MovedLaw, moved_law, moved_number, moved_period
+from percuss.model.moved_law import MovedLaw, moved_law, moved_period
 from percuss.model.oscillator import Wall
-from percuss.model.parameter_fields import is_tied
 from percuss.motion.accelerations import phases_at
 from percuss.motion.moved_measures import MovedMeasure, MovedValue
 from percuss.motion.moved_motion import (
@@ -30,6 +28,7 @@ from percuss.motion.moved_motion import (
     MovedGrazes,
     MovedImpacts,
     MovedMotion,
+    moved_end,
     workspace_of,
 )
 from percuss.motion.oscillator_measures import measure_and_derivative
@@ -103,13 +102,7 @@ class Sensitivity(MovedMotion):
     @property
     def longer(self) -> Floats | None:
         """The derivatives of the run's end; None where no parameter is known to move it."""
-        run = self.run
-        if run.periods is None:
-            return moved_number(run.end, self.paths) if is_tied(run.end) else None
-        # A parameter that leaves the forcing without a period leaves no run to compare with.
-        slower = np.nan_to_num(slowing_of(self), nan=0.0)
-        more = moved_number(run.periods, self.paths) / as_float(run.periods)
-        return np.asarray(self.begin[:, 2] + (run.t_end - run.t0) * (slower + more))
+        return moved_end(self.run, self.paths, self.begin[:, 2], lambda: slowing_of(self))
 
     def one_sided(self) -> Sensitivity:
         """Return the derivative on the side on which no graze of a wall becomes an impact.
@@ -130,9 +123,7 @@ class Sensitivity(MovedMotion):
         >>> d.grazes.sides, d(3.0)[0], d.one_sided()(3.0)[0].round(6)
         (array([-1]), array([nan]), array([0.14112]))
         """
-        jumps = np.where(self.grazes.sides == 0, np.nan, 0.0)
-        jumps = np.broadcast_to(jumps, self.varied.jumps.shape).copy()
-        varied = self.varied._replace(jumps=jumps)
+        varied = self.varied._replace(jumps=self.grazes.passed(self.varied.jumps))
         return _carried(self.run, self.moved, varied, self.begin, self.grazes)
 
     def square_root(self) -> Sensitivity:

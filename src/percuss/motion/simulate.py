@@ -59,7 +59,7 @@ if TYPE_CHECKING:
 
 _Number = TypeVar("_Number", np.float64, np.int64)
 
-__all__ = ["MOST_IMPACTS", "simulate"]
+__all__ = ["MOST_IMPACTS", "run_of", "simulate"]
 
 # Without `max_impacts`. Ten million impacts take 0.9 GB: elastic hops on a wall can be that many.
 MOST_IMPACTS = 10_000_000
@@ -246,6 +246,12 @@ def _warn_at_limit(run: AnyRun, max_impacts: int | None) -> None:
         warnings.warn(message, LimitWarning, stacklevel=3)
 
 
+def run_of(model: Any, force: Any, start: Any, **limits: Any) -> Trajectory | StructureTrajectory:
+    """Return the run of an oscillator or a structure from a start, as `simulate` does."""
+    run: Trajectory | StructureTrajectory = simulate(model, force, start=start, **limits)
+    return run
+
+
 def _start(start: object, x0: Exact, v0: Exact, t0: Phase) -> Start:
     """Return the start of a run from either form."""
     _refuse_both(start, x0, v0, t0)
@@ -399,10 +405,7 @@ class _March:
             return self._drifts_away(region, period)
         if not stiffness > 0.0:
             return False
-        # Of a late time the digits of its place in the period are in both of its parts.
-        cycle, now = np.empty(1), self.state[[columns.T, columns.T_LOW]]
-        cycles(law, now[:1], now[1:], cycle)
-        states = [periodic_state(law, region, t) for t in (0.0, float(cycle[0]) * period)]
+        states = [periodic_state(law, region, t) for t in (0.0, self._cycle() * period)]
         if None in states:
             return False
         (y0, v0), (y, v) = cast("list[tuple[float, float]]", states)
@@ -424,9 +427,7 @@ class _March:
         if force is None or record is None or law[region, ORIGIN_FORCE] != law[0, FORCING_CONSTANT]:
             return False
         mean = as_fraction(force.constant) + record.mean
-        cycle, now = np.empty(1), self.state[[columns.T, columns.T_LOW]]
-        cycles(law, now[:1], now[1:], cycle)
-        t = float(cycle[0]) * period
+        t = self._cycle() * period
         x, v = float(self.state[columns.X]), float(self.state[columns.V])
         whole = self._without_events(x, v, t, t + period)
         if whole is None:
@@ -443,6 +444,13 @@ class _March:
             ends = extremes_of_motion(self.system, whole, (t, t + period), "displacement", 0)
             return misses(reach, ends.minimum - rest, ends.maximum + rest, size)
         return drifts_off(reach, drift, doubt, mean)
+
+    def _cycle(self) -> float:
+        """Return the cycle of the last event."""
+        # Of a late time the digits of its place in the period are in both of its parts.
+        cycle, now = np.empty(1), self.state[[columns.T, columns.T_LOW]]
+        cycles(self.arrays.law, now[:1], now[1:], cycle)
+        return float(cycle[0])
 
     def _without_events(
         self, x: float, v: float, t: float, end: float

@@ -15,13 +15,17 @@ from percuss.kernels.sample import flight_at
 from percuss.kernels.structure import sensitivity as engine
 from percuss.kernels.structure.basis import wall_of
 from percuss.kernels.structure.sensitivity import ColumnRecord, VariedRun
-from percuss.model.exact import as_float
-from percuss.model.moved_law import moved_number, moved_period
+from percuss.model.moved_law import moved_period
 from percuss.model.moved_structure import MovedStructure, moved_sets, moved_structure
 from percuss.model.oscillator import On, Wall
-from percuss.model.parameter_fields import is_tied
 from percuss.motion.moved_measures import MovedMeasure, MovedValue
-from percuss.motion.moved_motion import MovedContacts, MovedCrossings, MovedGrazes, MovedImpacts
+from percuss.motion.moved_motion import (
+    MovedContacts,
+    MovedCrossings,
+    MovedGrazes,
+    MovedImpacts,
+    moved_end,
+)
 from percuss.motion.moved_structure_motion import (
     AnyStructureMotion,
     MovedStructureMotion,
@@ -100,13 +104,7 @@ class StructureSensitivity(MovedStructureMotion):
     @property
     def longer(self) -> Floats | None:
         """The derivatives of the run's end; None where no parameter is known to move it."""
-        run = self.run
-        if run.periods is None:
-            return moved_number(run.end, self.paths) if is_tied(run.end) else None
-        # A parameter that leaves the loads without a period leaves no run to compare with.
-        slower = np.nan_to_num(structure_slowing_of(self), nan=0.0)
-        more = moved_number(run.periods, self.paths) / as_float(run.periods)
-        return np.asarray(self.begin[-1] + (run.t_end - run.t0) * (slower + more))
+        return moved_end(self.run, self.paths, self.begin[-1], lambda: structure_slowing_of(self))
 
     def one_sided(self) -> StructureSensitivity:
         """Return the derivative on the side on which no graze of a wall becomes an impact.
@@ -117,9 +115,7 @@ class StructureSensitivity(MovedStructureMotion):
             That for changes of each parameter with the sign in ``grazes.sides``; NaN from the first
             graze on where that is 0.
         """
-        jumps = np.where(self.grazes.sides == 0, np.nan, 0.0)
-        jumps = np.broadcast_to(jumps, self.varied.jumps.shape).copy()
-        varied = self.varied._replace(jumps=jumps)
+        varied = self.varied._replace(jumps=self.grazes.passed(self.varied.jumps))
         return _carried(self.run, self.moved, varied, self.begin, self.grazes)
 
     def square_root(self) -> StructureSensitivity:

@@ -80,7 +80,15 @@ class HasTable:
         raise NotImplementedError
 
     def to_pandas(self) -> DataFrame:
-        """Return `to_xarray` as a pandas.DataFrame."""
+        """Return `to_xarray` as a pandas.DataFrame, of events with a row for each.
+
+        Examples
+        --------
+        >>> import percuss as pc
+        >>> run = pc.simulate(pc.impact_oscillator(restitution=0.5), v0=1.0, max_impacts=2)
+        >>> run.impacts.to_pandas().v_after.tolist()
+        [0.5, 0.25]
+        """
         return self.to_xarray().to_dataframe()
 
 
@@ -124,18 +132,6 @@ class EventTable(HasTable):
     def _has_mass(self) -> bool:
         """Whether the columns are not per unit mass."""
         return getattr(self, "mass", None) is not None
-
-    def to_pandas(self) -> DataFrame:
-        """Return the columns as a pandas.DataFrame, a row for each event.
-
-        Examples
-        --------
-        >>> import percuss as pc
-        >>> run = pc.simulate(pc.impact_oscillator(restitution=0.5), v0=1.0, max_impacts=2)
-        >>> run.impacts.to_pandas().v_after.tolist()
-        [0.5, 0.25]
-        """
-        return self.to_xarray().to_dataframe()
 
     def __len__(self) -> int:
         """Return the number of events."""

@@ -23,6 +23,7 @@ from percuss.model.start import Start, start_of
 from percuss.model.structure import Structure
 from percuss.model.structure_start import StructureStart, structure_start
 from percuss.model.system import System
+from percuss.motion.simulate import run_of
 from percuss.motion.structures import StructureTrajectory
 from percuss.motion.trajectory import Trajectory
 from percuss.optimization.outcomes import AnyOrbit, AnySensitivity, OutcomeName, check_outcome
@@ -36,7 +37,7 @@ from percuss.optimization.search import (
     Trials,
     Wanted,
 )
-from percuss.optimization.trials import OnOrbit, OnRun, OnStructureOrbit, run_of
+from percuss.optimization.trials import OnOrbit, OnRun, OnStructureOrbit
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
 from percuss.pictures import HasPicture
@@ -234,7 +235,7 @@ def design(
     else:
         begin = structure_start(model, start) if isinstance(model, Structure) else start_of(start)
         limits: dict[str, Any] = {"t_end": t_end, "periods": periods, "max_impacts": max_impacts}
-        run_of(model, own_force, begin, limits)
+        run_of(model, own_force, begin, **limits)
         trials = OnRun(model, own_force, begin, limits)
     wanted = _wanted(outcome, goal, subject_to or {}, model, of_orbit=on_orbit)
     box = _box((model, own_force), begin, free)

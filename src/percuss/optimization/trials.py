@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, Generic, TypeVar, cast
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from percuss.model.start import Start
 from percuss.model.structure import Structure
 from percuss.model.structure_start import StructureStart
 from percuss.model.system import System
-from percuss.motion.simulate import simulate
+from percuss.motion.simulate import run_of
 from percuss.motion.structures import StructureTrajectory
 from percuss.motion.trajectory import Trajectory
 from percuss.optimization.outcomes import AnyOrbit, AnySensitivity, outcome_of
@@ -37,7 +37,9 @@ from percuss.orbits.orbit.structure_orbit import (
     structure_orbit_at,
 )
 
-__all__ = ["OnOrbit", "OnRun", "OnStructureOrbit", "Trial", "run_of"]
+__all__ = ["OnOrbit", "OnRun", "OnStructureOrbit", "Trial"]
+
+AnOrbit = TypeVar("AnOrbit", PeriodicOrbit, StructureOrbit)
 
 # The longest orbits on which a motion is looked for, in impacts and in forcing periods.
 MOST_IMPACTS, MOST_PERIODS = 4, 4
@@ -121,63 +123,16 @@ class OnRun:
         """Return the run at a setting, None if the model does not allow that."""
         try:
             moved = replace_parameters(self.model, self.force, self.start, values)
-            run = run_of(*moved, self.limits)
+            run = run_of(*moved, **self.limits)
         except ParameterError:
             return None
         return Trial(dict(values), *moved, None, run)
 
 
-class OnOrbit:
-    """Attracting orbits; or, where one is given, that orbit, stable or not."""
+class _OnOrbits(Generic[AnOrbit]):
+    """Attracting orbits; or, where one is given, that orbit with its events, stable or not."""
 
-    def __init__(self, system: System, orbit: PeriodicOrbit | None = None) -> None:
-        self.system, self.orbit = system, orbit
-
-    def first(self, values: Mapping[str, float], n: int, seed: int) -> list[Trial]:
-        """Return the orbits at a setting: of n motions from rest and at random."""
-        if self.orbit is not None:
-            trial = self._followed(values, self.orbit)
-            return [] if trial is None else [trial]
-        system = self._system(values)
-        if system is None:
-            return []
-        return [_trial(values, orbit) for orbit in _attractors(system, n, seed)]
-
-    def at(self, values: Mapping[str, float], near: Trial | None) -> Trial | None:
-        """Return the orbit at a setting that goes on from one near by, else the next attractor."""
-        assert near is not None
-        assert isinstance(near.orbit, PeriodicOrbit)
-        trial = self._followed(values, near.orbit)
-        if trial is not None or self.orbit is not None:
-            return trial
-        system = self._system(values)
-        if system is None:
-            return None
-        orbits = _attractors(system, 1, 0, (near.orbit.x0, near.orbit.v0))
-        return _next(values, orbits, near.orbit)
-
-    def _system(self, values: Mapping[str, float]) -> System | None:
-        try:
-            return System(*replace_parameters(*self.system, None, values)[:2])
-        except ParameterError:
-            return None
-
-    def _followed(self, values: Mapping[str, float], near: PeriodicOrbit) -> Trial | None:
-        """Return the orbit with the same events, if there is one and it may be it."""
-        system = self._system(values)
-        orbit = None if system is None else _with_events_of(near, system)
-        if orbit is None or not orbit.admissible:
-            return None
-        return _trial(values, orbit) if orbit.is_stable or self.orbit is not None else None
-
-
-class OnStructureOrbit:
-    """Attracting orbits of a structure; or, where one is given, that with its events."""
-
-    def __init__(
-        self, structure: Structure, loads: Loads, orbit: StructureOrbit | None = None
-    ) -> None:
-        self.structure, self.loads, self.orbit = structure, loads, orbit
+    orbit: AnOrbit | None
 
     def first(self, values: Mapping[str, float], n: int, seed: int) -> list[Trial]:
         """Return the orbits at a setting: of n motions from rest and at random."""
@@ -189,13 +144,67 @@ class OnStructureOrbit:
     def at(self, values: Mapping[str, float], near: Trial | None) -> Trial | None:
         """Return the orbit at a setting that goes on from one near by, else the next attractor."""
         assert near is not None
-        assert isinstance(near.orbit, StructureOrbit)
-        trial = self._followed(values, near.orbit)
+        orbit = cast("AnOrbit", near.orbit)
+        trial = self._followed(values, orbit)
         if trial is not None or self.orbit is not None:
             return trial
-        state = (*near.orbit.x0.tolist(), *near.orbit.v0.tolist())
-        orbits = self._attractors(values, 1, 0, state)
-        return _next(values, orbits, near.orbit)
+        state = tuple(np.ravel([orbit.x0, orbit.v0]).tolist())
+        return _next(values, self._attractors(values, 1, 0, state), orbit)
+
+    def _followed(self, values: Mapping[str, float], near: AnOrbit) -> Trial | None:
+        """Return the orbit that goes on from another, if there is one and it may be it."""
+        raise NotImplementedError
+
+    def _attractors(
+        self, values: Mapping[str, float], n: int, seed: int, *also: Any
+    ) -> Sequence[AnOrbit]:
+        """Return the attracting orbits to which motions settle."""
+        raise NotImplementedError
+
+
+class OnOrbit(_OnOrbits[PeriodicOrbit]):
+    """Orbits of an oscillator."""
+
+    def __init__(self, system: System, orbit: PeriodicOrbit | None = None) -> None:
+        self.system, self.orbit = system, orbit
+
+    def _system(self, values: Mapping[str, float]) -> System | None:
+        try:
+            return System(*replace_parameters(*self.system, None, values)[:2])
+        except ParameterError:
+            return None
+
+    def _followed(self, values: Mapping[str, float], near: PeriodicOrbit) -> Trial | None:
+        system = self._system(values)
+        orbit = None if system is None else _with_events_of(near, system)
+        if orbit is None or not orbit.admissible:
+            return None
+        return _trial(values, orbit) if orbit.is_stable or self.orbit is not None else None
+
+    def _attractors(
+        self, values: Mapping[str, float], n: int, seed: int, *also: Any
+    ) -> Sequence[PeriodicOrbit]:
+        system = self._system(values)
+        if system is None:
+            return []
+        if system.period is None:
+            try:
+                orbit = find_orbit(*system, formal=True)
+            except (ConvergenceError, ParameterError):
+                return []
+            return [orbit] if orbit.is_stable and orbit.admissible else []
+        counts = MOST_IMPACTS, MOST_PERIODS
+        settled = settled_motions(system, *counts, n_starts=n, seed=seed, also=also)
+        return [motion.orbit for motion in settled if motion.orbit is not None]
+
+
+class OnStructureOrbit(_OnOrbits[StructureOrbit]):
+    """Orbits of a structure."""
+
+    def __init__(
+        self, structure: Structure, loads: Loads, orbit: StructureOrbit | None = None
+    ) -> None:
+        self.structure, self.loads, self.orbit = structure, loads, orbit
 
     def _system(self, values: Mapping[str, float]) -> StructureSystem | None:
         try:
@@ -205,7 +214,6 @@ class OnStructureOrbit:
             return None
 
     def _followed(self, values: Mapping[str, float], near: StructureOrbit) -> Trial | None:
-        """Return the orbit that goes on from another, with its events if that was given."""
         system = self._system(values)
         if system is None:
             return None
@@ -218,9 +226,8 @@ class OnStructureOrbit:
         return _trial(values, orbit) if fits else None
 
     def _attractors(
-        self, values: Mapping[str, float], n: int, seed: int, *also: tuple[float, ...]
-    ) -> list[StructureOrbit]:
-        """Return the attracting orbits to which motions settle."""
+        self, values: Mapping[str, float], n: int, seed: int, *also: Any
+    ) -> Sequence[StructureOrbit]:
         system = self._system(values)
         if system is None:
             return []
@@ -241,14 +248,6 @@ def _events(orbit: AnyOrbit) -> list[list[int]]:
     marks = orbit.run.record.marks if isinstance(orbit, StructureOrbit) else orbit.record[1]
     events: list[list[int]] = marks[1:, [columns.KIND, columns.BOUND]].tolist()
     return events
-
-
-def run_of(
-    model: Any, force: Any, start: Any, limits: Mapping[str, Any]
-) -> Trajectory | StructureTrajectory:
-    """Return the run of an oscillator or a structure from a start."""
-    run: Trajectory | StructureTrajectory = simulate(model, force, start=start, **limits)
-    return run
 
 
 def _trial(values: Mapping[str, float], orbit: AnyOrbit, *, goes_on: bool = True) -> Trial:
@@ -279,17 +278,3 @@ def _next(values: Mapping[str, float], orbits: Sequence[AnyOrbit], near: AnyOrbi
         return None
     own, other = ((orbit.n_periods, sorted(_events(orbit))) for orbit in (orbits[0], near))
     return _trial(values, orbits[0], goes_on=own == other)
-
-
-def _attractors(
-    system: System, n: int, seed: int, *also: tuple[float, float]
-) -> Sequence[PeriodicOrbit]:
-    """Return the attracting orbits to which motions settle."""
-    if system.period is None:
-        try:
-            orbit = find_orbit(*system, formal=True)
-        except (ConvergenceError, ParameterError):
-            return []
-        return [orbit] if orbit.is_stable and orbit.admissible else []
-    settled = settled_motions(system, MOST_IMPACTS, MOST_PERIODS, n_starts=n, seed=seed, also=also)
-    return [motion.orbit for motion in settled if motion.orbit is not None]

@@ -22,7 +22,14 @@ from percuss.numerics import hypot
 from percuss.orbits.bifurcations.branch import Branch
 from percuss.plotting.branch_plot import MARKERS, plot_branch
 from percuss.plotting.labels import parameter_label
-from percuss.plotting.marks import CONTACT_STYLE, GRAZE_STYLE, draw_jumps, draw_stops, stop_places
+from percuss.plotting.marks import (
+    CONTACT_STYLE,
+    GRAZE_STYLE,
+    draw_jumps,
+    draw_stops,
+    draw_unit_circle,
+    stop_places,
+)
 from percuss.plotting.section_plot import explain, label_impact_surface
 from percuss.plotting.style import (
     BLACK,
@@ -507,9 +514,7 @@ def _draw_multipliers(ax: Axes, proven: CertifiedOrbit) -> None:
     radii = [_radius(ball) for ball in proven.multipliers]
     largest = max([1.0, *(max(abs(value.real), abs(value.imag)) for value in values)])
     edge = 1.25 * min(largest, MOST)
-    ax.add_patch(Circle((0.0, 0.0), 1.0, fill=False, color=GREY, linewidth=1.0, zorder=1.0))
-    for draw in (ax.axhline, ax.axvline):
-        draw(0.0, color=GREY, linewidth=0.5, zorder=0.5)
+    draw_unit_circle(ax, edge)
     for value, radius in zip(values, radii, strict=True):
         outside = abs(value) - radius > 1.0
         colour = VERMILION if outside else BLUE if abs(value) + radius < 1.0 else BLACK
@@ -519,9 +524,6 @@ def _draw_multipliers(ax: Axes, proven: CertifiedOrbit) -> None:
         if shown != value:
             ax.annotate(f"{value.real:.3g}", (shown.real, shown.imag), (0.0, 6.0),
                         textcoords="offset points", ha="right", fontsize="small")  # fmt: skip
-    ax.set_xlim(-edge, edge)
-    ax.set_ylim(-edge, edge)
-    ax.set_aspect("equal")
     radius = max(radii)
     ax.set_xlabel(f"multipliers\nradius at most {radius:.0e}" if radius else "multipliers, exact")
 

@@ -9,8 +9,9 @@ from matplotlib.artist import allow_rasterization
 from matplotlib.axes import Axes
 from matplotlib.backend_bases import RendererBase
 from matplotlib.collections import LineCollection
+from matplotlib.patches import Circle
 
-from percuss.arrays import Floats, Integers
+from percuss.arrays import Flags, Floats, Integers
 from percuss.model.exact import as_float
 from percuss.model.oscillator import Stop, Wall
 from percuss.plotting.direction_view import Drawable
@@ -104,13 +105,19 @@ def stop_places(run: Drawable, stops: Integers) -> Floats:
     return at[stops] if at.size else np.zeros(stops.shape)
 
 
+def draw_unit_circle(ax: Axes, edge: float) -> None:
+    """Draw the unit circle and both axes in the plane of multipliers, up to an edge."""
+    ax.add_patch(Circle((0.0, 0.0), 1.0, fill=False, color=GREY, linewidth=1.0, zorder=1.0))
+    for line in (ax.axhline, ax.axvline):
+        line(0.0, color=GREY, linewidth=0.5, zorder=0.5)
+    ax.set(xlim=(-edge, edge), ylim=(-edge, edge), aspect="equal")
+
+
 def draw_contacts_in_time(
     ax: Axes, run: Drawable, low: float, high: float, *, velocity: bool
 ) -> None:
     """Draw each contact in [low, high] as a thick line, at the stop or at zero velocity."""
-    start = run.contacts.start
-    release = np.where(np.isnan(run.contacts.release), run.t_end, run.contacts.release)
-    shown = (start <= high) & (release >= low)
+    start, release, shown = _contacts_within(run, low, high)
     if shown.any():
         places = stop_places(run, run.contacts.stop[shown])
         heights = 0.0 * places if velocity else places
@@ -120,6 +127,13 @@ def draw_contacts_in_time(
         ax.hlines(heights, first, last, linewidth=3.5, zorder=4.0, color=VERMILION)
         # A contact may be too short for a line to be seen.
         ax.plot(first, heights, "s", markersize=4.5, zorder=5.0, **CONTACT_STYLE)
+
+
+def _contacts_within(run: Drawable, low: float, high: float) -> tuple[Floats, Floats, Flags]:
+    """Return beginnings and ends of all contacts, and which of them fall into [low, high]."""
+    start = run.contacts.start
+    release = np.where(np.isnan(run.contacts.release), run.t_end, run.contacts.release)
+    return start, release, (start <= high) & (release >= low)
 
 
 def draw_grazes_in_time(
@@ -136,9 +150,7 @@ def draw_grazes_in_time(
 
 def draw_rest_points(ax: Axes, run: Drawable, low: float, high: float) -> None:
     """Mark contacts and grazes in [low, high] in the phase plane."""
-    start = run.contacts.start
-    release = np.where(np.isnan(run.contacts.release), run.t_end, run.contacts.release)
-    in_contact = (start <= high) & (release >= low)
+    _, _, in_contact = _contacts_within(run, low, high)
     if in_contact.any():
         places = stop_places(run, np.unique(run.contacts.stop[in_contact]))
         ax.plot(places, 0.0 * places, "s", markersize=6.5, zorder=5.0, **CONTACT_STYLE)

@@ -7,7 +7,6 @@ import math
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
-from matplotlib.patches import Circle
 
 from percuss.arrays import Complexes, Flags, Floats
 from percuss.errors import ParameterError
@@ -19,7 +18,7 @@ from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
 from percuss.plotting.direction_view import Drawable, names_of, view_of
 from percuss.plotting.labels import parameter_label
-from percuss.plotting.marks import draw_jumps, draw_rest_points, draw_stops
+from percuss.plotting.marks import draw_jumps, draw_rest_points, draw_stops, draw_unit_circle
 from percuss.plotting.samples import SampledMotion, sample_curve, window_of
 from percuss.plotting.style import (
     BLUE,
@@ -172,16 +171,11 @@ def plot_multipliers(
     far = max(1.0, float(np.abs(np.stack([values.real, values.imag])).max(initial=0.0)))
     edge = 1.12 * min(far, MOST)
     with picture(ax, SIZE, labels=(xlabel, ylabel)) as ax:
-        ax.add_patch(Circle((0.0, 0.0), 1.0, fill=False, color=GREY, linewidth=1.0, zorder=1.0))
-        ax.axhline(0.0, color=GREY, linewidth=0.5, zorder=0.5)
-        ax.axvline(0.0, color=GREY, linewidth=0.5, zorder=0.5)
+        draw_unit_circle(ax, edge)
         if isinstance(what, AnyBranch):
             _draw_branch(ax, what, edge)
         else:
             _draw_orbit(ax, values[0], edge)
-        ax.set_xlim(-edge, edge)
-        ax.set_ylim(-edge, edge)
-        ax.set_aspect("equal")
         ax.set_xlabel("real part of the multiplier")
         ax.set_ylabel("imaginary part of the multiplier")
     return ax

@@ -63,6 +63,8 @@ OTHER: dict[str, Any] = {"linestyle": "none", "marker": ".", "markersize": 3.5, 
 HEADROOM = 1.08
 # Ratio of the ends of a wide range.
 WIDE = 4.0
+# Which stretches, how they look, and in which order.
+Look = tuple[Flags, dict[str, Any], float]
 Label = tuple[str, str, Floats, Flags]
 
 SIZE = 8.5
@@ -99,7 +101,8 @@ def plot_response(
 ) -> Axes:
     """Draw a response chart: stable orbits solid, unstable ones dashed, formal ones faint.
 
-    Each kind of orbit is labelled once, (impacts, forcing periods); the colour shows the periods.
+    Each kind of orbit is labelled once, (impacts, forcing periods); the colour shows the periods,
+    and grey no impacts.
     Special points of physical orbits are marked, and attractors of other kinds, as with sticking
     or without a period, are dots.
 
@@ -172,22 +175,32 @@ def _draw(ax: Axes, branch: AnyBranch, values: Floats, *, formal: bool) -> None:
     """Draw a branch, each stretch between two rows as its orbits are."""
     physical = between_rows(branch.admissible, branch)
     stable = between_rows(drawn_as_stable(branch), branch)
+    flies = kinds_of(branch)[:, 1] == 0
+    free = between_rows(flies, branch)
     x_all, y_all = branch.values, values
     if branch.end_reason == CLOSED:
         # The first row comes again after the last one.
         x_all, y_all = np.append(x_all, x_all[0]), np.append(y_all, y_all[0])
         physical = np.append(physical, branch.admissible[0] & branch.admissible[-1])
         stable = np.append(stable, stable[-1])
-    _draw_stretches(ax, x_all, y_all, physical, stable, _colour(branch), formal=formal)
+        free = np.append(free, flies[0] & flies[-1])
+    looks = _looks(physical, stable, formal=formal)
+    for rows, colour in ((~free, _colour(branch)), (free, GREY)):
+        own = [(which & rows, look, order) for which, look, order in looks]
+        _draw_stretches(ax, x_all, y_all, own, colour)
 
 
-def _draw_stretches(
-    ax: Axes, x: Floats, y: Floats, physical: Flags, stable: Flags, colour: str, *, formal: bool
-) -> None:
+def _looks(physical: Flags, stable: Flags, *, formal: bool) -> list[Look]:
+    """Return which stretches look as those of stable, unstable and formal orbits."""
+    looks: list[Look] = [
+        (physical & stable, STABLE, 2.0),
+        (physical & ~stable, UNSTABLE, 1.8),
+    ]
+    return [*looks, (~physical, FORMAL, 1.0)] if formal else looks
+
+
+def _draw_stretches(ax: Axes, x: Floats, y: Floats, looks: Sequence[Look], colour: str) -> None:
     """Draw the stretches of one look as one line, broken by NaN where it leaves some out."""
-    looks = [(physical & stable, STABLE, 2.0), (physical & ~stable, UNSTABLE, 1.8)]
-    if formal:
-        looks.append((~physical, FORMAL, 1.0))
     points = np.column_stack([x, y])
     gap = np.full((1, 2), np.nan)
     for which, look, order in looks:
@@ -257,7 +270,8 @@ def _label(ax: Axes, response: Response, columns: tuple[Floats, ...]) -> None:
         curves.append(points)
         if len(points):
             text = f"({family.n_impacts}, {family.n_periods})"
-            colour = _colour(response.branches[family.branches[0]])
+            of_impacts = _colour(response.branches[family.branches[0]])
+            colour = of_impacts if family.n_impacts else GREY
             labels.append((text, colour, points, np.concatenate(best)))
     place_labels(ax, labels, curves)
 
@@ -274,7 +288,7 @@ def _explain(ax: Axes, response: Response, *, formal: bool) -> None:
         colour = _colour_of_period(n)
         text = counted(n, "forcing period")
         handles.append(Line2D([], [], color=colour, linewidth=1.7, label=text))
-    if any(_colour(branch) == GREY for branch in response.branches):
+    if any(family.n_impacts == 0 for family in families):
         handles.append(Line2D([], [], color=GREY, linewidth=1.7, label="without impacts"))
     kinds = [line.get_marker() for line in ax.lines]
     for kind, marker in MARKERS.items():
@@ -350,7 +364,8 @@ def _draw_gap(ax: Axes, curve: VelocityGap) -> None:
     physical[-1] = curve.admissible[-2]
     stable = curve.is_stable[1:].copy()
     stable[-1] = curve.is_stable[-2]
-    _draw_stretches(ax, curve.gap, curve.velocity, physical, stable, colour, formal=True)
+    looks = _looks(physical, stable, formal=True)
+    _draw_stretches(ax, curve.gap, curve.velocity, looks, colour)
     top = int(np.argmax(curve.velocity))
     ax.plot([curve.fold], [curve.fold_velocity], zorder=3.0, **_mark_of("fold"))
     ends = [-curve.graze, curve.graze]

@@ -49,6 +49,7 @@ __all__ = [
     "ends_in_words",
     "ends_of",
     "failure_rows",
+    "interruption_rows",
     "intervals_in_words",
     "kind_named",
     "kind_names",
@@ -235,8 +236,9 @@ class Question(ABC):
         return {**tables, self.kind: keys} if keys else tables
 
     def arguments(self) -> dict[str, Any]:
-        """Return its fields by name."""
-        return values_of(self)
+        """Return its fields by name, without those that are what its function takes by itself."""
+        fields = values_of(self).items()
+        return {name: value for name, value in fields if value is not None and value is not AT_REST}
 
     def csv(self, study: Study) -> Mapping[str, str]:  # noqa: ARG002
         """Return the tables saved as CSV, by the stem of the file."""
@@ -354,6 +356,12 @@ def failure_rows(reasons: list[str], n_points: int) -> dict[str, str]:
     more = f"; other reasons: {others}" if others else ""
     words = f"{len(reasons)} of {n_points}: {reason[:LONGEST_REASON]} ({count}){more}"
     return {"without answer": words}
+
+
+def interruption_rows(data: Dataset) -> dict[str, str]:
+    """Return that many motions were interrupted, where they were."""
+    words = "interrupted; what was not done is left empty"
+    return {} if data.attrs.get("complete", 1) else {"outcome": words}
 
 
 def ends_of(data: Dataset) -> str:

@@ -28,8 +28,8 @@ from percuss.wording import counted
 
 __all__ = ["answer_design", "design_tables", "outcomes_of_page"]
 
-# Parameters that may be free at once, limits, restarts and designs of a front on the page.
-MOST_FREE, MOST_LIMITS, MOST_RESTARTS, MOST_DESIGNS = 12, 8, 16, 24
+# Limits, restarts and designs of a front on the page.
+MOST_LIMITS, MOST_RESTARTS, MOST_DESIGNS = 8, 16, 24
 # Points of the curve of the motion.
 POINTS = 4000
 MOTIONS = ("orbit", "run")
@@ -62,22 +62,17 @@ def design_tables(request: PageRequest, motion: Study) -> Mapping[str, Any]:  # 
         The motion that is set.
     """
     options = request.options
-    free, limits = options.get("free"), options.get("limits", {})
-    if not isinstance(free, Mapping) or not free:
-        raise BadRequest("tick the parameters that are free, and give their ranges")
-    if len(free) > MOST_FREE:
-        raise BadRequest(f"{len(free)} free parameters; the page takes {MOST_FREE} at most")
+    without = "tick the parameters that are free, and give their ranges"
+    free, limits = request.free_parameters(without, "takes"), options.get("limits", {})
     if not isinstance(limits, Mapping) or len(limits) > MOST_LIMITS:
         raise BadRequest(f"limits of outcomes: {MOST_LIMITS} at most")
     outcomes, goals = options.get("outcomes"), options.get("goals")
     if not isinstance(outcomes, list) or not isinstance(goals, list):
         raise BadRequest("choose an outcome and what it shall be")
     on = request.choice("on", MOTIONS)
-    # On the page a parameter is a row of its table.
-    own = {str(path).removeprefix("parameters."): ends for path, ends in free.items()}
     design: dict[str, Any] = {
         "outcome": outcomes,
-        "free": own,
+        "free": free,
         "goal": goals,
         "subject_to": {name: _ends(ends) for name, ends in limits.items()},
         "on": on,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tempfile
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -85,6 +85,9 @@ def file_of(request: PageRequest, extension: str, running: RunningRequest | None
     PercussError
         If there is no answer.
     """
+    from percuss.io.record import make_record
+    from percuss.io.table import write_columns
+
     if extension not in FORMATS:
         raise BadRequest(f"{extension!r:.20} is none of {', '.join(FORMATS)}")
     if request.kind == "mechanism":
@@ -101,17 +104,29 @@ def file_of(request: PageRequest, extension: str, running: RunningRequest | None
     check_size(request)
     running = running or RunningRequest()
     stem = study.question.stem
-    if extension == "nc":
-        write = _netcdf(study, running)
-    elif extension == "csv":
+    if extension == "csv":
         stem = _table(study, request)
-        write = _csv(study, stem, running)
-    else:
+    elif extension != "nc":
         stem = next(iter(study.question.pictures(study)))
-        write = _picture(study, extension, running)
+    answer = _answer(study, running)
+    record = make_record(answer, study=study.text())
     with tempfile.TemporaryDirectory(prefix="percuss-") as folder:
         path = Path(folder) / f"{stem}.{extension}"
-        write(path)
+        if extension == "nc":
+            # A second of import.
+            from percuss.io.netcdf import write_netcdf
+
+            write_netcdf(answer, path, record, samples=study.save.samples)
+        elif extension == "csv":
+            write_columns(_columns(study, stem, answer, running), path, record)
+        else:
+            from percuss.io.figures import write_figure
+            from percuss.studies.running import draw_picture
+
+            with _drawing:
+                figure = draw_picture(stem, answer, study)
+                name_axes(figure, study)
+                write_figure(figure, path, f".{extension}", record)
         return File(path.name, FORMATS[extension], path.read_bytes())
 
 
@@ -125,15 +140,6 @@ def _answer(study: Study, running: RunningRequest) -> Any:
     return answer_of(study, running)
 
 
-def _netcdf(study: Study, running: RunningRequest) -> Callable[[Path], None]:
-    from percuss.io.netcdf import write_netcdf
-    from percuss.io.record import make_record
-
-    answer = _answer(study, running)
-    record = make_record(answer, study=study.text())
-    return lambda path: write_netcdf(answer, path, record, samples=study.save.samples)
-
-
 def _table(study: Study, request: PageRequest) -> str:
     """Return the name of the requested table."""
     stems = [*study.question.csv(study), *(["certified"] if study.certify else [])]
@@ -143,38 +149,15 @@ def _table(study: Study, request: PageRequest) -> str:
     return str(stem)
 
 
-def _csv(study: Study, stem: str, running: RunningRequest) -> Callable[[Path], None]:
-    from percuss.io.record import make_record
+def _columns(study: Study, stem: str, answer: Any, running: RunningRequest) -> Mapping[str, Any]:
+    """Return the columns of a table of the answer of a study."""
     from percuss.io.results import kind_of
-    from percuss.io.table import write_columns
 
-    answer = _answer(study, running)
-    record = make_record(answer, study=study.text())
-    columns: Mapping[str, Any]
     if stem == "certified":
-        columns = proof_in_time(study, answer, running).columns
+        columns: Mapping[str, Any] = proof_in_time(study, answer, running).columns
     else:
-        table = study.question.csv(study)[stem]
-        columns = kind_of(answer).columns[table](answer)
+        columns = kind_of(answer).columns[study.question.csv(study)[stem]](answer)
     n_rows = max((len(column) for column in columns.values()), default=0)
     if n_rows > MOST_ROWS:
         raise BadRequest(f"a table of {n_rows:,} rows; NetCDF holds them in less")
-    return lambda path: write_columns(columns, path, record)
-
-
-def _picture(study: Study, extension: str, running: RunningRequest) -> Callable[[Path], None]:
-    from percuss.io.figures import write_figure
-    from percuss.io.record import make_record
-    from percuss.studies.running import draw_picture
-
-    answer = _answer(study, running)
-    record = make_record(answer, study=study.text())
-    stem = next(iter(study.question.pictures(study)))
-
-    def write(path: Path) -> None:
-        with _drawing:
-            figure = draw_picture(stem, answer, study)
-            name_axes(figure, study)
-            write_figure(figure, path, f".{extension}", record)
-
-    return write
+    return columns

@@ -26,8 +26,6 @@ __all__ = ["answer_fit", "answer_measured", "fit_tables"]
 
 # Values that the page fits, and points of the curve of a fit.
 MOST_VALUES, POINTS = 20_000, 3000
-# Parameters that may be free at once.
-MOST_FREE = 12
 # Rows of the report of a fit that the page says in its own words, or draws.
 SHOWN_ELSEWHERE = ("fit", "impacts")
 
@@ -129,18 +127,12 @@ def fit_tables(request: PageRequest, motion: Study) -> Mapping[str, Any]:
         The motion that is set.
     """
     columns = _columns(request, motion)
-    free = request.options.get("free")
-    if not isinstance(free, Mapping) or not free:
-        raise BadRequest("tick the parameters that are not known")
-    if len(free) > MOST_FREE:
-        raise BadRequest(f"{len(free)} free parameters; the page fits {MOST_FREE} at most")
+    free = request.free_parameters("tick the parameters that are not known", "fits")
     record: dict[str, Any] = {name: values.tolist() for name, values in columns.items()}
     noise = request.options.get("noise")
     if "noise" not in record and noise is not None:
         record["noise"] = request.number("noise", 1.0, 1e-300, 1e300)
-    # On the page a parameter is a row of its table.
-    own = {str(path).removeprefix("parameters."): given for path, given in free.items()}
-    tables: dict[str, Any] = {"fit": {"free": own, "records": [record]}}
+    tables: dict[str, Any] = {"fit": {"free": free, "records": [record]}}
     if request.options.get("start") is True:
         tables["start"] = request.tables.get("start", {})
     return tables

@@ -42,6 +42,8 @@ MOST_BYTES = 65_536
 MOST_RECORD_BYTES, WITH_RECORDS = 1_000_000, ("measured", "fit", "record", "study_file")
 MOST_STOPS, MOST_HARMONICS = 16, 64
 MOST_PERIODS = 20_000
+# Parameters that may be free at once.
+MOST_FREE = 12
 # Digits that the page certifies a motion to.
 MOST_DIGITS = 100
 # What the fields of options are called on the page.
@@ -119,6 +121,22 @@ class PageRequest:
         if value not in choices:
             raise BadRequest(f"{name} is none of {', '.join(choices)}")
         return str(value)
+
+    def free_parameters(self, without: str, does: str) -> dict[str, Any]:
+        """Return what is given of the free parameters; on the page each is a row of its table.
+
+        Raises
+        ------
+        BadRequest
+            If there is none, which is told in these words, or more than the page takes.
+        """
+        free = self.options.get("free")
+        if not isinstance(free, Mapping) or not free:
+            raise BadRequest(without)
+        if len(free) > MOST_FREE:
+            reason = f"{len(free)} free parameters; the page {does} {MOST_FREE} at most"
+            raise BadRequest(reason)
+        return {str(path).removeprefix("parameters."): given for path, given in free.items()}
 
 
 @dataclass(slots=True)

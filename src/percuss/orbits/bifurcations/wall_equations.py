@@ -21,7 +21,6 @@ from percuss.errors import ConvergenceError
 from percuss.kernels.record import (
     KIND,
 )
-from percuss.kernels.structure.tangent import carry_run
 from percuss.model.acting_sets import StructureSystem
 from percuss.model.moved_law import moved_period
 from percuss.model.moved_structure import moved_structure
@@ -59,6 +58,7 @@ from percuss.orbits.continuation.problem import Point, along_parameter
 from percuss.orbits.orbit.structure_orbit import (
     PeriodMap,
     StructureOrbit,
+    derivative_at,
     orbit_of_map,
     period_of,
 )
@@ -427,11 +427,7 @@ class WallEquations(StructureEquations, Bordered):
         grazed = -1 if self.graze is None else self.graze.stop
         soft = soft_stops(system, grazed)
         record, image = whole_record(system, (opened, soft), state, passage, period)
-        matrix = np.zeros((2, len(state) // 2, len(state)))
-        n = len(state) // 2
-        matrix[0, :, :n], matrix[1, :, n:] = np.eye(n), np.eye(n)
-        carry_run(record, period, matrix, np.zeros((n, 2, 2 * n)), np.zeros((2, 2, n)))
-        whole = PeriodMap(image, matrix.reshape(2 * n, 2 * n), record)
+        whole = PeriodMap(image, derivative_at(record, period), record)
         error = float(np.abs(motion.residual).max()) / max(1.0, float(np.abs(z).max()))
         speeds = np.delete(motion.speeds, [self.grazed]) if self.grazed >= 0 else motion.speeds
         slow = SLOW * float(self.units[-1]) if self.grazed >= 0 else 0.0

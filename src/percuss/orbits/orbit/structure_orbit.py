@@ -41,6 +41,7 @@ __all__ = [
     "StructureOrbit",
     "closing_error",
     "covered_twice",
+    "derivative_at",
     "find_structure_orbit",
     "in_lengths",
     "multipliers_of_matrix",
@@ -115,13 +116,17 @@ def map_between(
     place = np.empty((1, n, 2))
     evaluate(record, np.array([end]), True, place)
     image = np.concatenate([place[0, :, 0], place[0, :, 1]])
-    matrix = np.full((2 * n, 2 * n), np.nan)
-    if derivative:
-        columns = np.zeros((2, n, 2 * n))
-        columns[0, :, :n], columns[1, :, n:] = np.eye(n), np.eye(n)
-        carry_run(record, end, columns, np.zeros((n, 2, 2 * n)), np.zeros((2, 2, n)))
-        matrix = columns.reshape(2 * n, 2 * n)
+    matrix = derivative_at(record, end) if derivative else np.full((2 * n, 2 * n), np.nan)
     return PeriodMap(image, matrix, record)
+
+
+def derivative_at(record: StructureRun, end: float) -> Floats:
+    """Return the derivative of the state (x, v) at an instant by that at the start, (2 n, 2 n)."""
+    n = len(record.begin)
+    columns = np.zeros((2, n, 2 * n))
+    columns[0, :, :n], columns[1, :, n:] = np.eye(n), np.eye(n)
+    carry_run(record, end, columns, np.zeros((n, 2, 2 * n)), np.zeros((2, 2, n)))
+    return columns.reshape(2 * n, 2 * n)
 
 
 def period_of(system: StructureSystem) -> float:

@@ -66,14 +66,17 @@ def grazing_intervals(law: Law, constant: float, sign: float) -> list[tuple[floa
     force += (sin * sin_of(np.outer(middles, omega))).sum(axis=1)
     intervals: list[tuple[float, float]] = []
     for first, last, value in zip(zeros.tolist(), ends.tolist(), force.tolist(), strict=True):
-        if sign * value <= 0.0:
-            continue
-        if intervals and intervals[-1][1] == first:
-            # A double zero is one instant of an interval: a graze of zero acceleration.
-            intervals[-1] = (intervals[-1][0], last)
-        else:
-            intervals.append((first, last))
+        if sign * value > 0.0:
+            _append(intervals, first, last)
     return intervals
+
+
+def _append(intervals: list[tuple[float, float]], first: float, last: float) -> None:
+    """Append an interval, or prolong the one before it: between them the force is zero at once."""
+    # A double zero is one instant of an interval: a graze of zero acceleration.
+    if intervals and intervals[-1][1] == first:
+        first, _ = intervals.pop()
+    intervals.append((first, last))
 
 
 def _zeros(omega: Floats, cos: Floats, sin: Floats, constant: float, period: float) -> Floats:
@@ -115,12 +118,8 @@ def _under_record(
     for first, last in pairwise(edges):
         force = _PieceForce.of(law, constant, sign, 0.5 * (first + last))
         for begin, end in pairwise([first, *force.zeros(first, last, SHORTEST * period), last]):
-            if force(0.5 * (begin + end)) <= 0.0:
-                continue
-            if intervals and intervals[-1][1] == begin:
-                intervals[-1] = (intervals[-1][0], end)
-            else:
-                intervals.append((begin, end))
+            if force(0.5 * (begin + end)) > 0.0:
+                _append(intervals, begin, end)
     if len(intervals) > 1 and intervals[0][0] == 0.0 and intervals[-1][1] == period:
         # A period begins within an interval.
         (_, end), *others, (begin, _) = intervals

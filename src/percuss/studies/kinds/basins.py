@@ -31,6 +31,7 @@ from percuss.studies.study import (
     Question,
     StudyDraft,
     check_start,
+    interruption_rows,
     only_axes,
     with_unit,
 )
@@ -187,23 +188,16 @@ class Basins(Question):
 
     def answer(self, study: Study, execution: Execution) -> Dataset:
         """Return the attractor of each start."""
-        arguments = {name: value for name, value in self.arguments().items() if value is not None}
+        arguments = self.arguments() | {"escape": as_float(self.escape)} | execution.keywords()
+        others = self.of_oscillators if study.structure is not None else ("over", "start", "on")
+        arguments = {name: value for name, value in arguments.items() if name not in others}
         if study.structure is not None:
-            own = {
-                name: value for name, value in arguments.items() if name not in self.of_oscillators
-            }
-            own |= {"over": over_of(self.over), "escape": as_float(self.escape)}
-            if self.start is AT_REST:
-                del own["start"]
-            return basins(study.structure, study.force, **own, **execution.keywords())
-        for name in ("over", "start", "on"):
-            arguments.pop(name, None)
+            return basins(study.structure, study.force, **arguments | {"over": over_of(self.over)})
         axes = {name: arguments[name] for name in (*STATES, *IMPACTS) if name in arguments}
         if self.over:
             axes = {path.removeprefix("start."): axis for path, axis in self.over.items()}
             arguments["t0"] = self.begin
-        arguments |= over_of(axes) | {"escape": as_float(self.escape)} | execution.keywords()
-        return basins(study.oscillator, study.forcing, **arguments)
+        return basins(study.oscillator, study.forcing, **arguments | over_of(axes))
 
     def draw(self, result: Dataset, study: Study, figure: Any) -> None:
         """Draw the basins in the plane of the starts."""
@@ -218,6 +212,7 @@ class Basins(Question):
         basin = result.basin.values
         inside = int((basin == -2).sum())
         rows = {"starts": f"{basin.size - inside:,}"}
+        rows |= interruption_rows(result)
         rows |= {"inside a wall": f"{inside:,} of {basin.size:,}"} if inside else {}
         for i in range(result.sizes["attractor"]):
             attractor = result.isel(attractor=i)

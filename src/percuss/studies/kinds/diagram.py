@@ -16,6 +16,7 @@ from percuss.model.faults import draft
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start, start_faults
 from percuss.model.structure_start import StructureStart
+from percuss.model.units import is_unit
 from percuss.motion.sections import section_of
 from percuss.studies.axes import OverAxes, over_of, values_over
 from percuss.studies.measured import MeasureNames, SectionKey, check_measures, check_section
@@ -25,6 +26,7 @@ from percuss.studies.study import (
     StudyDraft,
     ends_of,
     failure_rows,
+    interruption_rows,
     known_walls,
     only_axes,
 )
@@ -160,8 +162,10 @@ class Diagram(Question):
         for name in self.measures:
             values = result[name].values
             finite = values[np.isfinite(values)]
-            rows[name] = f"{finite.min():.8g} to {finite.max():.8g}" if finite.size else "none"
-        return rows | failure_rows(reasons, result.period.size)
+            unit = str(result[name].attrs.get("units", ""))
+            ends = f"{finite.min():.8g} to {finite.max():.8g}" if finite.size else "none"
+            rows[name] = f"{ends} {unit}" if is_unit(unit) and finite.size else ends
+        return rows | interruption_rows(result) | failure_rows(reasons, result.period.size)
 
 
 def _period_words(period: float, has_points: bool) -> str:

@@ -53,10 +53,7 @@ class Lyapunov(Question):
         """Return the exponents as a dataset."""
         import xarray
 
-        arguments = self.arguments()
-        if self.start is AT_REST:
-            del arguments["start"]
-        rates = lyapunov_exponents(study.model, study.force, **arguments)
+        rates = lyapunov_exponents(study.model, study.force, **self.arguments())
         rate = {"units": "1/time"}
         data = {
             "exponent": ("number", rates.exponents, rate),

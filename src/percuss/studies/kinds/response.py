@@ -87,6 +87,10 @@ class Response(Question):
         rows["special points"] = "\n".join(words) or "none"
         compared = f"{len(result.attractors)} attractors of direct simulation"
         missed = len(result.missed)
-        where = f"{missed} of them on no branch" if missed else "all of them on a branch"
+        away = sum(attractor.branch is None for attractor in result.attractors) - missed
+        seen = [f"{missed} of them on no branch"] if missed else []
+        # As with sticking, or where a motion has not settled.
+        seen += [f"{away} of them of no kind that was looked for"] if away else []
+        where = ", ".join(seen) or "all of them on a branch"
         rows["compared"] = f"{compared}, {where}" if result.attractors else "no attractor"
         return rows

@@ -26,6 +26,7 @@ from percuss.studies.study import (
     check_start,
     ends_of,
     failure_rows,
+    interruption_rows,
     only_axes,
 )
 from percuss.studies.tables import (
@@ -150,11 +151,6 @@ class Sweep(Question):
     def answer(self, study: Study, execution: Execution) -> Dataset:
         """Return the measures at each point."""
         arguments = self.arguments() | {"over": over_of(self.over)} | execution.keywords()
-        for name in ("max_impacts", "between", "on"):
-            if arguments[name] is None:
-                del arguments[name]
-        if arguments["start"] is AT_REST:
-            del arguments["start"]
         return sweep(osc=study.model, force=study.force, **arguments)
 
     def pictures(self, study: Study) -> dict[str, Picture]:  # noqa: ARG002
@@ -175,7 +171,11 @@ class Sweep(Question):
             rows[name] = f"{words} {unit}" if is_unit(unit) and words != NO_VALUES else words
         if "record" in result.attrs:
             rows["record"] = result.attrs["record"]
-        return rows | failure_rows([str(text) for text in result.reason.values], n_points)
+        return (
+            rows
+            | interruption_rows(result)
+            | failure_rows([str(text) for text in result.reason.values], n_points)
+        )
 
 
 def study_counts(result: Dataset) -> bool:
