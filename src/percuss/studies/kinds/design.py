@@ -273,7 +273,9 @@ class Design(Question):
         for path, value in result.values.items():
             low, high = result.bounds[path]
             end = f", {_which(value, low, high)} of its range" if path in result.active else ""
-            rows[path] = f"{_setting(result, path, value, 8)}{end}; free from {low:.6g} to {high:.6g}"
+            rows[path] = (
+                f"{_setting(result, path, value, 8)}{end}; free from {low:.6g} to {high:.6g}"
+            )
         for name, value in result.outcomes.items():
             met = ", at its limit" if name in result.active else ""
             rows[name] = f"{_value(result, name, value)}{met}; {_kept(result.limits[name])}"
