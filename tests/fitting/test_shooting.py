@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
+from functools import partial
 
 import numpy as np
 import pytest
+from tests.fitting.differences import assert_derivatives_are_those_of_differences
 
 import percuss as pc
 from percuss.arrays import Floats
@@ -62,35 +64,9 @@ def test_derivatives_of_samples_and_ends_are_those_of_differences(
     found = shots(model, quantity, values, nodes)
     assert found.is_complete
     assert found.counts.sum() >= 2
-    h, n = 1e-6, len(values)
-    # Samples that an event passes within the step have no difference.
-    apart = ~(found.away < 1e-3)
-    for p in range(n + 2):
-        ends = []
-        for sign in (1, -1):
-            moved, moved_nodes = values.copy(), nodes.copy()
-            if p < n:
-                moved[p] += sign * h
-            else:
-                moved_nodes[:, p - n] += sign * h
-            ends.append(shots(model, quantity, moved, moved_nodes))
-        rows = (ends[0].values - ends[1].values) / (2 * h)
-        scale = 1 + np.abs(rows[apart, 0]).max()
-        np.testing.assert_allclose(
-            found.rows[apart, 0, p], rows[apart, 0], rtol=0, atol=2e-6 * scale
-        )
-        beside = apart & np.isfinite(found.away)
-        np.testing.assert_allclose(
-            found.rows[beside, 1, p], rows[beside, 1], rtol=0, atol=2e-5 * scale
-        )
-        np.testing.assert_allclose(
-            found.end_rows[:, :, p],
-            (ends[0].ends - ends[1].ends) / (2 * h),
-            rtol=0,
-            atol=2e-5 * scale,
-        )
-        hits = (ends[0].hits[:, 1] - ends[1].hits[:, 1]) / (2 * h)
-        np.testing.assert_allclose(found.hits[:, 2 + p], hits, rtol=1e-4, atol=1e-4)
+    assert_derivatives_are_those_of_differences(
+        partial(shots, model, quantity), values, nodes, near=2e-6
+    )
 
 
 def test_a_segment_is_the_run_from_its_node() -> None:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
+from tests.fitting.differences import assert_derivatives_are_those_of_differences
 
 import percuss as pc
 from percuss.arrays import Floats
@@ -53,33 +56,7 @@ def test_derivatives_of_samples_and_ends_are_those_of_differences(quantity: str)
     found = shots(quantity, SETTING, NODES)
     assert found.is_complete
     assert (found.counts > 0).all()
-    h, n = 1e-6, len(SETTING)
-    # Samples that an event passes within the step have no difference.
-    apart = ~(found.away < 1e-3)
-    for p in range(n + 6):
-        ends = []
-        for sign in (1, -1):
-            moved, moved_nodes = SETTING.copy(), NODES.copy()
-            if p < n:
-                moved[p] += sign * h
-            else:
-                moved_nodes[:, p - n] += sign * h
-            ends.append(shots(quantity, moved, moved_nodes))
-        rows = (ends[0].values - ends[1].values) / (2 * h)
-        scale = 1 + np.abs(rows[apart, 0]).max()
-        np.testing.assert_allclose(
-            found.rows[apart, 0, p], rows[apart, 0], rtol=0, atol=5e-6 * scale, err_msg=str(p)
-        )
-        beside = apart & np.isfinite(found.away)
-        np.testing.assert_allclose(
-            found.rows[beside, 1, p], rows[beside, 1], rtol=0, atol=5e-5 * scale
-        )
-        own = (ends[0].ends - ends[1].ends) / (2 * h)
-        np.testing.assert_allclose(
-            found.end_rows[:, :, p], own, rtol=0, atol=2e-5 * (1 + np.abs(own).max())
-        )
-        hits = (ends[0].hits[:, 1] - ends[1].hits[:, 1]) / (2 * h)
-        np.testing.assert_allclose(found.hits[:, 2 + p], hits, rtol=1e-4, atol=1e-4)
+    assert_derivatives_are_those_of_differences(partial(shots, quantity), SETTING, NODES, near=5e-6)
 
 
 def test_a_segment_is_the_run_from_its_node() -> None:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.oracle.event_driven import simulate
+from tests.oracle.events_of import SLOW, events_of
 from tests.oracle.from_model import problem_of
 from tests.oracle.random_problems import (
     FORCE_FREE,
@@ -28,8 +29,6 @@ Event = tuple[float, str, int, float]
 DURATION = 8.0
 # Elastic hops on a wall can be any number.
 MOST = 300
-# Slower impacts belong to a chatter's tail, which the oracle lists further than percuss.
-SLOW = 1e-3
 # Impacts and soft stops multiply rounding by less than 1e6 in the time and cases chosen.
 TOLERANCE = 1e-9
 
@@ -119,22 +118,5 @@ def _far(one: float, other: float) -> bool:
 
 
 def _events(run: Run) -> list[Event]:
-    impacts, crossings, contacts = run.impacts, run.crossings, run.contacts
-    found = [
-        (float(t), "impact", int(stop), float(v))
-        for t, stop, v in zip(impacts.t, impacts.stop, impacts.v_before, strict=True)
-        if abs(v) > SLOW
-    ]
-    found += [
-        (float(t), str(direction), int(stop), float(v))
-        for t, stop, v, direction in zip(
-            crossings.t, crossings.stop, crossings.v, crossings.direction, strict=True
-        )
-    ]
-    for kind, times in (("rest", contacts.start), ("release", contacts.release)):
-        found += [
-            (float(t), kind, int(stop), 0.0)
-            for t, stop in zip(times, contacts.stop, strict=True)
-            if not math.isnan(t)
-        ]
-    return sorted(found)
+    rows = events_of(run, slowest=SLOW)
+    return sorted((float(t), kind, stop, float(v)) for t, kind, stop, v in rows)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 import pytest
+from tests.oracle.events_of import events_of
 from tests.oracle.from_model import problem_of
 from tests.oracle.random_problems import Motion, hard_motion
 from tests.oracle.taylor_series import Event, Run, simulate
@@ -16,6 +16,8 @@ import percuss as pc
 
 DURATION = 10.0
 MOST = 120
+# The order of events of one instant; all others have the same.
+RANKS = {"release": 0, "rest": 2}
 
 
 class Seen(NamedTuple):
@@ -56,30 +58,15 @@ def differences(seed: int) -> list[str]:
 
 
 def _events(run: pc.Trajectory) -> list[Seen]:
-    impacts, crossings, contacts = run.impacts, run.crossings, run.contacts
-    found = [
-        Seen(float(t), 1, "impact", int(stop), float(v))
-        for t, stop, v in zip(impacts.t, impacts.stop, impacts.v_before, strict=True)
-    ]
-    found += [
-        Seen(float(t), 1, str(way), int(stop), float(v))
-        for t, stop, v, way in zip(
-            crossings.t, crossings.stop, crossings.v, crossings.direction, strict=True
-        )
-    ]
-    for rank, kind, times in ((2, "rest", contacts.start), (0, "release", contacts.release)):
-        found += [
-            Seen(float(t), rank, kind, int(stop), 0.0)
-            for t, stop in zip(times, contacts.stop, strict=True)
-            if not math.isnan(t)
-        ]
-    return sorted(found)
+    rows = events_of(run)
+    return sorted(
+        Seen(float(t), RANKS.get(kind, 1), kind, stop, float(v)) for t, kind, stop, v in rows
+    )
 
 
 def _order(event: Event) -> tuple[float, int, str, int]:
     """Return what orders events as `Seen` does: those of one instant by their kind."""
-    rank = {"release": 0, "rest": 2}.get(event.kind, 1)
-    return event.t, rank, event.kind, event.stop
+    return event.t, RANKS.get(event.kind, 1), event.kind, event.stop
 
 
 def _compared(

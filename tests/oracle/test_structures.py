@@ -13,6 +13,7 @@ import pytest
 from mpmath import mpf
 from scipy.integrate import solve_ivp
 from tests.oracle import event_driven
+from tests.oracle.events_of import SLOW, events_of
 from tests.oracle.from_model import problem_of
 from tests.oracle.random_problems import Motion, chattering_motion, random_motion, with_record
 from tests.oracle.random_structures import KINDS, StructureMotion, near_graze, random_structure
@@ -28,9 +29,6 @@ from tests.oracle.structures import (
 
 import percuss as pc
 from percuss.arrays import Floats
-
-# Slower impacts belong to a chatter's tail, which the two oracles list to different speeds.
-SLOW = 1e-3
 
 
 def flown(motion: StructureMotion) -> StructureRun:
@@ -71,7 +69,7 @@ def test_one_coordinate_is_the_oscillator_of_the_other_oracle(
         )
 
         ours = sorted((e.t, e.kind, e.stop) for e in run.events if _is_told(e))
-        theirs = sorted(_events(other))
+        theirs = sorted(told[:3] for told in events_of(other, slowest=SLOW))
         assert [e[1:] for e in ours] == [e[1:] for e in theirs]
         assert all(abs(a[0] - b[0]) < 1e-28 for a, b in zip(ours, theirs, strict=True))
         for moment in np.linspace(t + 0.1, t + 5.9, 7).tolist():
@@ -83,19 +81,6 @@ def test_one_coordinate_is_the_oscillator_of_the_other_oracle(
 
 def _is_told(event: StructureEvent) -> bool:
     return event.kind != "impact" or abs(event.v_before) > SLOW
-
-
-def _events(run: event_driven.Run) -> list[tuple[Any, str, int]]:
-    found: list[tuple[Any, str, int]] = [
-        (t, "impact", stop)
-        for t, stop, v in zip(run.impacts.t, run.impacts.stop, run.impacts.v_before, strict=True)
-        if abs(v) > SLOW
-    ]
-    crossings = run.crossings
-    found += zip(crossings.t, crossings.direction, crossings.stop, strict=True)
-    found += [(t, "rest", i) for t, i in zip(run.contacts.start, run.contacts.stop, strict=True)]
-    releases = zip(run.contacts.release, run.contacts.stop, strict=True)
-    return [*found, *((t, "release", i) for t, i in releases if not mpmath.isnan(t))]
 
 
 def force_at(motion: StructureMotion, x: Floats, v: Floats, t: float) -> Floats:

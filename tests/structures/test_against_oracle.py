@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import math
 from collections import defaultdict
 from collections.abc import Iterable
 
 import numpy as np
 import pytest
+from tests.oracle.events_of import SLOW, events_of
 from tests.oracle.random_structures import StructureMotion, near_graze, random_structure
 from tests.oracle.structures import StructureRun, simulate_structure, structure_problem
 
 import percuss as pc
 from percuss.motion.structures import StructureTrajectory
 
-# Slower impacts belong to a chatter's tail, which the oracle lists further than percuss.
-SLOW = 1e-3
 # Impacts and soft stops multiply rounding by less than 1e4 in the time and cases chosen.
 INSTANT = 1e-11
 Times = dict[tuple[str, int], list[float]]
@@ -33,22 +31,7 @@ def flown(motion: StructureMotion) -> tuple[StructureTrajectory, StructureRun]:
 
 def times_of(run: StructureTrajectory) -> Times:
     """Return the instants of the events by kind and stop."""
-    impacts, crossings, contacts = run.impacts, run.crossings, run.contacts
-    rows: list[tuple[str, int, float]] = [
-        ("impact", int(stop), float(t))
-        for t, stop, v in zip(impacts.t, impacts.stop, impacts.v_before, strict=True)
-        if abs(v) > SLOW
-    ]
-    rows += [
-        (str(direction), int(stop), float(t))
-        for t, stop, direction in zip(crossings.t, crossings.stop, crossings.direction, strict=True)
-    ]
-    for kind, instants in (("rest", contacts.start), ("release", contacts.release)):
-        rows += [
-            (kind, int(stop), float(t))
-            for t, stop in zip(instants, contacts.stop, strict=True)
-            if not math.isnan(t)
-        ]
+    rows = ((told.kind, told.stop, float(told.t)) for told in events_of(run, slowest=SLOW))
     return grouped(rows, run.t0, run.t_end)
 
 

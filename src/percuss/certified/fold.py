@@ -7,6 +7,8 @@ its sign the parameter is extremal.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import NamedTuple
@@ -42,10 +44,29 @@ from percuss.certified.system import BallSystem, system_of
 from percuss.numerics import directions
 from percuss.orbits.bifurcations.special_points import SpecialPoint
 
-__all__ = ["OrbitCurve", "flight_from", "fold_of", "slope_after", "slope_of", "turn_of"]
+__all__ = [
+    "OrbitCurve",
+    "flight_from",
+    "fold_of",
+    "law_along",
+    "slope_after",
+    "slope_of",
+    "turn_of",
+]
 
 # Bits of derivatives.
 COARSE = 128
+
+
+@contextmanager
+def law_along(system: BallSystem, path: str, value: arb) -> Iterator[BallLaw]:
+    """Yield the law as series, to first order, in a parameter about a ball of its values."""
+    cap = ctx.cap
+    ctx.cap = 2
+    try:
+        yield BallLaw(system, path, arb_series([value, arb(1)]))  # type: ignore[arg-type]
+    finally:
+        ctx.cap = cap
 
 
 @dataclass(frozen=True)
@@ -91,18 +112,12 @@ class OrbitCurve:
         self, equations: Shooting, states: States, value: arb, bits: int | None = None
     ) -> Vector:
         """Return the derivative of the equations by the parameter, to some bits or the usual ones."""
-        cap = ctx.cap
-        ctx.cap = 2
-        try:
-            series = arb_series([value, arb(1)])
-            law = BallLaw(equations.system, self.path, series)  # type: ignore[arg-type]
+        with law_along(equations.system, self.path, value) as law:
             images = [self._flight_by_parameter(equations, law, states, i, bits or self.coarse())
                       for i in range(len(states))]  # fmt: skip
             by_t, by_v = images[-1]
             later = slope_of(law.period(self.n_periods))
             images[-1] = (by_t - later / 2, -by_v) if self.mirrored else (by_t - later, by_v)
-        finally:
-            ctx.cap = cap
         # The last flight leads to the first event.
         return vector_of([images[-1], *images[:-1]])
 

@@ -14,12 +14,12 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
 
-from flint import arb, arb_mat, arb_series, ctx
+from flint import arb, arb_mat
 
 from percuss.certified.ball_arithmetic import Undecided
 from percuss.certified.ball_law import BallLaw, law_of
 from percuss.certified.cloud import BallMatrix, Cloud, times
-from percuss.certified.fold import OrbitCurve, flight_from, slope_after, slope_of
+from percuss.certified.fold import OrbitCurve, flight_from, law_along, slope_after, slope_of
 from percuss.certified.numbers import ball, between, constant_of, exact_value, largest_abs
 from percuss.certified.pieces import Moment
 from percuss.certified.properties import meets_first
@@ -123,16 +123,9 @@ class _TimedEquations(StripEquations):
     def _by_parameter(
         self, equations: Shooting, states: States, value: arb
     ) -> list[tuple[arb, arb]]:
-        cap = ctx.cap
-        ctx.cap = 2
-        try:
-            series = arb_series([value, arb(1)])
-            law = BallLaw(equations.system, self.curve.path, series)  # type: ignore[arg-type]
-            return [
-                self._flight_by_parameter(equations, law, states, i) for i in range(len(states))
-            ]
-        finally:
-            ctx.cap = cap
+        with law_along(equations.system, self.curve.path, value) as law:
+            n = len(states)
+            return [self._flight_by_parameter(equations, law, states, i) for i in range(n)]
 
     def _flight_by_parameter(
         self, equations: Shooting, law: BallLaw, states: States, i: int

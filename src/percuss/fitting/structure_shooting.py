@@ -83,8 +83,7 @@ def follow_records(
         nodes[0] = np.concatenate([start.x, start.v])
         spans[0, 0] = as_float(start.t0)
     keys = _prepare_nodes(system, moved, nodes, begins)
-    known = {key: b for b, key in enumerate(system.sets.keys.tolist())}
-    own_sets = np.array([known[key] for key in keys], dtype=np.int64)
+    own_sets = np.array(system.numbers_of(keys), dtype=np.int64)
     width = n_p + d
     results = new_results(len(samples), n, d, width)
     places = np.ascontiguousarray(np.stack([nodes[:, :n_x], nodes[:, n_x:]], axis=2))

@@ -103,9 +103,7 @@ def _array_of(record: StructureRun, name: str) -> Any:
 def _record_of(system: StructureSystem, arrays: dict[str, Any]) -> StructureRun:
     """Return a record of these arrays, with the sets of acting stops that it meets."""
     marks = arrays["marks"].astype(np.int64)
-    system.add(*dict.fromkeys(marks[:, NEXT_REGION].tolist()))
-    numbers = {key: b for b, key in enumerate(system.sets.keys.tolist())}
-    marks[:, NEXT_REGION] = [numbers[key] for key in marks[:, NEXT_REGION].tolist()]
+    marks[:, NEXT_REGION] = system.numbers_of(marks[:, NEXT_REGION].tolist())
     fresh = new_run(system.sets, 0, 0)
     fresh.counters[N_EVENTS], fresh.counters[N_GRAZES] = len(marks), len(arrays["grazes"])
     fresh.counters[SET] = marks[-1, NEXT_REGION]

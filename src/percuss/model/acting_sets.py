@@ -107,6 +107,12 @@ class StructureSystem:
         assert self._sets is not None
         return self._sets
 
+    def numbers_of(self, keys: Sequence[int]) -> list[int]:
+        """Return the numbers of the sets of the stops of these bits, which are made if need be."""
+        self.add(*keys)
+        numbers = {key: number for number, key in enumerate(self._made)}
+        return [numbers[key] for key in keys]
+
     def add(self, *keys: int) -> None:
         """Make the sets of the stops of these bits, and append them to the arrays.
 

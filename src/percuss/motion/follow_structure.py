@@ -85,12 +85,11 @@ def followed(
     """
     x, v, t = start
     x = within_walls(system.structure, np.concatenate([x, v]))[: len(x)]
-    key = system.key_at(x, v)
-    system.add(key)
+    (number,) = system.numbers_of([system.key_at(x, v)])
     run = new_run(system.sets, min(limit + 8, FIRST_CAPACITY))
-    run.counters[state.SET] = system.sets.keys.tolist().index(key)
+    run.counters[state.SET] = number
     run.state[columns.T] = t
-    state.decompose(system.sets, int(run.counters[state.SET]), np.stack([x, v], axis=1), run.begin)
+    state.decompose(system.sets, number, np.stack([x, v], axis=1), run.begin)
     try:
         while True:
             status = engine.march(run, end, limit, PATIENCE)

@@ -405,10 +405,7 @@ class _March:
             return self._drifts_away(region, period)
         if not stiffness > 0.0:
             return False
-        # Of a late time the digits of its place in the period are in both of its parts.
-        cycle, now = np.empty(1), self.state[[columns.T, columns.T_LOW]]
-        cycles(law, now[:1], now[1:], cycle)
-        states = [periodic_state(law, region, t) for t in (0.0, float(cycle[0]) * period)]
+        states = [periodic_state(law, region, t) for t in (0.0, self._cycle() * period)]
         if None in states:
             return False
         (y0, v0), (y, v) = cast("list[tuple[float, float]]", states)
@@ -430,9 +427,7 @@ class _March:
         if force is None or record is None or law[region, ORIGIN_FORCE] != law[0, FORCING_CONSTANT]:
             return False
         mean = as_fraction(force.constant) + record.mean
-        cycle, now = np.empty(1), self.state[[columns.T, columns.T_LOW]]
-        cycles(law, now[:1], now[1:], cycle)
-        t = float(cycle[0]) * period
+        t = self._cycle() * period
         x, v = float(self.state[columns.X]), float(self.state[columns.V])
         whole = self._without_events(x, v, t, t + period)
         if whole is None:
@@ -449,6 +444,13 @@ class _March:
             ends = extremes_of_motion(self.system, whole, (t, t + period), "displacement", 0)
             return misses(reach, ends.minimum - rest, ends.maximum + rest, size)
         return drifts_off(reach, drift, doubt, mean)
+
+    def _cycle(self) -> float:
+        """Return the cycle of the last event."""
+        # Of a late time the digits of its place in the period are in both of its parts.
+        cycle, now = np.empty(1), self.state[[columns.T, columns.T_LOW]]
+        cycles(self.arrays.law, now[:1], now[1:], cycle)
+        return float(cycle[0])
 
     def _without_events(
         self, x: float, v: float, t: float, end: float

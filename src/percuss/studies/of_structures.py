@@ -21,7 +21,6 @@ from percuss.studies.study import (
     StudyDraft,
     ends_in_words,
     multiplier_text,
-    span_in_words,
     with_unit,
 )
 from percuss.studies.tables import MISSING, Limits, NumbersKey, Path, StartState, StudyFaults, shown
@@ -33,7 +32,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "check_drawn", "check_measured", "check_on", "check_sought", "checked_motion", "checked_start",
-    "draw_motion", "motion_of", "report_of_motion", "report_of_orbit", "shown_directions",
+    "draw_motion", "extremes_in_words", "motion_of", "report_of_orbit", "shown_directions",
 ]  # fmt: skip
 
 # Displacements in one picture, and in a report.
@@ -239,25 +238,14 @@ def draw_motion(
     plot_coordinates(run, figure, on=on, window=window, units=study.draw.units())
 
 
-def report_of_motion(run: StructureTrajectory, times: dict[str, str]) -> dict[str, str]:
-    """Return extremes, forces and impulses of the stops, the events with their times, and the end."""
-    structure = run.structure
-    rows = {"record": run.beyond_record} if run.beyond_record else {}
-    for on in _displacements(structure):
+def extremes_in_words(run: StructureTrajectory) -> dict[str, str]:
+    """Return the extremes of displacements, and the forces and impulses of the stops."""
+    rows = {}
+    for on in _displacements(run.structure):
         name = f"at {on}" if isinstance(on, str) else f"coordinate {on}"
-        rows[name] = ends_in_words(run.extremes("displacement", on=on), structure.units, "length")
-    rows |= _stops_in_words(run)
-    contacts = run.contacts
-    first = f", the first from t = {contacts.start[0]:.10g}" if len(contacts) else ""
-    return rows | {
-        "impacts": str(len(run.impacts)),
-        "crossings": str(len(run.crossings)),
-        "contacts": f"{len(contacts)}{first}",
-        "grazes": str(len(run.grazes)),
-        **times,
-        "outcome": str(run.outcome.value),
-        "time": span_in_words(run.t0, run.t_end, structure.units),
-    }
+        extrema = run.extremes("displacement", on=on)
+        rows[name] = ends_in_words(extrema, run.structure.units, "length")
+    return rows | _stops_in_words(run)
 
 
 def _stops_in_words(run: StructureTrajectory) -> dict[str, str]:
@@ -288,11 +276,7 @@ def report_of_orbit(orbit: StructureOrbit) -> dict[str, str]:
         "orbit": f"{impacts} in {turns} of the loads, period {orbit.period:.10g}",
         "stability": f"{orbit.stability}, multipliers {values}{more}",
     }
-    units = orbit.structure.units
-    for on in _displacements(orbit.structure):
-        name = f"at {on}" if isinstance(on, str) else f"coordinate {on}"
-        rows[name] = ends_in_words(orbit.run.extremes("displacement", on=on), units, "length")
-    return rows | _stops_in_words(orbit.run) | {"residual": f"{orbit.residual:.2g}"}
+    return rows | extremes_in_words(orbit.run) | {"residual": f"{orbit.residual:.2g}"}
 
 
 def _structure(study: StudyDraft) -> Structure:

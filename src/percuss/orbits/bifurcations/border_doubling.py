@@ -11,7 +11,6 @@ from percuss.numerics import dot
 from percuss.orbits.bifurcations.branch_equations import BranchEquations
 from percuss.orbits.bifurcations.force_jumps import Crossing
 from percuss.orbits.bifurcations.multiple_covers import orbit_of_itinerary, primitive_orbit
-from percuss.orbits.bifurcations.parameter_ranges import own_value, range_around
 from percuss.orbits.continuation.correct import tangent_of
 from percuss.orbits.continuation.problem import along_parameter
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
@@ -46,12 +45,11 @@ def doubled_at_border(orbit: PeriodicOrbit, path: str, side: float) -> PeriodicO
     ConvergenceError
         If none is found.
     """
-    value, n = own_value(orbit, path), len(orbit.itinerary)
+    n = len(orbit.itinerary)
     if orbit.itinerary.halves_differ() < SAME:
         return primitive_orbit(orbit)
     cover = orbit_of_itinerary(orbit, orbit.itinerary.repeated(2))
-    family = BranchEquations(cover, path, *range_around(value))
-    z = family.start(cover, value)
+    family, z, value = BranchEquations.around(cover, path)
     first = _nearest_jump(family, z, n)
     turns = round(orbit.period / float(family.system.law[0, REPEAT]))
     second = Crossing(first.event + n, first.jump + turns * len(family.jumps.knots), 1.0)

@@ -13,17 +13,18 @@ import numpy as np
 
 from percuss.arrays import Floats, Integers
 from percuss.errors import ConvergenceError, ParameterError, PercussError
-from percuss.kernels.flight import acceleration_and_jerk, constant_force, place, set_phases
+from percuss.kernels.flight import place
 from percuss.kernels.law_columns import N_HARMONICS, PERIOD, Law
 from percuss.kernels.shooting import AT, ShootingProblem, shoot
 from percuss.model.exact import as_float
 from percuss.model.expression import Expression
 from percuss.model.paths import get_parameter, moved_fields, replace_parameters
 from percuss.model.system import System
+from percuss.motion.accelerations import acceleration_in
 from percuss.numerics import dot, norm
 from percuss.orbits.bifurcations.borders import Bordered
 from percuss.orbits.bifurcations.force_jumps import Crossing, ForceJumps
-from percuss.orbits.bifurcations.parameter_ranges import Ranges, own_value
+from percuss.orbits.bifurcations.parameter_ranges import Ranges, own_value, range_around
 from percuss.orbits.continuation.correct import WEAK, corrected, tangent_of
 from percuss.orbits.continuation.problem import Point, along_parameter
 from percuss.orbits.orbit.itinerary import Itinerary, entries_of, entry, is_plastic, is_wall
@@ -210,11 +211,8 @@ class OrbitEquations:
     def _acceleration(self, law: Law, z: Floats, i: int) -> float:
         """Return the scaled acceleration at the start of a flight."""
         bound, _, region = self.events[i].tolist()
-        phases = np.empty((int(law[0, N_HARMONICS]), 2))
-        set_phases(law, float(z[: 1 + i].sum()) * self.scale[0], 0.0, phases)
-        force = constant_force(law, region, place(law, region, bound))
-        v = float(z[1 + self.n + i]) * self.scale[-1]
-        acceleration, _ = acceleration_and_jerk(law, region, force, phases, 0.0, v)
+        t, v = float(z[: 1 + i].sum()) * self.scale[0], float(z[1 + self.n + i]) * self.scale[-1]
+        acceleration = acceleration_in(law, region, place(law, region, bound), v, t)
         return float(acceleration * self.scale[0] / self.scale[-1])
 
     def reversed_flights(self, here: Floats, new: Floats) -> list[int]:
@@ -302,6 +300,13 @@ class BranchEquations(OrbitEquations, Bordered):
         self.path, self.low, self.high = path, low, high
         self.cyclic = slice(0, min(self.n, 1))
         self._others = _coincidences(self.system, path)
+
+    @classmethod
+    def around(cls, orbit: PeriodicOrbit, path: str) -> tuple[Self, Floats, float]:
+        """Return the equations near an orbit, the point of it, and the value of the parameter."""
+        value = own_value(orbit, path)
+        family = cls(orbit, path, *range_around(value))
+        return family, family.start(orbit, value), value
 
     def start(self, orbit: PeriodicOrbit, value: float) -> Floats:
         """Return the point of an orbit."""

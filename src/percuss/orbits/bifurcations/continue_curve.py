@@ -151,10 +151,7 @@ def continue_curve(
     kind = cast("CurveKind", point.kind)
     reported = Progress(progress, 2 * steps.max_points, "orbits", is_bound=True)
     start = equations.started(guess)
-    leading = start.tangent[-2] if abs(start.tangent[-2]) > 1e-9 else start.tangent[-1]
-    towards = sign * math.copysign(1.0, leading)
-    rows, why = follow_both_ways(start, towards, CurveDetector(kind), steps, reported)
-    reported.close()
+    rows, why = follow_both_ways(start, sign, CurveDetector(kind), steps, reported)
     return _curve(kind, equations, with_point_at_start(kind, rows, start), why)
 
 

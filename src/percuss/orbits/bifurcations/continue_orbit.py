@@ -128,9 +128,7 @@ def continue_orbit(
         return branch
     family = BranchEquations(orbit, path, min(first, last), max(first, last))
     start = family.started(orbit, value)
-    towards = math.copysign(1.0, last - first) * (math.copysign(1.0, start.tangent[-1]))
-    rows, why = follow_both_ways(start, towards, BranchDetector(), steps, reported)
-    reported.close()
+    rows, why = follow_both_ways(start, last - first, BranchDetector(), steps, reported)
     velocities = _padded([point.problem.into_stops(point.orbit) for point, _ in rows])
     return branch_of(rows, velocities, why)
 

@@ -440,9 +440,7 @@ def continue_structure_orbit(
     in_turn = meets_walls_in_turn(orbit)
     equations = WallEquations(orbit, ranges) if in_turn else StructureEquations(orbit, ranges)
     start = equations.started(orbit, [value])
-    towards = math.copysign(1.0, last - first) * math.copysign(1.0, start.tangent[-1])
-    rows, why = follow_both_ways(start, towards, _BranchDetector(), steps, reported)
-    reported.close()
+    rows, why = follow_both_ways(start, last - first, _BranchDetector(), steps, reported)
     orbits = tuple(cast("StructureOrbit", point.orbit) for point, _ in rows)
     return StructureBranch(
         path=path,

@@ -115,16 +115,24 @@ def accumulates(orbit: PeriodicOrbit, row: int) -> bool:
     law = orbit.system.law
     rows, (events, _) = orbit.itinerary.events, orbit.record
     n = len(rows)
-    bound, before, _ = rows[row].tolist()
-    sign = 1.0 if bound > int(law[before, at.NUMBER]) else -1.0
-    contact = GrazingContact(float(events[row, columns.EVENT_T]), bound, before, sign, (row,))
+    contact = _at_event(orbit, row, (row,))
     slow = ACCUMULATED * fastest(orbit)
     others = [
         k
         for k in ((row - 1) % n, (row + 1) % n)
-        if k != row and rows[k, AT] == bound and abs(events[k or n, columns.V_BEFORE]) < slow
+        if k != row
+        and rows[k, AT] == contact.bound
+        and abs(events[k or n, columns.V_BEFORE]) < slow
     ]
-    return bool(others) and sign * acceleration_at(law, contact) > 0.0
+    return bool(others) and contact.sign * acceleration_at(law, contact) > 0.0
+
+
+def _at_event(orbit: PeriodicOrbit, i: int, rows: tuple[int, ...]) -> GrazingContact:
+    """Return the contact at the instant of an event, of some rows of the itinerary."""
+    t = float(orbit.record[0][i, columns.EVENT_T])
+    bound, before, _ = orbit.itinerary.events[rows[0]].tolist()
+    sign = 1.0 if bound > int(orbit.system.law[before, at.NUMBER]) else -1.0
+    return GrazingContact(t, bound, before, sign, rows)
 
 
 def _at_events(orbit: PeriodicOrbit, slow: float) -> list[GrazingContact]:
@@ -141,11 +149,7 @@ def _at_events(orbit: PeriodicOrbit, slow: float) -> list[GrazingContact]:
             # Into the stop and out of it, or out of it and in again: whichever takes no time.
             inside, outside = itinerary.durations[i], itinerary.durations[(i - 1) % n]
             rows = (i, (i + 1) % n) if abs(inside) <= abs(outside) else ((i - 1) % n, i)
-        bound, before, _ = itinerary.events[rows[0]].tolist()
-        sign = 1.0 if bound > int(law[before, at.NUMBER]) else -1.0
-        contacts.append(
-            GrazingContact(float(events[i, columns.EVENT_T]), bound, before, sign, rows)
-        )
+        contacts.append(_at_event(orbit, i, rows))
     return contacts
 
 

@@ -6,7 +6,6 @@ two flights. Such motions are formal where a flight is beyond a wall on its way.
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Sequence
 from functools import lru_cache
@@ -36,7 +35,7 @@ from percuss.kernels.structure.run import StructureRun, new_run
 from percuss.kernels.structure.sensitivity import rates_at
 from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import as_float
-from percuss.model.faults import draft
+from percuss.model.faults import draft, field_values
 from percuss.model.oscillator import SoftStop, Wall
 from percuss.model.structure import Structure
 from percuss.model.structure_start import StructureStart
@@ -160,9 +159,9 @@ def met_at(system: StructureSystem, stop: int) -> MetStop:
 def without_walls(system: StructureSystem, grazed: int) -> StructureSystem:
     """Return the same structure without its walls, and without another stop."""
     structure = system.structure
-    fields = {field.name: getattr(structure, field.name) for field in dataclasses.fields(structure)}
     soft = tuple(structure.stops[i] for i in soft_stops(system, grazed))
-    return StructureSystem.of(draft(Structure, **fields | {"stops": soft}), system.loads)
+    opened = draft(Structure, **field_values(structure) | {"stops": soft})
+    return StructureSystem.of(opened, system.loads)
 
 
 def soft_stops(system: StructureSystem, grazed: int) -> list[int]:
@@ -305,10 +304,8 @@ def whole_record(
         marks.append(own)
         states.append(record.states)
         sets.append(keys)
-    system.add(*(key for keys in sets for key in keys))
-    index = {key: b for b, key in enumerate(system.sets.keys.tolist())}
     for own, keys in zip(marks, sets, strict=True):
-        own[:, NEXT_REGION] = [index[key] for key in keys]
+        own[:, NEXT_REGION] = system.numbers_of(keys)
     whole = new_run(system.sets, 1)._replace(
         events=np.concatenate(events), marks=np.concatenate(marks), states=np.concatenate(states)
     )

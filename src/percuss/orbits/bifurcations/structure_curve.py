@@ -354,10 +354,7 @@ def continue_structure_curve(
     else:
         equations = StructureEquations(orbit, ranges, condition)
     start = equations.started(orbit, values)
-    leading = start.tangent[-2] if abs(start.tangent[-2]) > 1e-9 else start.tangent[-1]
-    towards = sign * math.copysign(1.0, leading)
-    rows, why = follow_both_ways(start, towards, _CurveDetector(point.kind), steps, reported)
-    reported.close()
+    rows, why = follow_both_ways(start, sign, _CurveDetector(point.kind), steps, reported)
     orbits: tuple[Any, ...] = tuple(place.orbit for place, _ in rows)
     return StructureCurve(
         kind=point.kind,

@@ -131,9 +131,7 @@ def _stepped_off(
     orbit: PeriodicOrbit, path: str, tangent: Floats | None, side: float
 ) -> PeriodicOrbit:
     """Return an orbit a step away, along the free direction that is not the tangent."""
-    value = own_value(orbit, path)
-    family = BranchEquations(orbit, path, *range_around(value))
-    start = family.start(orbit, value)
+    family, start, value = BranchEquations.around(orbit, path)
     direction = side * _across(family, start, tangent)
     other, why = family.stepped_off(start, direction, FIRST)
     if other is not None:
@@ -207,9 +205,7 @@ def _without_impacts(
     orbit: PeriodicOrbit, path: str, contacts: list[GrazingContact]
 ) -> PeriodicOrbit | None:
     """Return an orbit that does not reach the stop, on the side where it is admissible."""
-    base, value = without(orbit, contacts), own_value(orbit, path)
-    family = BranchEquations(base, path, *range_around(value))
-    start = family.start(base, value)
+    family, start, _ = BranchEquations.around(without(orbit, contacts), path)
     normal = along_parameter(len(start))
     for step in (-FIRST_PAST_GRAZE, FIRST_PAST_GRAZE):
         try:
@@ -228,10 +224,7 @@ def _with_impacts(
     instants = np.array([orbit.t0 + (contact.t - orbit.t0) % orbit.period for contact in contacts])
     rows = [[contact.bound, contact.region, contact.region] for contact in contacts]
     itinerary, _ = orbit.itinerary.inserted(instants, np.array(rows, dtype=np.int64), orbit.period)
-    grazing = orbit_of_itinerary(orbit, itinerary)
-    value = own_value(orbit, path)
-    family = BranchEquations(grazing, path, *range_around(value))
-    start = family.start(grazing, value)
+    family, start, _ = BranchEquations.around(orbit_of_itinerary(orbit, itinerary), path)
     tangent = family.tangent(start, along_parameter(len(start)))
     other, _ = family.stepped_off(
         start, tangent, FIRST_PAST_GRAZE, signs=(-1.0, 1.0),

@@ -48,6 +48,9 @@ FEWEST, PASSED = 5, 0.6
 # parameters all but stand.
 LARGE = 1e6
 
+# A parameter that changes by less than this part of a step does not tell a direction.
+LEADING = 1e-9
+
 # A test function below this part of its value at a neighbour has a zero there, but for rounding.
 ZERO = 1e-6
 
@@ -109,15 +112,24 @@ class Detector(Protocol[P, S]):
 
 
 def follow_both_ways(
-    start: Point[P], sign: float, detector: Detector[P, S], steps: StepLimits, progress: Progress
+    start: Point[P],
+    direction: float,
+    detector: Detector[P, S],
+    steps: StepLimits,
+    progress: Progress,
 ) -> tuple[list[tuple[Point[P], S | None]], str]:
-    """Follow a branch or curve both ways, as `follow` does.
+    """Follow a branch or curve both ways, as `follow` does, and close the progress.
+
+    ``direction`` has the sign in which the first parameter changes first.
 
     Returns
     -------
     tuple
-        The rows from the end against the sign to the other end, and why they end there.
+        The rows from the end against the direction to the other end, and why they end there.
     """
+    parameters = start.tangent[-len(start.problem.paths) :]
+    leading = parameters[0] if abs(parameters[0]) > LEADING else parameters[-1]
+    sign = math.copysign(1.0, direction) * math.copysign(1.0, leading)
     rows, why, closed = follow(start, sign, detector, steps, progress=progress)
     before: list[tuple[Point[P], S | None]] = []
     if not closed and why != STOPPED:
@@ -127,6 +139,7 @@ def follow_both_ways(
             rows, why = [], why_before
         elif before:
             why = f"{why_before}; at the other end {why}"
+    progress.close()
     return [*reversed(before), (start, None), *rows], why
 
 

@@ -182,25 +182,24 @@ class Motion(Question):
     def report(self, result: Any) -> dict[str, str]:
         """Return the events, the class of the impact times, and how it ended."""
         if hasattr(result, "structure"):
-            from percuss.studies.of_structures import report_of_motion
+            from percuss.studies.of_structures import extremes_in_words
 
-            return report_of_motion(result, _times_in_words(result))
+            extremes, units = extremes_in_words(result), result.structure.units
+        else:
+            extremes, units = _extremes_in_words(result), result.oscillator.units
         contacts = result.contacts
         first = f", the first from t = {contacts.start[0]:.10g}" if len(contacts) else ""
-        record = {"record": result.beyond_record} if result.beyond_record else {}
-        return (
-            record
-            | _extremes_in_words(result)
-            | {
-                "impacts": str(len(result.impacts)),
-                "crossings": str(len(result.crossings)),
-                "contacts": f"{len(contacts)}{first}",
-                "grazes": str(len(result.grazes)),
-                **_times_in_words(result),
-                "outcome": str(result.outcome.value),
-                "time": span_in_words(result.t0, result.t_end, result.oscillator.units),
-            }
-        )
+        return {
+            **({"record": result.beyond_record} if result.beyond_record else {}),
+            **extremes,
+            "impacts": str(len(result.impacts)),
+            "crossings": str(len(result.crossings)),
+            "contacts": f"{len(contacts)}{first}",
+            "grazes": str(len(result.grazes)),
+            **_times_in_words(result),
+            "outcome": str(result.outcome.value),
+            "time": span_in_words(result.t0, result.t_end, units),
+        }
 
 
 def _drawn_window(run: Any, study: Study) -> tuple[float, float] | None:
