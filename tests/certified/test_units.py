@@ -120,8 +120,10 @@ def test_lists(scale: Scale) -> None:
 
 @pytest.mark.parametrize(
     "scale",
-    [pytest.param(scale, marks=pytest.mark.nightly) for scale in ONE_UNIT.values()]
-    + list(BOTH_UNITS.values()),
+    [
+        pytest.param(scale, marks=() if name == "small and fast" else pytest.mark.nightly)
+        for name, scale in SCALES.items()
+    ],
     ids=list(SCALES),
 )
 def test_basins(scale: Scale) -> None:

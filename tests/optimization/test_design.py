@@ -154,7 +154,7 @@ def test_a_start_beyond_the_wall_is_a_bound() -> None:
     assert all(attempt.values[PLACE] >= 0.1 for attempt in best.attempts)
 
 
-@pytest.mark.parametrize("damping", ["0.1", "0.15"])
+@pytest.mark.parametrize("damping", ["0.1", pytest.param("0.15", marks=pytest.mark.nightly)])
 def test_a_search_goes_up_to_the_graze_where_its_attractor_ends(damping: str) -> None:
     """On the way there are steps to two other attractors, both worse."""
     osc = pc.Oscillator(

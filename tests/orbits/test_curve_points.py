@@ -197,10 +197,10 @@ def test_folds_of_doubled_orbits_end_on_the_curve_of_doublings() -> None:
     # the other side of the point to the other.
     amplitude, damping = last.values
     simple = pc.find_orbit(osc, force, 1, 1, formal=True)
+    along = pc.continue_orbit(simple, over={DAMPING: (0, 1)})
     for way, side in ((0.99, -1.0), (1.01, 1.0)):
-        damped = pc.impact_oscillator("0.93", wall="0.45", side="above", damping=way * damping)
-        guess = pc.find_orbit(damped, force, 1, 1, guess=simple, formal=True)
-        single = pc.continue_orbit(guess, over={AMPLITUDE: (0.05, 4)})
+        (damped,) = pc.orbits_at(along, way * damping)
+        single = pc.continue_orbit(damped, over={AMPLITUDE: (0.05, 4)})
         doubling = min(
             points(single, "period_doubling"), key=lambda point: abs(point.value - amplitude)
         )
