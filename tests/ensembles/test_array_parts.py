@@ -120,7 +120,7 @@ def test_a_part_that_was_stopped_goes_on_and_the_merge_names_it(tmp_path: Path) 
         assert begun.attrs["complete"] == 0
         assert pc.status_of_store(parts_of_array(store)[2])["points_done"] == 4
 
-        with pytest.raises(pc.OutputError, match="3 of 3 parts is not complete; the same commands"):
+        with pytest.raises(pc.OutputError, match="part 3 of 3 is not complete; the same commands"):
             pc.merge_parts(store)
         assert not store.exists()
 
@@ -135,7 +135,7 @@ def test_missing_parts_and_parts_of_other_arrays_are_named(tmp_path: Path) -> No
         pc.merge_parts(store)
     sweep(store=store, part=(2, 9))
     sweep(store=store, part=(7, 9))
-    with pytest.raises(pc.OutputError, match="1, 3, 4, 5, 6 and 2 others of 9 parts are not"):
+    with pytest.raises(pc.OutputError, match="parts 1, 3, 4, 5, 6 and 2 others of 9 are not"):
         pc.merge_parts(store)
     diagram(store=store, part=(1, 2))
     with pytest.raises(pc.OutputError, match="of several arrays, of 2 and 9 parts; remove"):

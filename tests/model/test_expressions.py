@@ -333,6 +333,10 @@ def test_one_name_has_one_value() -> None:
     other = parameter("w", "1.8")
     with pytest.raises(ParameterError, match=r"one name has one value"):
         W * other
+    with pytest.raises(ParameterError, match=r"one name has one value"):
+        pc.simulate(pc.Oscillator(), pc.cosine(W, amplitude=other), t_end=1)
+    with pytest.raises(ParameterError, match=r"one name has one value"):
+        pc.simulate(pc.Structure([1], [W]), pc.Loads({0: pc.cosine(other)}), t_end=1)
     # The same number in other words.
     assert (W * parameter("w", Fraction(17, 10))).parameters == (("w", "1.7"),)
 

@@ -109,6 +109,20 @@ def test_a_measure_is_drawn_over_one_parameter() -> None:
     assert plot_sweep(data, ax=new_axes()).get_ylabel() == "forcing periods of the orbit"
 
 
+def test_values_in_equal_ratios_have_a_logarithmic_axis_and_cells_of_one_width() -> None:
+    data = chart("peak_displacement", np.arange(12.0).reshape(4, 3).tolist())
+    assert plot_chart(data, ax=new_axes()).get_xscale() == "linear"
+
+    data = data.assign_coords({A: (A, [0.001, 0.01, 0.1, 1.0], {"units": "1/time"})})
+    ax = plot_chart(data, over=(A, B), ax=new_axes())
+    assert (ax.get_xscale(), ax.get_yscale()) == ("log", "linear")
+    (cells,) = ax.collections
+    edges = cells.get_coordinates()[0, :, 0]
+    np.testing.assert_allclose(np.log10(edges), [-3.5, -2.5, -1.5, -0.5, 0.5], atol=1e-12)
+    one = data.isel({B: 0})
+    assert plot_sweep(one, ax=new_axes()).get_xscale() == "log"
+
+
 def test_axes_are_named_by_the_short_form_where_there_is_one_harmonic() -> None:
     over = {"forcing.harmonics.0.omega": [2.5, 2.6]}
     osc, two = pc.impact_oscillator(0.8), pc.cosine(2.5) + pc.cosine(5.0)

@@ -260,6 +260,7 @@ def test_a_study_of_a_structure(tmp_path: Path) -> None:
 
     assert result.answer.converged
     assert result.report["min_displacement_tip"].startswith("-0.26 m, at its limit")
+    assert " N/m; free from 20" in result.report["structure.stops.0.stiffness"]
     assert (tmp_path / "out" / "design.png").stat().st_size > 10_000
     assert all(load_study(file) == study for file in result.files)
     with pytest.raises(StudyError, match='did you mean "min_displacement_'):

@@ -342,6 +342,7 @@ def test_one_file_of_numpy_holds_all_matrices_by_their_names(tmp_path: Path) -> 
         ("K.csv", "3, x\n-1, 1\n", '"K.csv": line 1: "x" is no number'),
         ("K.csv", "3, -1\n-1\n", '"K.csv": line 2: 1 numbers, but 2 in the first row'),
         ("K.csv", "3, nan\n-1, 1\n", '"K.csv": entry 0.1 is nan, not finite'),
+        ("K.csv", "3,-1;\n-1,1;\n", '"K.csv": line 1: "-1;" is no number'),
         ("K.csv", "1 2\n3 4\n5 6\n", "the matrix is not square"),
         ("M.mtx", "3 3\n", 'does not begin with "%%MatrixMarket matrix"'),
         ("M.mtx", FILES["M.mtx"].replace("2 2 2\n1", "2 2 3\n1"), "2 entries, but it says that"),
@@ -360,6 +361,13 @@ def test_a_file_that_is_no_matrix_is_told_in_a_sentence(
     (fault,) = caught.value.faults
     assert told in str(fault)
     assert f'"{name}"' in str(fault)
+
+
+def test_between_semicolons_a_comma_is_that_of_a_decimal(tmp_path: Path) -> None:
+    content = {"K.csv": "3,5;-1\n-1;1,25;\n"}
+    study = load_study(written(tmp_path, FILES | content, MATRICES + "[run]\nt_end = 1\n"))
+    assert isinstance(study.model, pc.Structure)
+    assert study.model.stiffness_matrix.tolist() == [[3.5, -1.0], [-1.0, 1.25]]
 
 
 def test_a_file_that_is_missing_or_of_another_kind_is_told(tmp_path: Path) -> None:

@@ -261,10 +261,10 @@ class _Whole:
         if undone:
             named = [str(number) for number in sorted(undone)]
             more = f" and {len(named) - FEW:,} others" if len(named) > FEW else ""
-            are = "is" if len(named) == 1 else "are"
+            parts, are, them = ("part", "is", "it") if len(named) == 1 else ("parts", "are", "them")
             reason = (
-                f"{', '.join(named[:FEW])}{more} of {count:,} parts {are} not complete; "
-                "the same commands with --part go on with them"
+                f"{parts} {', '.join(named[:FEW])}{more} of {count:,} {are} not complete; "
+                f"the same commands with --part go on with {them}"
             )
             raise OutputError(self._folder, reason)
 

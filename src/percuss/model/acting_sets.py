@@ -28,6 +28,7 @@ from percuss.kernels.structure.basis import Sets
 from percuss.kernels.structure.bounds import MOST_DOUBLINGS, fill_guard_bounds, fill_mode_bounds
 from percuss.kernels.structure.steps import fill_steps
 from percuss.model.exact import as_float, as_fraction
+from percuss.model.expression import parameters_in
 from percuss.model.forcing import Component, Forcing
 from percuss.model.loads import Loads, loads_of
 from percuss.model.oscillator import Oscillator, SoftStop, Wall
@@ -307,6 +308,7 @@ def _motion_row(spring: float, drag: float) -> Floats:
 
 @lru_cache(maxsize=256)
 def _system(structure: Structure, loads: Loads) -> StructureSystem:
+    parameters_in(structure, loads)  # one name has one value
     return StructureSystem(structure, loads)
 
 

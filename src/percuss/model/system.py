@@ -196,8 +196,10 @@ def lines(oscillator: Oscillator) -> RegionBounds:
 @lru_cache(maxsize=256)
 def law(oscillator: Oscillator, forcing: Forcing | None) -> Law:
     """Return the law of an oscillator under a forcing (None: free motion)."""
-    if _parameters_of(oscillator) and _parameters_of(forcing):
-        parameters_in(oscillator, forcing)  # one name has one value
+    # One name has one value, in each of them and in both.
+    own, others = _parameters_of(oscillator), _parameters_of(forcing)
+    if own and others:
+        parameters_in(oscillator, forcing)
     mass = mass_of(oscillator)
     oscillator, forcing = _of_unit_mass(oscillator, forcing)
     components = forcing.components() if forcing is not None else ()

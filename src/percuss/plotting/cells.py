@@ -19,14 +19,35 @@ EVEN = 1e-6
 MISSING: dict[str, Any] = {"facecolor": "#FFFFFF", "edgecolor": "#C8C8C8", "hatch": "////"}
 
 
+# Values in equal ratios, at least so many, have a logarithmic axis where their ends have this ratio.
+FEWEST, WIDE = 4, 4.0
+
+
+def is_logarithmic(values: Floats) -> bool:
+    """Return whether an axis of values in order is logarithmic: their ratios are equal.
+
+    Examples
+    --------
+    >>> is_logarithmic(np.array([1.0, 2, 4, 8])), is_logarithmic(np.array([1.0, 2, 3, 4]))
+    (True, False)
+    """
+    if len(values) < FEWEST or not 0.0 < WIDE * values[0] < values[-1]:
+        return False
+    return _is_even(np.log(values))
+
+
 def edges_of(values: Floats) -> Floats:
-    """Return the edges of the cells around values in order: half way to the next.
+    """Return the edges of the cells around values in order: half way to the next on their axis.
 
     Examples
     --------
     >>> edges_of(np.array([1.0, 2.0, 4.0]))
     array([0.5, 1.5, 3. , 5. ])
     """
+    if is_logarithmic(values):
+        logs = np.log(values)
+        step = 0.5 * (logs[-1] - logs[0]) / (len(logs) - 1)
+        return np.asarray(np.exp(np.append(logs - step, logs[-1] + step)))
     if len(values) == 1:
         half = 0.5 * (abs(float(values[0])) or 1.0)
         return np.array([values[0] - half, values[0] + half])
@@ -52,6 +73,10 @@ def draw_cells(ax: Axes, x: Floats, y: Floats, cells: npt.NDArray[Any], **look: 
     along, upwards = np.argsort(x), np.argsort(y)
     cells = cells[upwards][:, along]
     left, low = edges_of(x[along]), edges_of(y[upwards])
+    if is_logarithmic(x[along]):
+        ax.set_xscale("log")
+    if is_logarithmic(y[upwards]):
+        ax.set_yscale("log")
     if all(_is_even(edges) for edges in (left, low)):
         extent = (left[0], left[-1], low[0], low[-1])
         return ax.imshow(

@@ -20,7 +20,13 @@ from percuss.arrays import Flags, Floats
 from percuss.ensembles.grid import SAMPLE
 from percuss.errors import ParameterError
 from percuss.model.units import Units
-from percuss.plotting.cells import check_table, draw_cells, hatch_missing, missing_patch
+from percuss.plotting.cells import (
+    check_table,
+    draw_cells,
+    hatch_missing,
+    is_logarithmic,
+    missing_patch,
+)
 from percuss.plotting.labels import label_axes, path_label, with_unit
 from percuss.plotting.style import (
     BLACK,
@@ -141,7 +147,8 @@ def plot_sweep(
 ) -> Axes:
     """Draw a measure over one parameter; points without an answer leave gaps.
 
-    Paired settings are dots, as another parameter may vary with the one that is drawn.
+    Paired settings are dots, as another parameter may vary with the one that is drawn. Values in
+    equal ratios have a logarithmic axis.
 
     Parameters
     ----------
@@ -176,6 +183,8 @@ def plot_sweep(
                 ax.set_xlim(x[0], x[-1])
         if np.nanmin(np.where(np.isfinite(y), y, np.nan), initial=0.0) < 0.0:
             ax.axhline(0.0, color=BLACK, linewidth=0.5, zorder=0.5)
+        if is_logarithmic(x):
+            ax.set_xscale("log")
         ax.set_xlabel(path_label(data, path, units))
         ax.set_ylabel(_name_of(data, name, units))
     return ax

@@ -77,8 +77,12 @@ def _table(file: Path) -> Floats:
     for number, line in enumerate(_text(file).splitlines(), 1):
         if not line.strip() or line.lstrip().startswith(MARKS):
             continue
-        sign = next((sign for sign in ",;" if sign in line), None)
+        # Between semicolons a comma is that of a decimal, as spreadsheets of some countries write.
+        has_decimal_commas = sum(bool(cell.strip()) for cell in line.split(";")) > 1
+        sign = ";" if has_decimal_commas else next((sign for sign in ",;" if sign in line), None)
         cells = [cell.strip() for cell in line.split(sign)]
+        if has_decimal_commas:
+            cells = [cell.replace(",", ".") for cell in cells]
         # A separator at the end of a line begins no column.
         cells = cells[:-1] if sign is not None and not cells[-1] else cells
         rows.append([_number(cell, number) for cell in cells])

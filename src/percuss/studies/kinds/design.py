@@ -12,6 +12,7 @@ from pydantic_core import PydanticCustomError
 from percuss.ensembles.measures import outcome_dimensions
 from percuss.execution import Execution
 from percuss.io.study_text import number
+from percuss.model.dimensions import dimensions_of
 from percuss.model.exact import Exact, as_float, number_problem
 from percuss.model.units import in_units
 from percuss.optimization import design, pareto_front
@@ -272,7 +273,9 @@ class Design(Question):
         for path, value in result.values.items():
             low, high = result.bounds[path]
             end = f", {_which(value, low, high)} of its range" if path in result.active else ""
-            rows[path] = f"{value:.8g}{end}; free from {low:.6g} to {high:.6g}"
+            rows[path] = (
+                f"{_setting(result, path, value, 8)}{end}; free from {low:.6g} to {high:.6g}"
+            )
         for name, value in result.outcomes.items():
             met = ", at its limit" if name in result.active else ""
             rows[name] = f"{_value(result, name, value)}{met}; {_kept(result.limits[name])}"
@@ -312,6 +315,13 @@ def _value(result: DesignResult, name: str, value: float) -> str:
     return with_unit(value, in_units(osc.units, outcome_dimensions(name, osc)), 8)
 
 
+def _setting(result: DesignResult, path: str, value: float, digits: int) -> str:
+    """Return a parameter with its unit."""
+    osc = result.oscillator
+    dimensions = dimensions_of(path, osc, result.forcing) if "." in path else ""
+    return with_unit(value, in_units(osc.units, dimensions), digits)
+
+
 def _outcome(result: DesignResult, name: str, value: float) -> str:
     return f"{name} {_value(result, name, value)}"
 
@@ -334,7 +344,9 @@ def _report_of_front(front: ParetoFront) -> dict[str, str]:
         "front": f"{counted(len(front), 'design')}, {one} {front.goals[0]} to {other} {front.goals[1]}"
     }
     for i, (best, pair) in enumerate(zip(front.designs[:MOST_ROWS], front.values, strict=False)):
-        where = ", ".join(f"{path} = {value:.6g}" for path, value in best.values.items())
+        where = ", ".join(
+            f"{path} = {_setting(best, path, value, 6)}" for path, value in best.values.items()
+        )
         values = (
             _outcome(best, name, value) for name, value in zip(front.outcomes, pair, strict=True)
         )
