@@ -85,7 +85,7 @@ PAIRS: Any = {0: 1, 2: 3}
             "v0 = 1: given together with",
         ),
         (lambda o, f: pc.simulate(o, f, start=(0,), t_end=1), r"not \(x0, v0\) or \(x0, v0, t0\)"),
-        (lambda o, f: pc.simulate(o, f, start=PAIRS, t_end=1), r"not \(x0, v0\) or \(x0, v0, t0\)"),
+        (lambda o, f: pc.simulate(o, f, start=PAIRS, t_end=1), r"not \(x0, v0\) or"),
         (lambda o, f: pc.simulate(o, f, start=(-1, 0), t_end=1), "start.x0 = -1: below the wall"),
         (
             lambda o, f: pc.bifurcation_diagram(
