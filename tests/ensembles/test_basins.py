@@ -234,6 +234,7 @@ def test_one_start_stands_for_both_axes() -> None:
         ({"start": ((0, 1), (0, 1)), "x0": [0.0]}, "given together with x0 or v0"),
         ({"start": (0.0,)}, r"not \(x0, v0\) or \(x0, v0, t0\)"),
         ({"start": "0.1"}, r"not \(x0, v0\)"),
+        ({"start": {0.1: 1, 0.3: 2}}, r"not \(x0, v0\)"),
         ({"start": (0.0, 0.0, 1.0), "t0": 1.0}, "holds t0"),
         ({"start": (0.0, 0.0), "cycle": [0.5], "v": [1.0]}, "give either"),
         ({"start": (0.0, 0.0), "measures": ["peak_force"]}, "did you mean peak_stop_force"),

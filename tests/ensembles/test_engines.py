@@ -19,7 +19,7 @@ import pytest
 from tests.ensembles.studies import chart, slow_measure, whole_chart
 
 import percuss as pc
-from percuss.ensembles.engines import EngineError
+from percuss.ensembles.cluster import EngineError
 
 OSC, FORCE = pc.impact_oscillator(restitution=0.8), pc.cosine(2.5)
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from tests.kernels.uncompiled import python_of
 
 from percuss.kernels.arithmetic import cos_sin, later, nearest, turns, two_product, two_sum
-from percuss.model.exact import PI
+from percuss.model.ratios import PI
 
 ULP = 2.0**-52
 

@@ -74,6 +74,9 @@ def test_a_start_is_given_as_one_value_or_as_three(start: Any) -> None:
     np.testing.assert_array_equal(one.x, several.x)
 
 
+PAIRS: Any = {0: 1, 2: 3}
+
+
 @pytest.mark.parametrize(
     ("call", "message"),
     [
@@ -82,6 +85,7 @@ def test_a_start_is_given_as_one_value_or_as_three(start: Any) -> None:
             "v0 = 1: given together with",
         ),
         (lambda o, f: pc.simulate(o, f, start=(0,), t_end=1), r"not \(x0, v0\) or \(x0, v0, t0\)"),
+        (lambda o, f: pc.simulate(o, f, start=PAIRS, t_end=1), r"not \(x0, v0\) or"),
         (lambda o, f: pc.simulate(o, f, start=(-1, 0), t_end=1), "start.x0 = -1: below the wall"),
         (
             lambda o, f: pc.bifurcation_diagram(

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
 from tests.web.frames import read_frame
-from tests.web.hands import box_of, field, view_of
+from tests.web.hands import box_of, field, set_box, view_of
 
 import percuss as pc
 from percuss.errors import StudyError
@@ -198,3 +198,6 @@ def test_a_design_is_searched_and_put_into_the_sliders(page: Page) -> None:
     view.get_by_role("button", name="put into the sliders").click()
     page.locator("[data-view=explore]").click()
     assert float(box_of(page, GAP).input_value()) == pytest.approx(found, rel=1e-7)
+    expect(view.locator(".stale-note")).to_have_text("")
+    set_box(page, "start.v0", "0.7")
+    expect(view.locator(".stale-note")).to_contain_text("The start has been changed since")

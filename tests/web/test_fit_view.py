@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
 from tests.web.frames import read_frame
-from tests.web.hands import box_of, follow_link, link_of, view_of
+from tests.web.hands import box_of, follow_link, link_of, set_box, view_of
 from tests.web.test_server import fetched
 
 import percuss as pc
@@ -224,6 +224,13 @@ def test_a_record_is_loaded_fitted_and_put_into_the_sliders(page: Page, tmp_path
     shown = float(box_of(page, GAP).input_value())
     assert math.isclose(shown, value, abs_tol=error)
     assert abs(float(box_of(page, "start.v0").input_value()) - 0.3) < 0.1
+    # The free parameters and the start are those of the fit, wherever they are: another damping is
+    # another motion.
+    expect(view.locator(".stale-note")).to_have_text("")
+    set_box(page, "oscillator.damping", "0.3")
+    expect(view.locator(".stale-note")).to_contain_text("The motion has been changed since")
+    set_box(page, "oscillator.damping", "0.05")
+    expect(view.locator(".stale-note")).to_have_text("")
 
 
 def test_a_parameter_of_expressions_is_fitted_and_goes_into_its_slider(

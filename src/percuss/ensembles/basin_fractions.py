@@ -34,14 +34,14 @@ from percuss.ensembles.basins import (
 from percuss.ensembles.classification import Arrays, Classification, Rules
 from percuss.ensembles.datasets import attributes_of, coordinates_of, with_units
 from percuss.ensembles.engines import Engine
-from percuss.ensembles.grid import Grid, make_grid, off_the_walls, whole
+from percuss.ensembles.grid import Grid, make_grid, off_the_walls
 from percuss.ensembles.groups import AnyGroup, Group, StructureGroup, walls_of
 from percuss.ensembles.job import Answer, Dimension
 from percuss.ensembles.run_job import execution_of, keep, run_job
 from percuss.ensembles.sweep import check_structure, named_measures
 from percuss.errors import ParameterError
 from percuss.model.acting_sets import StructureSystem, within_walls
-from percuss.model.exact import Phase, as_float, real, two_of
+from percuss.model.exact import Phase, as_float, real, two_of, whole
 from percuss.model.faults import is_row
 from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads

@@ -30,7 +30,7 @@ from percuss.ensembles.datasets import (
 )
 from percuss.ensembles.decisions import NO_START, fraction_of
 from percuss.ensembles.engines import Engine
-from percuss.ensembles.grid import Grid, check_driven, make_grid, whole
+from percuss.ensembles.grid import Grid, check_driven, make_grid
 from percuss.ensembles.groups import AnyGroup
 from percuss.ensembles.job import Answer, Dimension, spans_of
 from percuss.ensembles.measures import MEASURES, Window, measure_group
@@ -38,7 +38,7 @@ from percuss.ensembles.run_job import execution_of, keep, run_job
 from percuss.ensembles.sweep import check_structure, named_measures
 from percuss.errors import ParameterError
 from percuss.model.acting_sets import StructureSystem
-from percuss.model.exact import Phase, as_float, real
+from percuss.model.exact import Phase, as_float, real, whole
 from percuss.model.faults import is_row
 from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads, loads_of

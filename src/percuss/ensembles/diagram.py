@@ -22,7 +22,7 @@ from percuss.ensembles.datasets import (
     with_units,
 )
 from percuss.ensembles.engines import Engine, make_ready
-from percuss.ensembles.grid import Grid, make_grid, whole
+from percuss.ensembles.grid import Grid, make_grid
 from percuss.ensembles.groups import AnyGroup
 from percuss.ensembles.job import Answer, Block, Column, Dimension, check_room, too_large
 from percuss.ensembles.measures import MEASURES, SECTIONS, Window, measure_group, periods_at
@@ -50,7 +50,7 @@ from percuss.execution import Execution
 from percuss.kernels import observables
 from percuss.kernels.record import HUGE, OVERFLOW
 from percuss.model.acting_sets import within_walls
-from percuss.model.exact import as_float
+from percuss.model.exact import as_float, whole
 from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads
 from percuss.model.oscillator import On, Oscillator, Wall

@@ -16,7 +16,7 @@ from percuss.ensembles.threads import check_wanted
 from percuss.errors import ParameterError
 from percuss.model.acting_sets import StructureSystem, within_walls
 from percuss.model.dimensions import dimensions_of, dimensions_of_named
-from percuss.model.exact import Phase, as_float, phase_problem, plain, real, whole
+from percuss.model.exact import Phase, as_float, phase_problem, plain, real
 from percuss.model.expression import Expression
 from percuss.model.faults import check_mapping, is_row
 from percuss.model.forcing import Forcing
@@ -39,7 +39,6 @@ __all__ = [
     "make_grid",
     "off_the_walls",
     "values_of",
-    "whole",
 ]
 
 

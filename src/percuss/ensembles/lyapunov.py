@@ -29,7 +29,7 @@ from percuss.ensembles.decisions import (
     rounding_of,
     steps_to_go,
 )
-from percuss.ensembles.grid import make_grid, whole
+from percuss.ensembles.grid import make_grid
 from percuss.ensembles.groups import StructureGroup
 from percuss.ensembles.repetition import period_of
 from percuss.errors import ConvergenceError, ParameterError
@@ -37,7 +37,7 @@ from percuss.kernels import observables
 from percuss.kernels import record as columns
 from percuss.kernels.arithmetic import ULP
 from percuss.kernels.law_columns import PERIOD
-from percuss.model.exact import as_float
+from percuss.model.exact import as_float, whole
 from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads
 from percuss.model.oscillator import Oscillator

@@ -15,11 +15,11 @@ from percuss.ensembles.batch import (
     reason_of,
     tangent_plan,
 )
-from percuss.ensembles.grid import whole
 from percuss.ensembles.groups import AnyGroup
 from percuss.ensembles.repetition import impact_periods, period_of, repeat_times
 from percuss.kernels import observables
 from percuss.kernels import record as columns
+from percuss.model.exact import whole
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import MOST_PERIODS
 from percuss.model.structure import Structure

@@ -12,14 +12,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from percuss.ensembles.array_parts import PartOfJob
-from percuss.ensembles.engines import (
-    Engine,
-    EngineError,
-    check_engine,
-    done_chunks,
-    make_ready,
-    say_stopping,
-)
+from percuss.ensembles.cluster import EngineError
+from percuss.ensembles.engines import Engine, check_engine, done_chunks, make_ready, say_stopping
 from percuss.ensembles.job import (
     BYTES_OF_A_NUMBER,
     Answer,

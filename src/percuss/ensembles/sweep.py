@@ -23,7 +23,7 @@ from percuss.ensembles.datasets import (
 )
 from percuss.ensembles.engines import Engine
 from percuss.ensembles.fingerprint import fingerprint
-from percuss.ensembles.grid import Axis, Grid, make_grid, whole
+from percuss.ensembles.grid import Axis, Grid, make_grid
 from percuss.ensembles.job import Block, Column, Dimension, too_large
 from percuss.ensembles.measures import MEASURES, STROBOSCOPIC, Window, measure_group
 from percuss.ensembles.repetition import counting_period_of, is_free
@@ -31,7 +31,7 @@ from percuss.ensembles.run_job import execution_of, run_job
 from percuss.ensembles.threads import check_wanted
 from percuss.errors import ParameterError
 from percuss.kernels import observables
-from percuss.model.exact import Phase, as_float, two_of
+from percuss.model.exact import Phase, as_float, two_of, whole
 from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads
 from percuss.model.oscillator import On, Oscillator

@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 
 __all__ = [
     "MOST_ROWS",
-    "PI",
     "Computed",
     "Exact",
     "Phase",

@@ -11,7 +11,6 @@ from typing import Any, NoReturn, TypeAlias, cast
 from percuss.errors import ParameterError
 from percuss.model.exact import (
     DIVISION_BY_ZERO,
-    PI,
     Exact,
     Phase,
     PiTimes,
@@ -41,6 +40,7 @@ from percuss.model.faults import (
     scale_faults,
 )
 from percuss.model.force_record import ForceRecord
+from percuss.model.ratios import PI
 
 __all__ = [
     "Component",

@@ -8,7 +8,6 @@ from fractions import Fraction
 
 from percuss.errors import ParameterError
 from percuss.model.exact import (
-    PI,
     Exact,
     PiTimes,
     as_float,
@@ -28,6 +27,7 @@ from percuss.model.faults import (
     raise_first,
 )
 from percuss.model.oscillator import Stop, Wall
+from percuss.model.ratios import PI
 from percuss.model.restitution import Restitution
 from percuss.model.structure import Structure, exact_numbers, one_each
 from percuss.model.units import Units

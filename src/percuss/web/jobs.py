@@ -15,6 +15,7 @@ from percuss.errors import PercussError
 from percuss.execution import Execution
 from percuss.model.paths import replace_parameter
 from percuss.orbits import Branch, PeriodicOrbit, continue_orbit, find_orbits
+from percuss.orbits.bifurcations.branch import largest_velocities
 from percuss.orbits.orbit.extremes import extremes_of
 from percuss.studies.axes import axis_values
 from percuss.studies.kinds.diagram import Diagram
@@ -224,11 +225,10 @@ def _columns(
     arrays: dict[str, Floats] = {}
     for i, branch in enumerate(branches):
         families.append({"special": [[p.kind, p.value, p.row] for p in branch.special_points]})
-        speeds = np.nan_to_num(branch.impact_velocity, nan=-np.inf).max(axis=1, initial=-np.inf)
         columns = {
             "value": branch.values - origin,
             "amplitude": amplitudes[i] if amplitudes else _amplitudes(branch),
-            "speed": np.where(np.isfinite(speeds), speeds, np.nan),
+            "speed": largest_velocities(branch),
             "stable": branch.is_stable,
             "admissible": branch.admissible,
             "impacts": [orbit.n_impacts for orbit in branch],

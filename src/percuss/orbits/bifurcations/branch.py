@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from pandas import DataFrame
     from xarray import Dataset
 
-__all__ = ["Branch", "BranchRows", "CurveRows", "OrbitRows", "branch_of"]
+__all__ = ["Branch", "BranchRows", "CurveRows", "OrbitRows", "branch_of", "largest_velocities"]
 
 
 # A periodic orbit of an oscillator, or of a structure.
@@ -226,6 +226,12 @@ class Branch(BranchRows[PeriodicOrbit], HasTable):
             for i, column in enumerate(table[name].values.T):
                 frame[f"{name}_{i}"] = column
         return frame
+
+
+def largest_velocities(branch: Branch) -> Floats:
+    """Return the largest velocity into a stop of each orbit of a branch, NaN without one."""
+    speeds = np.nan_to_num(branch.impact_velocity, nan=-np.inf).max(axis=1, initial=-np.inf)
+    return np.asarray(np.where(np.isfinite(speeds), speeds, np.nan))
 
 
 def branch_of(

@@ -15,7 +15,7 @@ from percuss.model.exact import as_float
 from percuss.model.forcing import Forcing
 from percuss.model.paths import get_parameter, replace_parameter
 from percuss.model.system import System
-from percuss.orbits.bifurcations.branch import Branch
+from percuss.orbits.bifurcations.branch import Branch, largest_velocities
 from percuss.orbits.bifurcations.continue_orbit import continue_orbit
 from percuss.orbits.bifurcations.special_points import SpecialPoint
 from percuss.orbits.bifurcations.switching import switch_branch
@@ -146,8 +146,7 @@ class OscillatorFamilies(Families):
 
     def impact_velocities(self, branch: Branch) -> Floats:
         """Return the largest velocity into a stop of each orbit of a branch."""
-        speeds = np.nan_to_num(branch.impact_velocity, nan=-np.inf).max(axis=1, initial=-np.inf)
-        return np.asarray(np.where(np.isfinite(speeds), speeds, np.nan))
+        return largest_velocities(branch)
 
     def followed(self, orbit: PeriodicOrbit, value: float, report: Report) -> Branch:
         """Follow an orbit as far as its branch is admissible, in stretches that grow.

@@ -257,10 +257,7 @@ def _manifolds(study: Study) -> list[Manifolds]:
     cycle = (as_float(question.begin) / study.forcing.period) % 1.0
     curves = []
     for orbit in find_orbits(study.oscillator, study.forcing, MOST_IMPACTS, MOST_PERIODS):
-        inside, outside = sorted(abs(orbit.multipliers))
-        if not 0.0 < inside < 1.0 < outside:
-            continue
-        # Where a manifold cannot be computed, the picture shows the basins without it.
+        # Where it is no saddle or has no manifold, the picture shows the basins without it.
         with suppress(PercussError):
             curves.append(
                 manifolds(

@@ -1,11 +1,10 @@
 // The setting of free parameters at which an outcome is best, and the front between two outcomes.
 
-import { button, element, fillTable, form, say, shown, wordsOf } from "./dom.js";
+import { button, element, fillTable, say, shown, wordsOf } from "./dom.js";
 import { choiceField, numberField } from "./fields.js";
-import { FreeParameters } from "./free.js";
-import { Job } from "./job.js";
 import { axesOf, pathsOf, startAt } from "./models.js";
 import { MOTION, PORTRAIT, Plot } from "./plots.js";
+import { SearchView } from "./search_view.js";
 import { isTable, put, settingsOf } from "./state.js";
 
 const HINT = "Tick what may change and give its range; choose what shall be best, and keep other outcomes within limits. SciPy's SLSQP searches with exact derivatives, from the setting of Explore and from others in the ranges. Two outcomes give a front: designs of which neither can be better without the other being worse.";
@@ -13,29 +12,18 @@ const GOALS = [["least", "least"], ["largest", "largest"], ["wanted", "a value"]
 const DEFAULTS = { outcome: "peak_impact_velocity", goal: "least", wanted: 1, second: "", secondGoal: "least", on: "orbit", restarts: 2, n: 8 };
 const MOTIONS = [["orbit", "orbits that attract"], ["run", "the motion of Explore"]];
 
-export class Design {
+export class Design extends SearchView {
   constructor(app) {
-    this.app = app;
+    super(app, { title: "Design", verb: "Search", hasGuesses: false });
     this.outcomes = app.options.facts.outcomes ?? { orbit: [], run: [] };
-    this.current = null;
-    // The form as the link has it.
-    this.kept = null;
-    this.free = new FreeParameters(app.store, () => this.#paths(), { hasGuesses: false, changed: () => this.#keep() });
-    this.form = form("settings");
-    this.job = new Job(app, () => this.#start(), (header, arrays) => this.#receive(header, arrays), this.form);
-    this.job.start.textContent = "Search";
-    this.verdict = element("p", { role: "status" });
-    this.result = element("table", { class: "fitted", hidden: true });
     this.#plots();
-    this.root = element(
-      "section", { class: "wide fit", "aria-label": "Design" },
-      this.form, this.job.root, this.verdict, this.result,
-      element("div", { class: "plots" }, ...this.plots.map((plot) => plot.root)), element("p", { class: "hint" }, HINT),
-    );
+    this.place(HINT);
     this.restore(app.store.value);
-    app.store.watch((_, why) => {
-      if (why === "study" || why === "all") this.shown();
-    });
+  }
+
+  /** The start plays a part in a motion alone. */
+  isOfStart({ on } = this.settings) {
+    return on === "run";
   }
 
   #plots() {
@@ -62,9 +50,7 @@ export class Design {
     // Those of other outcomes: {outcome, low, high}, null for none.
     this.limits = (isTable(design) && Array.isArray(design.limits) ? design.limits : []).filter(isTable);
     this.free.restore(design?.free);
-    this.current = null;
-    this.result.hidden = true;
-    this.verdict.textContent = "";
+    this.forget();
     this.front.root.hidden = true;
     for (const plot of this.plots) plot.wait("Search shows it", { x: [0, 1], y: [0, 1] });
     this.#check();
@@ -72,22 +58,18 @@ export class Design {
   }
 
   /** Keep in the link what is set. */
-  #keep() {
+  keep() {
     const design = { ...this.settings, free: this.free.free, limits: this.limits };
     this.kept = JSON.stringify(design);
     this.app.store.set({ design }, "design");
   }
 
-  shown() {
-    if (!this.root.hidden) this.free.update();
-  }
-
   /** The request whose files are offered: of the design that is shown, or of what is set. */
   request() {
-    return Object.keys(this.free.value).length === 0 ? null : (this.current ?? this.#request());
+    return Object.keys(this.free.value).length === 0 ? null : (this.current ?? this.requested());
   }
 
-  #request() {
+  requested() {
     const { outcome, goal, wanted, second, secondGoal, on, restarts, n } = this.settings;
     const isFront = second !== "";
     const limits = Object.fromEntries(this.limits.map((it) => [it.outcome, [it.low, it.high]]));
@@ -99,27 +81,17 @@ export class Design {
     };
   }
 
-  #start() {
-    this.pending = this.#request();
-    return this.pending;
-  }
-
-  /** The start plays a part in a motion alone. */
-  #paths() {
-    return pathsOf(this.app.store.value.study).filter(({ path }) => !path.startsWith("start.") || this.settings.on === "run");
-  }
-
   #set(parts) {
     Object.assign(this.settings, parts);
     this.#check();
     this.#fields();
-    this.#keep();
+    this.keep();
   }
 
   /** Set what no other field depends on. */
   #put(parts) {
     Object.assign(this.settings, parts);
-    this.#keep();
+    this.keep();
   }
 
   /** Leave out what does not belong together. */
@@ -172,7 +144,7 @@ export class Design {
     });
     const end = (name, label) => numberField(label, it[name] ?? "", (value) => {
       it[name] = value;
-      this.#keep();
+      this.keep();
     }, { mayBeEmpty: true });
     const label = `limit of ${wordsOf(it.outcome)}`;
     const remove = button("remove", () => {
@@ -182,14 +154,12 @@ export class Design {
     return element("div", { role: "group", "aria-label": label }, element("span", { class: "ends" }, choice, end("low", "at least"), end("high", "at most"), remove));
   }
 
-  #receive(header, arrays) {
-    this.current = this.pending;
-    const { designs, outcomes, report, converged, told } = header;
+  receive(header, arrays) {
+    const { designs, outcomes, report, told } = header;
     const isFront = outcomes.length > 1;
     const labels = new Map(pathsOf(this.current.study).map((it) => [it.path, it.name]));
     const labelOf = (name) => labels.get(name) ?? wordsOf(name);
     this.verdict.textContent = told;
-    this.verdict.className = converged ? "" : "fault";
     const take = (design) => button("put into the sliders", () => this.#take(design), { title: "these values, and the start of the orbit, become those of Explore" });
     const paths = Object.keys(designs[0].values);
     const head = isFront ? [...[...outcomes, ...paths].map(labelOf), ""] : [];
@@ -197,7 +167,6 @@ export class Design {
       ? designs.map((it) => [...it.outcomes.map((value) => shown(value, 6)), ...paths.map((path) => shown(it.values[path], 6)), take(it)])
       : [...report.map(([name, text]) => [labelOf(name), text.replaceAll("_", " ")]), ["", take(designs[0])]];
     fillTable(this.result, head, rows);
-    this.result.hidden = false;
     this.#draw(isFront ? header : null, arrays);
   }
 

@@ -110,7 +110,7 @@ export class Diagram extends JobView {
 
   /** The parameter of the diagram may be any: it is marked in the picture. Orbits have no start. */
   scope({ kind, path, path2 }) {
-    return { path, path2, ...(kind === "response" && { parts: [] }) };
+    return { paths: [path, path2].filter(Boolean), ...(kind === "response" && { parts: [] }) };
   }
 
   restore(state) {

@@ -1,12 +1,11 @@
 // A record and the parameters fitted to it.
 
-import { button, element, fileField, fillTable, form, isStudyFile, say, textOf, watchDrops, wordsOf } from "./dom.js";
+import { button, element, fileField, fillTable, isStudyFile, say, textOf, watchDrops, wordsOf } from "./dom.js";
 import { count } from "./facts.js";
 import { checkField, choiceField, numberField } from "./fields.js";
-import { FreeParameters } from "./free.js";
-import { Job } from "./job.js";
-import { axesOf, named, pathsOf, startAt, unitsOf } from "./models.js";
+import { axesOf, named, startAt, unitsOf } from "./models.js";
 import { Plot } from "./plots.js";
+import { SearchView } from "./search_view.js";
 import { isTable, put } from "./state.js";
 
 const HINT = "A table with a column t (or time) and one of displacement (x), velocity (v), acceleration (a), stop_force or impact_times, as loggers write it: commas, semicolons or tabs; units such as Time (ms) are converted into those of the model. Tick what is not known: its slider is the guess, or give a range in which it is looked for.";
@@ -15,47 +14,35 @@ const COLUMNS = { t: "instants", noise: "noise of each value" };
 // Of a table, in a link: longer ones are loaded anew.
 const MOST_LINKED = 56_000;
 
-export class Fit {
+export class Fit extends SearchView {
   constructor(app) {
-    this.app = app;
+    super(app, { title: "Fit", verb: "Fit", hasGuesses: true });
     // The table that is loaded, and whether its columns are a record.
     this.table = { name: "", csv: "" };
     this.columns = null;
     this.isRecord = false;
-    // The form as the link has it.
-    this.kept = null;
-    this.free = new FreeParameters(app.store, () => this.#paths(), { changed: () => this.#keep() });
     this.noise = null;
     this.isStarted = false;
-    this.current = null;
     this.quantity = "";
     this.choice = element("div", { class: "tools", hidden: true });
     this.file = fileField("table of measurements", (file) => this.#read(file));
     this.told = element("p", { class: "hint", role: "status" });
     this.chooser = element("details", { class: "columns", hidden: true });
     this.fault = element("p", { class: "fault", role: "alert" });
-    this.form = form("settings");
-    this.job = new Job(app, () => this.#start(), (header, arrays) => this.#receive(header, arrays), this.form);
-    this.job.start.textContent = "Fit";
     this.take = button("put into the sliders", () => this.#take(), { hidden: true, title: "the fitted values and the start of the record become those of Explore" });
     this.job.root.append(this.take);
-    this.result = element("table", { class: "fitted", hidden: true });
-    this.verdict = element("p", { role: "status" });
     this.#plots();
-    this.root = element(
-      "section", { class: "wide fit", "aria-label": "Fit" },
-      this.form, this.job.root, this.verdict, this.result,
-      this.choice, element("div", { class: "plots" }, ...this.plots.map((plot) => plot.root)), element("p", { class: "hint" }, HINT),
-    );
+    this.place(HINT, this.choice);
     this.restore(app.store.value);
     watchDrops(this.root, (file) => {
       if (isStudyFile(file)) return false;
       this.#read(file);
       return true;
     });
-    app.store.watch((_, why) => {
-      if (why === "study" || why === "all") this.#changed();
-    });
+  }
+
+  isOfStart({ start } = { start: this.isStarted }) {
+    return start;
   }
 
   #plots() {
@@ -75,7 +62,7 @@ export class Fit {
     this.job.clear();
     this.kept = null;
     this.free.clear();
-    this.#forget();
+    this.forget();
   }
 
   /** Take the form of a link; its record is read when the view is shown. */
@@ -92,13 +79,13 @@ export class Fit {
     this.free.restore(free);
     this.told.textContent = this.fault.textContent = "";
     this.chooser.hidden = true;
-    this.#forget();
+    this.forget();
     this.#wait();
     this.#fields();
   }
 
   /** Keep in the link what is set, and the record if it is not too long. */
-  #keep() {
+  keep() {
     const { name, csv } = this.table;
     const record = csv.length <= MOST_LINKED && csv !== "" ? { name, csv, columns: this.columns } : {};
     const fit = { ...record, free: this.free.free, noise: this.noise, start: this.isStarted };
@@ -107,45 +94,31 @@ export class Fit {
   }
 
   shown() {
-    this.#changed();
+    super.shown();
     if (this.isDue && this.app.isOpen) this.#measure();
   }
 
   /** The request whose files are offered: of the fit that is shown, or of what is set. */
   request() {
-    return this.isRecord ? (this.current ?? this.#request()) : null;
+    return this.isRecord ? (this.current ?? this.requested()) : null;
   }
 
-  #request() {
+  requested() {
     const { study } = this.app.store.value;
     const csv = this.isRecord ? this.table.csv : "";
     return { kind: "fit", study, csv, columns: this.columns, free: this.free.value, noise: this.noise, start: this.isStarted };
-  }
-
-  #start() {
-    this.pending = this.#request();
-    return this.pending;
-  }
-
-  #paths() {
-    return pathsOf(this.app.store.value.study).filter(({ path }) => !path.startsWith("start.") || this.isStarted);
-  }
-
-  /** The parameters are others, or have other names and values. */
-  #changed() {
-    if (!this.root.hidden) this.free.update();
   }
 
   #fields() {
     const load = button("Load a record", () => this.file.click(), { title: "a table of measurements, as a file; or drop it here" });
     const noise = numberField("noise (empty: estimated)", this.noise ?? "", (value) => {
       this.noise = value;
-      this.#keep();
+      this.keep();
     }, { min: 1e-300, mayBeEmpty: true });
     const start = checkField("start as in Explore", this.isStarted, (isOn) => {
       this.isStarted = isOn;
-      this.#changed();
-      this.#keep();
+      this.changed();
+      this.keep();
     });
     start.title = "the start of the record is known; else it is unknown, too";
     this.free.build();
@@ -154,7 +127,7 @@ export class Fit {
 
   async #read(file) {
     this.job.clear();
-    this.#forget();
+    this.forget();
     this.isRecord = false;
     this.told.textContent = `reading ${file.name} …`;
     this.table = { name: file.name, csv: await textOf(file) };
@@ -179,7 +152,7 @@ export class Fit {
         this.columns = header.columns;
         this.told.textContent = `${name}: ${count(header.n, "value")} of ${header.quantities.map(wordsOf).join(", ")}${csv.length > MOST_LINKED ? "; too long for a link" : ""}`;
         this.fault.textContent = "";
-        this.#keep();
+        this.keep();
         this.#draw(header, arrays);
       },
       fault: (faults) => {
@@ -193,7 +166,7 @@ export class Fit {
   #choose({ titles, columns, fault }) {
     const choices = [["", "none"], ...titles.map((title) => [title, title])];
     const choice = (quantity) => choiceField(COLUMNS[quantity] ?? wordsOf(quantity), choices, columns[quantity], (title) => {
-      this.#forget();
+      this.forget();
       // What was chosen while an answer was under way counts, too.
       this.columns = { ...columns, ...this.columns, [quantity]: title };
       this.#measure();
@@ -203,25 +176,21 @@ export class Fit {
     this.chooser.replaceChildren(element("summary", {}, "Columns of the table"), element("div", { class: "tools" }, ...Object.keys(columns).map(choice)));
   }
 
-  /** Nothing is fitted. */
-  #forget() {
-    this.current = null;
-    this.take.hidden = this.result.hidden = true;
-    this.verdict.textContent = "";
+  forget() {
+    super.forget();
+    this.take.hidden = true;
     this.fault.textContent = "";
   }
 
-  #receive(header, arrays) {
-    this.current = this.pending;
+  receive(header, arrays) {
     this.header = header;
     const { values, notes, converged, reason, n_runs: runs } = header;
     this.verdict.textContent = converged ? `Converged in ${count(runs, "run")}.` : `Not converged: ${reason}. These are the best values found.`;
-    this.verdict.className = converged ? "" : "fault";
-    const labels = this.#paths().map((it) => [it.path, it.name]);
+    const labels = this.paths().map((it) => [it.path, it.name]);
     const labelled = (text) => labels.reduce((now, [path, name]) => now.replaceAll(path, name), text);
     const rows = [...values.map(({ path, text }) => [path, text]), ...notes];
     fillTable(this.result, [], rows.map((row) => row.map(labelled)), (k) => ({ "data-fitted": values[k]?.path }));
-    this.take.hidden = this.result.hidden = false;
+    this.take.hidden = false;
     this.#draw(header, arrays);
   }
 

@@ -55,7 +55,7 @@ export function makeTabs(names, prefix, choose) {
 }
 
 /** Return the files of a kind of request: [extension, table or null, label]. */
-export function filesOf({ kind, study, digits, outcomes }) {
+function filesOf({ kind, study, digits, outcomes }) {
   const hasSoft = (study.oscillator.stops ?? []).some((stop) => stop.type === "soft");
   const tables = {
     motion: ["impacts", ...(hasSoft ? ["crossings"] : []), ...(digits ? ["certified"] : [])],

@@ -3,7 +3,7 @@
 import { element, form } from "./dom.js";
 import { Job } from "./job.js";
 import { Plot } from "./plots.js";
-import { changedSince } from "./provenance.js";
+import { noteChanges } from "./provenance.js";
 import { isStudy, settingsOf } from "./state.js";
 
 /**
@@ -12,7 +12,7 @@ import { isStudy, settingsOf } from "./state.js";
  * requestOf(study, isLive): what to compute with a study, quickly while a slider moves; hasPicture: whether an answer has come;
  * isComputed(request): whether it is of what is set now; receive(header, arrays, isFirst): takes a
  * frame; read(x, y): text of a point; open(x, y): shows a point in Explore; refine(): computes the
- * part that is zoomed into; scope(request): options of `changedSince`.
+ * part that is zoomed into; scope(request): options of `noteChanges`.
  */
 export class JobView {
   /** `name`: key of the view in the state and its link; `defaults`: of its settings. */
@@ -88,8 +88,7 @@ export class JobView {
 
   /** Say what has changed since the picture was computed. */
   changed() {
-    this.stale.textContent = this.current === null ? "" : changedSince(this.current.study, this.app.store.value.study, this.scope(this.current));
-    this.stale.hidden = this.stale.textContent === "";
+    noteChanges(this.stale, this.current, this.app.store.value.study, this.current && this.scope(this.current));
   }
 
   /** Keep in the link what is set, and the study of the picture. */

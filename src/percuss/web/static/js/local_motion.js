@@ -324,7 +324,7 @@ function spectrumOf(kernels, run) {
 }
 
 /** Return what the picture of the mass is drawn from: see percuss.web.mechanisms.elements_of_oscillator. */
-export function elementsOf({ oscillator, forcing = {} }) {
+function elementsOf({ oscillator, forcing = {} }) {
   const { stiffness = 1, stops = [] } = oscillator;
   const damping = oscillator.mass === undefined ? oscillator.damping : oscillator.damping_coefficient;
   const isThere = (value) => valueOf(value ?? 0) !== 0;

@@ -3,24 +3,24 @@
 import { numberOf, sameMotion } from "./models.js";
 import { get, put } from "./state.js";
 
-const MOTION = "The motion has been changed since";
-const START = "The start has been changed since";
-const REST = "files, code and link are of the picture that is shown. Compute again for what is set now.";
-
 /**
- * Say what differs between the study a picture was made of and the one that is set; "" if nothing.
+ * Say in a note what differs between the study of a request, or null, and the one that is set.
  *
- * path, path2: parameters that the picture goes over, which may be any; parts: those of the start that
- * matter to it.
+ * paths: parameters that the request goes over, which may be any; parts: those of the start that matter.
  */
-export function changedSince(made, now, { path = null, path2 = null, parts = ["x0", "v0", "t0"] } = {}) {
-  const paths = [path, path2].filter((it) => it !== null);
-  if (paths.some((it) => get(now, it) === undefined && !it.startsWith("start."))) return `${MOTION}; ${REST}`;
+export function noteChanges(note, request, study, scope) {
+  const what = request && changed(request.study, study, scope);
+  note.textContent = what ? `The ${what} has been changed since; files and code are of what is shown. Compute again for what is set now.` : "";
+  note.hidden = !what;
+}
+
+function changed(made, now, { paths = [], parts = ["x0", "v0", "t0"] }) {
+  if (paths.some((it) => get(now, it) === undefined && !it.startsWith("start."))) return "motion";
   const at = (study) => paths.reduce((made, it) => put(made, it, 0), study);
   const [one, other] = [at(made), at(now)];
-  if (!sameMotion(one, other)) return `${MOTION}; ${REST}`;
+  if (!sameMotion(one, other)) return "motion";
   const value = (study, part) => numberOf(study.start?.[part] ?? 0);
-  return parts.every((part) => value(one, part) === value(other, part)) ? "" : `${START}; ${REST}`;
+  return parts.every((part) => value(one, part) === value(other, part)) ? "" : "start";
 }
 
 const timeOf = (study) => Number(numberOf(study?.start?.t0 ?? 0).toPrecision(4));
