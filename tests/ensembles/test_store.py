@@ -128,6 +128,11 @@ def test_what_is_no_store_is_left_alone(tmp_path: Path) -> None:
 
     with pytest.raises(pc.OutputError, match="no store of percuss"):
         chart(str(tmp_path / "notes"))
+    (tmp_path / "rig.fit").write_bytes(b"")
+    with pytest.raises(
+        pc.OutputError, match="a file and no store; if a fit keeps its search there"
+    ):
+        pc.status_of_store(tmp_path / "rig.fit")
     with pytest.raises(pc.OutputError, match="no store there"):
         pc.status_of_store(tmp_path / "nothing")
     assert (tmp_path / "notes" / "text").read_text(encoding="utf-8") == "mine"

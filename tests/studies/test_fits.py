@@ -416,6 +416,16 @@ def test_a_profile_without_an_end_is_open() -> None:
     assert high == math.inf
 
 
+def test_a_fit_that_is_stopped_has_no_profiles(tmp_path: Path) -> None:
+    study = load_study(file_of(tmp_path, MODEL + OWN + f'[fit]\nprofiles = "{GAP}"\n'))
+
+    result = run_study(study, tmp_path / "out", progress=lambda done, _: done < 4)
+
+    assert not result.is_whole
+    assert result.answer.profiles == {}
+    assert result.report[f"profile of {GAP}"] == "none, the search was stopped"
+
+
 def test_the_report_says_what_is_wrong_with_noise_ends_and_profiles(tmp_path: Path) -> None:
     text = MODEL + OWN.replace("[0.05, 0.5]", "[0.25, 0.5]").replace("0.01\n", "10\n")
     study = load_study(file_of(tmp_path, text + f'[fit]\nprofiles = "{GAP}"\n'))

@@ -105,7 +105,8 @@ def stores_in(path: str | Path) -> list[Path]:
     inside = (inner for inner in sorted(folder.glob("*")) if not _is_foreign(inner))
     stores = [inner for inner in inside if stores_of_study(inner)]
     if not stores:
-        raise OutputError(path, "no store there")
+        of_fit = "a file and no store; if a fit keeps its search there, percuss run goes on with it"
+        raise OutputError(path, of_fit if folder.is_file() else "no store there")
     return stores
 
 

@@ -198,6 +198,13 @@ class Fit(Question):
         model, force = study.model, study.force
         records = self.records
         starts = [record.start or self.start or "free" for record in records]
+        report, goes_on = execution.progress, True
+
+        def advance(done: float, total: float) -> bool:
+            nonlocal goes_on
+            goes_on = goes_on and (not callable(report) or report(done, total) is not False)
+            return goes_on
+
         result = fit(
             [_dataset(record) for record in records],
             model,
@@ -208,11 +215,12 @@ class Fit(Question):
             loss=self.loss,
             loss_scale=self.loss_scale,
             store=execution.store,
-            progress=execution.progress,
+            progress=advance if callable(report) else report,
         )
         for path in self.profiles:
             name = long_form(path, result.oscillator, result.forcing, result.start)
-            if 0.0 < result.errors[name] < math.inf:
+            # A search that was stopped is at no least misfit to grow from.
+            if goes_on and 0.0 < result.errors[name] < math.inf:
                 result.profile(path)
         return result
 
@@ -288,7 +296,9 @@ class Fit(Question):
             if path in result.profiles:
                 rows[f"profile of {own[path]}"] = _profile_in_words(result.profiles[path])
             elif own[path] in self.profiles:
-                rows[f"profile of {own[path]}"] = "none, it has no error"
+                has_error = 0.0 < result.errors[path] < math.inf
+                reason = "the search was stopped" if has_error else "it has no error"
+                rows[f"profile of {own[path]}"] = f"none, {reason}"
         return rows
 
 
