@@ -103,6 +103,19 @@ class Plan:
     n_tangents: int = 1
     timed: Floats | None = None
 
+    def empty_values(self) -> Floats:
+        """Return zeros for the values of each motion: the observables; of intervals, edges and peaks."""
+        n, edges = len(self.since), self.edges
+        shown = np.zeros((n, observables.N_OBSERVABLES))
+        if edges is None:
+            return shown
+        return np.hstack([shown, np.zeros((n, 1)), edges, np.zeros((n, edges.shape[1] - 1))])
+
+    def peaks_of(self, values: Floats) -> Floats:
+        """Return the greatest impact speed of each motion in each interval, from its values."""
+        n_edges = 0 if self.edges is None else self.edges.shape[1]
+        return values[:, observables.EDGES + n_edges :]
+
 
 @dataclass(frozen=True, slots=True)
 class BatchResult:
@@ -186,9 +199,7 @@ def follow_batch(
     states[:, [columns.X, columns.V, columns.T]] = starts
     counters = np.zeros((n, columns.COUNTERS), dtype=np.int64)
     status = np.full(n, batch.NEW, dtype=np.int64)
-    edges = np.empty((n, 0)) if plan.edges is None else plan.edges
-    speeds = [np.zeros((n, 1)), edges, np.zeros((n, edges.shape[1] - 1))] if edges.size else []
-    values = np.concatenate([np.zeros((n, observables.N_OBSERVABLES)), *speeds], axis=1)
+    values = plan.empty_values()
     points = np.full((n, plan.n_points, observables.POINT_COLUMNS), np.nan)
     level, sign = np.full(n, plan.level), np.full(n, plan.sign)
     plans = np.stack([plan.since, plan.every, plan.until, level, sign], axis=1)
@@ -235,11 +246,12 @@ def follow_batch(
             if status[i] != columns.SPENT:
                 break
     put_in_order(points, values)
-    peaks = values[:, observables.EDGES + edges.shape[1] :]
     n_impacts, masses = counters[:, columns.N_IMPACTS].copy(), laws[which, 0, MASS]
     ends = values[:, [observables.END_X, observables.END_V]]
     strobes = points[:, :, :2]
-    return BatchResult(status, states, n_impacts, values, points, peaks, masses, strobes, ends)
+    return BatchResult(
+        status, states, n_impacts, values, points, plan.peaks_of(values), masses, strobes, ends
+    )
 
 
 def _workspace(laws: Floats) -> batch.Workspace:

@@ -53,8 +53,6 @@ def follow_structures(
     """
     k, n = len(which), systems[0].structure.n
     n_stops = len(systems[0].structure.stops)
-    edges = np.empty((k, 0)) if plan.edges is None else plan.edges
-    speeds = [np.zeros((k, 1)), edges, np.zeros((k, edges.shape[1] - 1))] if edges.size else []
     c = plan.n_tangents if plan.section == observables.TANGENTS else 0
     width = max(2 * n, batch.IMPACT_COLUMNS, c + 1)
     every = np.stack([plan.since, plan.every, plan.until, *np.zeros((2, k))], axis=1)
@@ -69,7 +67,7 @@ def follow_structures(
         order=np.zeros((k, n_stops)),
         free=np.zeros((k, n_stops)),
         clearances=np.zeros((k, n_stops)),
-        values=np.concatenate([np.zeros((k, observables.N_OBSERVABLES)), *speeds], axis=1),
+        values=plan.empty_values(),
         points=np.full((k, plan.n_points, width), np.nan),
         ends=np.full((k, 2 * n), np.nan),
         tangents=np.broadcast_to(_directions(n, c), (k, 2, n, c)).copy(),
@@ -98,7 +96,7 @@ def follow_structures(
         members.counters[:, columns.N_IMPACTS].copy(),
         members.values,
         points,
-        members.values[:, observables.EDGES + edges.shape[1] :],
+        plan.peaks_of(members.values),
         np.ones(k),
         members.points[:, :, : 2 * n],
         members.ends,
