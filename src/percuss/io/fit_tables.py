@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from percuss.io.column_units import Columns
-from percuss.model.dimensions import dimensions_of
+from percuss.model.dimensions import unit_of_setting
 from percuss.model.oscillator import Oscillator
-from percuss.model.units import in_units, is_unit
+from percuss.model.units import is_unit
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -29,19 +29,15 @@ __all__ = [
 
 def fitted_columns(fit: Fit) -> Columns:
     """Return the parameters as a table: value, error, unit and ends of the range of each."""
-    paths, units = list(fit.values), fit.oscillator.units
-    dimensions = [
-        dimensions_of(path, fit.oscillator, fit.forcing) if "." in path else "" for path in paths
-    ]
-    names = [in_units(units, dimension) for dimension in dimensions]
+    units = [unit_of_setting(path, fit.oscillator, fit.forcing) for path in fit.values]
     return {
         "parameter": _asked(fit),
         "value": np.array(list(fit.values.values())),
         "error": np.array(list(fit.errors.values())),
-        "unit": np.array([name if is_unit(name) else "" for name in names], dtype=object),
+        "unit": np.array([unit if is_unit(unit) else "" for unit in units], dtype=object),
         "least": np.array(fit.problem.low),
         "largest": np.array(fit.problem.high),
-        "at_bound": np.array([path in fit.at_bounds for path in paths]),
+        "at_bound": np.array([path in fit.at_bounds for path in fit.values]),
     }
 
 

@@ -21,7 +21,7 @@ from percuss.io.fit_tables import (
     residual_columns,
 )
 from percuss.io.study_text import branch_text, motion_text, orbit_text, response_text
-from percuss.model.dimensions import dimensions_of
+from percuss.model.dimensions import unit_of_setting
 from percuss.model.units import in_units, is_unit
 from percuss.motion.tables import HasTable
 from percuss.orbits.bifurcations.structure_branch import StructureBranch
@@ -123,13 +123,12 @@ def best_columns(design: Design) -> Columns:
     ends = [(np.nan, np.nan), *design.bounds.values(), *limits]
     slopes = [np.nan, *design.gradient.tolist(), *(np.nan for _ in limits)]
     outcomes = {design.outcome, *design.outcomes}
-    dimensions = [
-        outcome_dimensions(name, osc) if name in outcomes
-        else dimensions_of(name, osc, force) if "." in name
-        else ""
+    units = [
+        in_units(osc.units, outcome_dimensions(name, osc))
+        if name in outcomes
+        else unit_of_setting(name, osc, force)
         for name in values
-    ]  # fmt: skip
-    units = [in_units(osc.units, dimension) for dimension in dimensions]
+    ]
     return {
         "name": np.array(list(values), dtype=object),
         "value": np.array(list(values.values())),

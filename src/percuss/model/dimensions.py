@@ -11,9 +11,9 @@ from percuss.model.loads import Loads
 from percuss.model.oscillator import Oscillator
 from percuss.model.paths import moved_fields
 from percuss.model.structure import Structure
-from percuss.model.units import CYCLES, FORCE
+from percuss.model.units import CYCLES, FORCE, in_units
 
-__all__ = ["dimensions_of", "dimensions_of_named"]
+__all__ = ["dimensions_of", "dimensions_of_named", "unit_of_setting"]
 
 # Dimensions of parameters by the last word of their paths.
 UNITS = {
@@ -80,6 +80,14 @@ def dimensions_of(path: str, osc: object = None, force: Forcing | Loads | None =
         if name in _OF_FORCE and own is not None and not own.is_per_mass:
             return FORCE
     return UNITS[name]
+
+
+def unit_of_setting(path: str, osc: Oscillator | Structure, force: Forcing | Loads | None) -> str:
+    """Return the unit of a parameter or, where its model has no units, its dimensions.
+
+    A parameter with a name of its own is shown without a unit.
+    """
+    return in_units(osc.units, dimensions_of(path, osc, force) if "." in path else "")
 
 
 def dimensions_of_named(

@@ -12,7 +12,7 @@ from pydantic_core import PydanticCustomError
 from percuss.ensembles.measures import outcome_dimensions
 from percuss.execution import Execution
 from percuss.io.study_text import number
-from percuss.model.dimensions import dimensions_of
+from percuss.model.dimensions import unit_of_setting
 from percuss.model.exact import Exact, as_float, number_problem
 from percuss.model.units import in_units
 from percuss.optimization import design, pareto_front
@@ -317,9 +317,7 @@ def _value(result: DesignResult, name: str, value: float) -> str:
 
 def _setting(result: DesignResult, path: str, value: float, digits: int) -> str:
     """Return a parameter with its unit."""
-    osc = result.oscillator
-    dimensions = dimensions_of(path, osc, result.forcing) if "." in path else ""
-    return with_unit(value, in_units(osc.units, dimensions), digits)
+    return with_unit(value, unit_of_setting(path, result.oscillator, result.forcing), digits)
 
 
 def _outcome(result: DesignResult, name: str, value: float) -> str:

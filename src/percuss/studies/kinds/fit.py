@@ -17,7 +17,7 @@ from percuss.fitting.measured import quantity_dimensions
 from percuss.fitting.noise import NOT_WHITE
 from percuss.fitting.result import with_error
 from percuss.io.study_text import number, start_table
-from percuss.model.dimensions import dimensions_of
+from percuss.model.dimensions import unit_of_setting
 from percuss.model.exact import Exact, Phase, as_float, number_problem
 from percuss.model.paths import long_form
 from percuss.model.start import Start
@@ -354,8 +354,7 @@ def _check_count(
 def _value_in_words(result: FitResult, path: str, value: float) -> str:
     """Return a parameter with its error and unit, and what is to be known of it."""
     error = result.errors[path]
-    dimensions = dimensions_of(path, result.oscillator, result.forcing) if "." in path else ""
-    unit = in_units(result.oscillator.units, dimensions)
+    unit = unit_of_setting(path, result.oscillator, result.forcing)
     unit = f" {unit}" if is_unit(unit) else ""
     if end := result.end_of(path):
         change = {"least": "less", "largest": "more"}[end]
