@@ -263,6 +263,15 @@ def test_settings_without_a_motion_to_begin_with_are_told() -> None:
     assert repr(best).endswith(f"; begun at {best.n_begun} of 4 settings>")
 
 
+def test_settings_without_a_motion_of_a_structure_are_told() -> None:
+    """From one of them the motion grows beyond all numbers, which ended the design."""
+    pair = pc.chain([1, 1], [2, 1, 0], ["0.2", "0.2", 0])
+    loads = pc.Loads({0: pc.cosine("1.2", amplitude="0.4")})
+    free = {"structure.stiffness.0.0": (-9, 5)}
+    best = pc.design("max_displacement_1", pair, loads, free=free, restarts=1)
+    assert (best.n_begun, best.n_settings) == (1, 2)
+
+
 def test_a_front_falls() -> None:
     front = pc.pareto_front(
         ("peak_stop_force", "max_displacement"), SOFT, pc.cosine(2), n=4, restarts=0,

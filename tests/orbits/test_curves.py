@@ -73,6 +73,7 @@ def test_a_table_has_a_row_for_each_orbit_and_the_units_of_both_parameters(
     assert kinds == [point.kind for point in curve.special_points] != []
     units = units_of_columns(curve, columns, pc.Units("mm", "s"))
     assert units == {OMEGA: "1/s", AMPLITUDE: "mm/s^2"}
+    assert curve.to_xarray()["unit"].values.tolist() == ["1/time", "length/time^2"]
 
 
 def test_coco_s_grazing_curve_leaves_at_full_amplitude(branch: Branch) -> None:

@@ -250,6 +250,7 @@ def test_an_orbit_of_two_periods_has_two_saddle_points() -> None:
 def test_to_xarray_holds_all_points(flip: pc.PeriodicOrbit) -> None:
     curves = pc.manifolds(flip, section="impact", length=1.0)
     data = curves.to_xarray()
+    assert data.v_after.attrs["units"] == "length/time"
 
     assert data.sizes["point"] == sum(len(branch) for branch in curves.branches)
     assert data.kind.values.tolist() == [branch.kind for branch in curves.branches]

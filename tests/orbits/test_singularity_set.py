@@ -275,6 +275,7 @@ def test_the_edge_of_a_soft_stop_is_grazed_from_inside_too() -> None:
 def test_to_xarray_holds_all_points() -> None:
     curves = pc.singularity_set(WALL, pc.cosine(2.5), n_iterates=2)
     data = curves.to_xarray()
+    assert (data.v_after.attrs["units"], data.duration.attrs["units"]) == ("length/time", "time")
 
     assert data.sizes["point"] == sum(len(curve) for curve in curves)
     assert data.iterate.values.tolist() == [curve.iterate for curve in curves]

@@ -98,6 +98,7 @@ def test_its_halves_lead_to_the_two_attractors(
 
 def test_tables_have_all_points(grown: pc.StructureManifolds) -> None:
     data = grown.to_xarray()
+    assert (data.x.attrs["units"], data.v.attrs["units"]) == ("length", "length/time")
     assert data.x.shape == data.v.shape == (sum(map(len, grown.branches)), 2)
     assert data.saddle.values.tolist() == [0, 0]
     pieces = grown.displacement((1, -1))

@@ -446,3 +446,17 @@ def test_a_turn_after_a_release_from_forces_that_cancel_is_not_missed() -> None:
 
     assert run.contacts.start[0] == 0.0
     assert 0.0 <= x.min() - found.minimum < 1e-7
+
+
+@pytest.mark.parametrize("t_end", [300.0, 4000.0])
+def test_a_motion_that_grows_without_events_ends_with_its_numbers(t_end: float) -> None:
+    """One long flight had the outcome of a run that reaches its end, with numbers beyond floats."""
+    pair = pc.Structure([1, 1], [[-6, -1], [-1, 1]], [["0.4", "-0.2"], ["-0.2", "0.2"]])
+    run = pc.simulate(pair, pc.Loads({0: pc.cosine("1.2")}), t_end=t_end)
+    assert run.outcome is pc.Outcome.overflow
+    assert 1e149 < np.abs(run(run.t_end)).max() < 1.0000001e150
+
+    alone = pc.simulate(pc.Structure([1], [-6]), pc.Loads({0: pc.cosine(2)}), t_end=t_end)
+    same = pc.simulate(pc.Oscillator(-6), pc.cosine(2), t_end=t_end)
+    assert alone.outcome is same.outcome
+    assert alone.t_end == pytest.approx(same.t_end, rel=1e-12)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -293,6 +294,57 @@ def test_a_branch_without_special_points_has_no_curves_and_all_files(tmp_path: P
     assert result.report == {"curves": "none: no such points on the branch"}
     assert {path.name for path in tmp_path.iterdir()} == {file.name for file in result.files}
     assert (tmp_path / "curves.csv").read_text().startswith("curve")
+
+
+FOLDS = """\
+[study]
+kind = "curve"
+[oscillator]
+damping = "0.03"
+[[oscillator.stops]]
+type = "soft"
+at = 1
+side = "above"
+stiffness = 9
+[[forcing.harmonics]]
+amplitude = "0.66"
+omega = "1.2"
+[orbit]
+[over]
+"forcing.omega" = ["1.2", "1.7"]
+"oscillator.stops.0.at" = ["0.4", "1.1"]
+[curve]
+points = ["fold"]
+[branch]
+largest_step = 0.1
+"""
+
+
+@pytest.mark.parametrize(
+    ("ends", "reason", "count"),
+    [
+        # Followed from either fold, over their cusp; the third is another curve.
+        ([(1.46, 1.1), (1.26, 1.1)], "reached", 1),
+        ([(1.26, 1.1), (1.46, 1.1)], "reached", 1),
+        ([(1.46, 1.1), (1.27, 1.1)], "reached", 2),
+        ([], "the curve closed", 1),
+    ],
+)
+def test_a_curve_with_two_points_of_the_branch_is_there_once(
+    monkeypatch: pytest.MonkeyPatch, ends: list[tuple[float, float]], reason: str, count: int
+) -> None:
+    first = [(1.46, 1.1), (1.26, 1.1)]
+    if reason == "the curve closed":
+        # The same extent, begun elsewhere.
+        first, ends = [*first, (1.3, 0.6)], [(1.3, 0.6), (1.26, 1.1), (1.46, 1.1)]
+    made = iter([first, ends])
+
+    def followed(point: Any, *_: Any, **__: Any) -> SimpleNamespace:
+        return SimpleNamespace(kind=point.kind, values=np.array(next(made)), end_reason=reason)
+
+    monkeypatch.setattr("percuss.studies.kinds.curve.continue_curve", followed)
+    study = parse_study(FOLDS)
+    assert len(study.question.answer(study, Execution())) == count
 
 
 OVER_STARTS = """[basins]

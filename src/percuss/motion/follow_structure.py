@@ -14,6 +14,7 @@ from percuss.kernels import record as columns
 from percuss.kernels.structure import march as engine
 from percuss.kernels.structure import run as state
 from percuss.kernels.structure.run import StructureRun, new_run
+from percuss.kernels.structure.sample import evaluate
 from percuss.model.acting_sets import StructureSystem, within_walls
 from percuss.model.exact import Exact, Phase, as_float, plain
 from percuss.model.expression import parameters_in
@@ -23,6 +24,7 @@ from percuss.model.start import end_after_periods, limit_faults, periods_faults
 from percuss.model.structure import Structure
 from percuss.model.structure_start import StructureStart
 from percuss.model.system import check_phases
+from percuss.motion.instants import last_moderate
 from percuss.motion.structures import StructureTrajectory, as_far_as_filled
 from percuss.motion.trajectory import Outcome
 from percuss.progress import RunProgress
@@ -94,7 +96,7 @@ def followed(
         while True:
             status = engine.march(run, end, limit, PATIENCE)
             if status in _OUTCOMES:
-                return as_far_as_filled(run), _OUTCOMES[status]
+                return _as_far_as_moderate(as_far_as_filled(run), _OUTCOMES[status], end)
             if status == state.NEW_SET:
                 system.add(int(run.counters[state.WANTED]))
                 run = run._replace(sets=system.sets)
@@ -114,6 +116,24 @@ def followed(
     finally:
         if progress is not None:
             progress.close()
+
+
+def _as_far_as_moderate(
+    run: StructureRun, outcome: Outcome, end: float
+) -> tuple[StructureRun, Outcome]:
+    """Return a run that ends where its last flight grows beyond HUGE, and its outcome."""
+    place = np.empty((1, len(run.begin), 2))
+
+    def is_below(limit: float, t: float) -> bool:
+        evaluate(run, np.array([t]), True, place)
+        return bool((np.abs(place) < limit).all())
+
+    if outcome is Outcome.reached_t_end:
+        last = last_moderate(is_below, float(run.state[columns.T]), end)
+        if last < end:
+            run.state[columns.T] = last
+            return run, Outcome.overflow
+    return run, outcome
 
 
 def _longer(run: StructureRun) -> StructureRun:

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from percuss.arrays import Floats
 from percuss.errors import ParameterError
+from percuss.kernels.record import HUGE
 from percuss.model.exact import real
 from percuss.motion.sections import section_of
 
-__all__ = ["check_limit", "span_within", "strobes", "times_within"]
+__all__ = ["check_limit", "last_moderate", "span_within", "strobes", "times_within"]
 
 # A computed time may lie outside the run by this many units in the last place.
 ROUNDED = 4.0
@@ -58,3 +59,38 @@ def times_within(instants: Floats, t0: float, t_end: float) -> Floats:
         wrong = float(instants[outside].flat[0])
         raise ParameterError("t", wrong, f"outside the run, {t0!r} to {t_end!r}")
     return np.clip(instants, t0, t_end)
+
+
+def last_moderate(is_below: Callable[[float, float], bool], low: float, end: float) -> float:
+    """Return up to when, at most ``end``, a flight that begins at ``low`` stays below HUGE.
+
+    One that begins beyond that is kept as long as it has numbers.
+
+    Parameters
+    ----------
+    is_below
+        Whether the motion is below a limit, its first argument, at an instant.
+    low
+        When the flight begins.
+    end
+        When it ends.
+
+    Examples
+    --------
+    >>> round(last_moderate(lambda limit, t: t < math.log10(limit), 0.0, 400.0), 9)
+    150.0
+    """
+    limit = HUGE
+    if is_below(limit, end):
+        return end
+    if not is_below(limit, low):
+        limit = math.inf
+    step = 1.0
+    while is_below(limit, low + step) and low + step < end:
+        low, step = low + step, 2.0 * step
+    high = min(end, low + step)
+    if is_below(limit, high):
+        return high
+    while low < (middle := 0.5 * (low + high)) < high:
+        low, high = (middle, high) if is_below(limit, middle) else (low, middle)
+    return low

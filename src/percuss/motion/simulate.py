@@ -48,6 +48,7 @@ from percuss.model.structure import Structure
 from percuss.model.structure_start import StructureStart, structure_start
 from percuss.model.system import System, check_phases, turns_of
 from percuss.motion.extremes import extremes_of_motion
+from percuss.motion.instants import last_moderate
 from percuss.motion.reach import SLACK, drifts_off, free_until, misses, periodic_state
 from percuss.motion.trajectory import AnyRun, Outcome, Trajectory
 from percuss.numerics import expm1
@@ -339,20 +340,7 @@ class _March:
 
         One that begins beyond that is kept as long as it has numbers.
         """
-        low, limit = self.last_time, columns.HUGE
-        if self._is_below(limit, end):
-            return end
-        if not self._is_below(limit, low):
-            limit = math.inf
-        high, step = end, 1.0
-        while self._is_below(limit, low + step) and low + step < end:
-            low, step = low + step, 2.0 * step
-        high = min(high, low + step)
-        if self._is_below(limit, high):
-            return high
-        while low < (middle := 0.5 * (low + high)) < high:
-            low, high = (middle, high) if self._is_below(limit, middle) else (low, middle)
-        return low
+        return last_moderate(self._is_below, self.last_time, end)
 
     def _is_below(self, limit: float, t: float) -> bool:
         """Return whether position and velocity at t are numbers below a limit."""

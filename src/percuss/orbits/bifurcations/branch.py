@@ -207,7 +207,7 @@ class Branch(BranchRows[PeriodicOrbit], HasTable):
             },
             attrs={"path": self.path, "end_reason": self.end_reason},
         )
-        return with_units(table, self.path, self.orbits[0])
+        return with_units(table, self.orbits[0], self.path)
 
     def to_pandas(self) -> DataFrame:
         """Return the orbits as a pandas.DataFrame, a row for each.

@@ -23,6 +23,7 @@ from percuss.orbits.continuation.follow import Segment, unbounded_growth
 from percuss.orbits.continuation.locate import Zero, changes_sign, locate
 from percuss.orbits.continuation.problem import Point
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+from percuss.orbits.orbit.table_units import with_units
 
 if TYPE_CHECKING:
     # A second of import.
@@ -158,7 +159,7 @@ class Curve(CurveRows[PeriodicOrbit], HasTable):
 
         special = self.special_points
         values = np.array([point.values for point in special]).reshape(-1, 2)
-        return xarray.Dataset(
+        table = xarray.Dataset(
             {
                 "value": (("point", "parameter"), self.values),
                 "arclength": ("point", self.arclength),
@@ -177,6 +178,7 @@ class Curve(CurveRows[PeriodicOrbit], HasTable):
             coords={"parameter": list(self.paths)},
             attrs={"kind": self.kind, "end_reason": self.end_reason},
         )
+        return with_units(table, self.orbits[0], *self.paths)
 
 
 CurvesPoint: TypeAlias = Point[CurveEquations]

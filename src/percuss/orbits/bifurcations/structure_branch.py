@@ -234,7 +234,7 @@ class StructureBranch(StructureRows, BranchRows[StructureOrbit]):
             },
             attrs={"path": self.path, "end_reason": self.end_reason},
         )
-        return with_units(table, self.path, self.orbits[0])
+        return with_units(table, self.orbits[0], self.path)
 
     def to_pandas(self) -> DataFrame:
         """Return the columns that have one number a row as a pandas.DataFrame."""

@@ -45,6 +45,7 @@ from percuss.orbits.orbit.structure_orbit import (
     multipliers_of_matrix,
 )
 from percuss.orbits.orbit.symmetry import SYMMETRY_LOST, is_symmetric_structure, keep_symmetry
+from percuss.orbits.orbit.table_units import with_units
 from percuss.progress import Progress, Report
 
 if TYPE_CHECKING:
@@ -146,7 +147,7 @@ class StructureCurve(StructureRows, CurveRows[StructureOrbit]):
         """Return the table as a dataset along ``point``, for files and for pandas."""
         import xarray
 
-        return xarray.Dataset(
+        table = xarray.Dataset(
             {
                 "value": (("point", "parameter"), self.values),
                 "multiplier_real": (("point", "multiplier"), self.multipliers.real),
@@ -155,6 +156,7 @@ class StructureCurve(StructureRows, CurveRows[StructureOrbit]):
             coords={"parameter": list(self.paths)},
             attrs={"kind": self.kind, "end_reason": self.end_reason},
         )
+        return with_units(table, self.orbits[0], *self.paths)
 
 
 def half_map(orbit: StructureOrbit) -> Floats:

@@ -191,8 +191,12 @@ def random_starts(system: StructureSystem, seed: int) -> Iterator[Floats]:
     """Yield starts (x, v) for ever: at rest, then around the motion that comes from rest."""
     random, n = np.random.default_rng(seed), system.structure.n
     rest = within_walls(system.structure, np.zeros(2 * n))
-    here = period_map(system, rest, STAGE, derivative=False)
-    sizes = np.abs(_strobes(system, here, TAIL)).max(axis=0)
+    try:
+        here = period_map(system, rest, STAGE, derivative=False)
+        sizes = np.abs(_strobes(system, here, TAIL)).max(axis=0)
+    except PercussError:
+        # The motion from rest does not last, as of a structure that is unstable there.
+        sizes = np.zeros(2 * n)
     # In units of the largest of all coordinates: some may not have moved.
     units = np.repeat([float(sizes[:n].max()) or 1.0, float(sizes[n:].max()) or 1.0], n)
     yield rest

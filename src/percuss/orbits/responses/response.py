@@ -199,7 +199,7 @@ class Response(HasPicture, HasTable):
         table = xarray.Dataset(columns, attrs={"path": self.path, "complete": int(self.complete)})
         if not self.branches:
             return table
-        return with_units(table, self.path, self.branches[0].orbits[0])
+        return with_units(table, self.branches[0].orbits[0], self.path)
 
 
 def response_curve(

@@ -16,6 +16,7 @@ from percuss.motion.tables import HasTable
 from percuss.numerics import inverse, matmul
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
+from percuss.orbits.orbit.table_units import with_units
 from percuss.orbits.surface.manifold_branch import ManifoldBranch, ManifoldKind
 from percuss.orbits.surface.manifold_growth import (
     TOLERANCE,
@@ -137,7 +138,7 @@ class Manifolds(HasPicture, HasTable):
         columns |= {name: ("point", values) for name, values in of_points.items()}
         columns["number"] = ("point", np.repeat(np.arange(len(sizes)), sizes))
         attrs = {"section": self.section, "cycle": self.cycle, "stop": self.stop}
-        return xarray.Dataset({**columns, **whole}, attrs=attrs)
+        return with_units(xarray.Dataset({**columns, **whole}, attrs=attrs), self.orbit)
 
 
 @overload

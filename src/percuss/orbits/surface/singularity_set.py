@@ -23,6 +23,7 @@ from percuss.model.restitution import restitution_at_rest
 from percuss.motion.tables import HasTable
 from percuss.numerics import geometric, hypot
 from percuss.orbits.orbit.itinerary import Entry, entry, row_of_region
+from percuss.orbits.orbit.table_units import with_units
 from percuss.orbits.surface.backward import BackwardMotions
 from percuss.orbits.surface.grazing_intervals import grazing_intervals
 from percuss.orbits.surface.maps import periodic_system
@@ -394,7 +395,8 @@ class SingularitySet(HasPicture, HasTable):
         }
         points = {name: ("point", along(name)) for name in names}
         number = {"number": ("point", np.repeat(np.arange(len(sizes)), sizes))}
-        return xarray.Dataset({**points, **number, **curves}, attrs={"stop": self.stop})
+        table = xarray.Dataset({**points, **number, **curves}, attrs={"stop": self.stop})
+        return with_units(table, self)
 
 
 def singularity_set(

@@ -17,6 +17,7 @@ from percuss.motion.tables import HasTable
 from percuss.numerics import directions, matmul, norm
 from percuss.orbits.orbit.stability import ON_CIRCLE
 from percuss.orbits.orbit.structure_orbit import StructureOrbit, map_between
+from percuss.orbits.orbit.table_units import with_units
 from percuss.orbits.surface.manifold_branch import ManifoldBranch
 from percuss.orbits.surface.manifold_growth import TOLERANCE, Grower, grow, local_manifold
 from percuss.pictures import HasPicture
@@ -108,7 +109,7 @@ class StructureManifolds(HasPicture, HasTable):
             name: np.array([getattr(branch, name) for branch in self.branches])
             for name in ("saddle", "side", "end_reason")
         }
-        return xarray.Dataset(
+        table = xarray.Dataset(
             {
                 **columns,
                 **{name: ("point", values) for name, values in of_points.items()},
@@ -116,6 +117,7 @@ class StructureManifolds(HasPicture, HasTable):
             },
             attrs={"cycle": self.cycle},
         )
+        return with_units(table, self.orbit)
 
 
 def structure_manifolds(

@@ -6,8 +6,12 @@ import warnings
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, get_args
 
+import numpy as np
+
+from percuss.arrays import Floats
 from percuss.errors import ParameterError
 from percuss.execution import Execution
+from percuss.model.exact import as_float
 from percuss.model.paths import long_form
 from percuss.orbits import continue_curve
 from percuss.studies.axes import OverRanges, ParameterRange, ranges_over
@@ -23,6 +27,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Curve"]
 
+# Two curves are one whose ends differ by so little of the ranges, or of closed ones whose extents do.
+SAME_END, SAME_BOX = 1e-6, 0.01
 PointKind = Literal["fold", "period_doubling", "symmetry_breaking", "grazing", "torus"]
 OF_OSCILLATORS: tuple[PointKind, ...] = get_args(PointKind)[:4]
 OF_STRUCTURES: tuple[PointKind, ...] = get_args(PointKind)
@@ -97,16 +103,21 @@ class Curve(Question):
         """Follow the orbit, and each special point."""
         along = self.along or next(iter(self.over))
         branch = follow(study, self.sought, {along: self.over[along]}, self.steps, execution)
-        curves = []
+        ends = [(as_float(low), as_float(high)) for low, high in self.over.values()]
+        widths = np.array([high - low for low, high in ends])
+        curves: list[CurveResult | StructureCurve] = []
         for point in branch.special_points:
             if point.kind not in self.points:
                 continue
             try:
-                curves.append(continue_curve(point, self.over, progress=execution.progress))
+                curve = continue_curve(point, self.over, progress=execution.progress)
             except ParameterError as error:
                 # The others have their curves.
                 what = f"no curve from {point.kind} at {point.path} = {point.value:.6g}"
                 warnings.warn(f"{what}: {error.reason}", stacklevel=2)
+                continue
+            if not any(_is_same(curve, other, widths) for other in curves):
+                curves.append(curve)
         return curves
 
     def draw(self, result: list[CurveResult | StructureCurve], study: Study, figure: Any) -> None:
@@ -132,3 +143,17 @@ class Curve(Question):
                 lines.append(f"{point.kind.replace('_', ' ')} at ({at}){detail}")
             rows[f"curve {i}"] = "\n".join([*lines, f"ends: {curve.end_reason}"])
         return rows
+
+
+def _is_same(
+    one: CurveResult | StructureCurve, other: CurveResult | StructureCurve, widths: Floats
+) -> bool:
+    """Return whether two curves are one, on which the branch has two points: by their ends."""
+    if one.kind != other.kind:
+        return False
+    first, second = (curve.values / widths for curve in (one, other))
+    if one.end_reason.endswith("closed") and other.end_reason.endswith("closed"):
+        boxes = [np.array([part.min(axis=0), part.max(axis=0)]) for part in (first, second)]
+        return bool(np.abs(boxes[0] - boxes[1]).max() < SAME_BOX)
+    ends = first[[0, -1]]
+    return any(np.abs(ends - second[rows]).max() < SAME_END for rows in ([0, -1], [-1, 0]))
