@@ -76,3 +76,18 @@ def test_a_guess_of_a_phase_is_one_of_a_whole_turn() -> None:
         assert abs(away) < 5 * fit.errors[path]
     assert fit.converged
     assert fit.at_bounds == ()
+
+
+def test_data_beyond_the_samples_of_a_force_are_told_where_no_motion_fits() -> None:
+    """As of two loggers whose clocks differ."""
+    osc, instants = pc.Oscillator(4, "0.1"), np.linspace(0, 6, 40)
+    push = 3 * np.random.default_rng(1).standard_normal(40)
+    t = np.linspace(0, 6, 45)
+    x, _ = pc.simulate(osc, pc.record(instants, push), t_end=6)(t)
+    data, cut = {"t": t, "displacement": x}, pc.record(instants[:20], push[:20])
+    fit = pc.fit(data, osc, cut, free={"oscillator.damping": 0.1}, start=(0, 0), noise=1e-3)
+    assert not fit.converged
+    assert fit.reason.endswith("; of the force the record lasts from t = 0 to 2.92308, its end values "
+                               "hold beyond")  # fmt: skip
+    whole = pc.record(instants, push)
+    assert pc.fit(data, osc, whole, free={"oscillator.damping": 0.1}, noise=1e-3).reason == ""

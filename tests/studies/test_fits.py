@@ -470,3 +470,21 @@ def test_tables_have_the_names_that_were_asked_for(tmp_path: Path) -> None:
         lines = (tmp_path / "out" / f"{table}.csv").read_text(encoding="utf-8").splitlines()
         rows = [line.partition(",")[0] for line in lines if line.startswith(("osc", "forc"))]
         assert rows == names
+
+
+def test_free_motion_after_a_pulse_has_the_pulse_in_its_summary() -> None:
+    text = (
+        '[study]\nkind = "fit"\n[oscillator]\nstiffness = 4\ndamping = "0.1"\n[forcing.record]\n'
+        't = [0, "0.1"]\nf = [5, 5]\noutside = "zero"\n[start]\nx0 = 0\n'
+        '[fit.free]\n"oscillator.damping" = "0.12"\n[[fit.records]]\n'
+    )
+    t = np.linspace(0.05, 4, 40)
+    model, pulse = pc.Oscillator(4, "0.1"), pc.record([0, "0.1"], [5, 5], outside="zero")
+    x, _ = pc.simulate(model, pulse, t_end=4)(t)
+    lists = f"t = {t.tolist()}\ndisplacement = {(x + 1e-4 * np.sin(37 * t**2)).tolist()}\n"
+    study = parse_study(text + lists)
+    result = study.question.answer(study, Execution())
+    assert result.converged
+    assert study.question.report(result)["record"] == (
+        "of the force the record lasts from t = 0 to 0.1, nothing acts beyond"
+    )

@@ -20,7 +20,7 @@ from percuss.fitting.measured import (
     read_samples,
 )
 from percuss.fitting.noise import check_noise
-from percuss.fitting.plausibility import check_plausible, too_coarse
+from percuss.fitting.plausibility import beyond_force, check_plausible, too_coarse
 from percuss.fitting.result import Fit, result_of
 from percuss.fitting.search import FitSearch
 from percuss.fitting.solver import FitProblem
@@ -165,7 +165,10 @@ def fit(
             other = turned.best()
             if not other.reason:
                 search, best = turned, other
-        best = replace(best, reason=best.reason or too_coarse(records))
+        reason = best.reason or too_coarse(records)
+        if reason and not line.is_stopped and (beyond := beyond_force(records)):
+            reason = f"{reason}; {beyond}"
+        best = replace(best, reason=reason)
         if kept is not None:
             kept.write(best.problem, best.descent.point)
         return result_of(search, best)

@@ -14,8 +14,9 @@ from percuss.kernels.segments import OF_STOP
 from percuss.kernels.structure.segments import OF_PLACE
 from percuss.model.oscillator import Oscillator
 from percuss.model.structure import Structure
+from percuss.motion.trajectory import beyond_record_of
 
-__all__ = ["check_plausible", "too_coarse"]
+__all__ = ["beyond_force", "check_plausible", "too_coarse"]
 
 # A record at rest has so many equal values at least.
 FEWEST_AT_REST = 3
@@ -56,6 +57,15 @@ def too_coarse(records: Sequence[MeasuredRecord]) -> str:
                 "pass through them, too; give their noise, by which the fit is judged"
             )
     return ""
+
+
+def beyond_force(records: Sequence[MeasuredRecord]) -> str:
+    """Return that data go beyond the samples of a measured force; empty where none do.
+
+    It may be free motion after a pulse, or the clocks of two loggers that differ.
+    """
+    texts = (beyond_record_of(record.force, record.begin, record.end) for record in records)
+    return next((f"of the force {text}" for text in texts if text), "")
 
 
 def samples_a_period(record: MeasuredRecord) -> float:

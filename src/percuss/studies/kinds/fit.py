@@ -15,6 +15,7 @@ from percuss.fitting import fit
 from percuss.fitting.losses import LossName
 from percuss.fitting.measured import quantity_dimensions
 from percuss.fitting.noise import NOT_WHITE
+from percuss.fitting.plausibility import beyond_force
 from percuss.fitting.result import with_error
 from percuss.io.study_text import number, start_table
 from percuss.model.dimensions import unit_of_setting
@@ -272,6 +273,8 @@ class Fit(Question):
         """Return the parameters with their errors, and how well they explain the records."""
         end = "converged" if result.converged else f"not converged: {result.reason}"
         rows = {"fit": f"{end}; {counted(result.n_runs, 'run')} of the record"}
+        beyond = beyond_force([layout.record for layout in result.problem.layouts])
+        rows |= {"record": beyond} if beyond and result.converged else {}
         # By the names of the file.
         own = dict(zip(result.values, self.free, strict=True))
         for path, value in result.values.items():
