@@ -91,3 +91,28 @@ def test_data_beyond_the_samples_of_a_force_are_told_where_no_motion_fits() -> N
                                "hold beyond")  # fmt: skip
     whole = pc.record(instants, push)
     assert pc.fit(data, osc, whole, free={"oscillator.damping": 0.1}, noise=1e-3).reason == ""
+
+
+@pytest.mark.parametrize("kind", ["oscillator", "structure"])
+def test_samples_between_knots_of_a_force_may_be_on_the_other_side_of_an_impact(kind: str) -> None:
+    """Force and acceleration on one time base: between an impact and a sample next to it is a knot."""
+    rng = np.random.default_rng(2)
+    t = np.arange(0, 2.0, 1e-3)
+    push = 60 * np.sin(2 * np.pi * (6 * t + 3 * t**2)) + 5 * rng.standard_normal(t.size)
+    force: Any = pc.record(t, push)
+    wall = pc.Wall(0.004, "above", 0.62)
+    rig: Any = pc.Oscillator.from_mass(2.5, stiffness=9e3, damping_coefficient=25.0, stops=(wall,))
+    model, column = "oscillator", "acceleration"
+    if kind == "structure":
+        rig = pc.Structure(
+            mass=[2.5], stiffness=[9e3], damping=[25.0], stops=[pc.Wall(0.004, "above", 0.62, on=0)]
+        )
+        force, model, column = {0: force}, "structure", "acceleration_0"
+    instants = t[:-100]
+    run = pc.simulate(rig, force, t_end=1.9)
+    exact = run.acceleration(*(() if kind == "oscillator" else (0,)), instants)
+    a = np.ravel(exact) + 0.8 * rng.standard_normal(instants.size)
+    free = {f"{model}.stops.0.at": 0.004, f"{model}.stops.0.restitution": 0.62}
+    fit = pc.fit({"t": instants, column: a}, rig, force, free=free, start=(0, 0))
+    assert fit.converged
+    assert float(np.abs(fit.residuals.residual.values).max()) < 5.0

@@ -57,6 +57,7 @@ from percuss.kernels.record import (
     HUGE,
     IMPACT,
     KIND,
+    KNOT,
     N_EVENTS,
     N_GRAZES,
     NEXT_REGION,
@@ -264,8 +265,9 @@ def steps_of_columns(
         while i < last and (is_last or segments.instants[i] < end):
             t = segments.instants[i]
             turned += turned_in(record, row, t - events[row, EVENT_T], quickest, work)
-            other = row_beside(events, row, t, segments.reach)
-            if other >= 0:
+            beside = event_beside(events, record.marks, row, t, segments.reach)
+            if beside > 0:
+                other = beside if beside > row else beside - 1
                 turned += turned_in(record, other, t - events[other, EVENT_T], quickest, work)
             i += 1
     return turned / LONGEST_PHASE
@@ -285,11 +287,22 @@ def turned_in(
 
 
 @kernel
-def row_beside(events: Floats, row: int, t: float, reach: float) -> int:
-    """Return the row of the flight on the other side of the event next to t, -1 if that is far."""
-    before = t - events[row, EVENT_T]
-    after = events[row + 1, EVENT_T] - t if row + 1 < events.shape[0] else math.inf
-    return -1 if min(before, after) > reach else row + 1 if after < before else row - 1
+def event_beside(events: Floats, marks: Integers, row: int, t: float, reach: float) -> int:
+    """Return the row of the event next to t that is no knot of a record, -1 if that is far.
+
+    ``row`` is that of the last event before t. What is before an event is seen beside the flight
+    that ends with it, and what is after it beside the one that it begins.
+    """
+    before, after = row, row + 1
+    while before > 0 and marks[before, KIND] == KNOT and t - events[before, EVENT_T] <= reach:
+        before -= 1
+    while after < events.shape[0] and marks[after, KIND] == KNOT:
+        if events[after, EVENT_T] - t > reach:
+            break
+        after += 1
+    early = t - events[before, EVENT_T]
+    late = events[after, EVENT_T] - t if after < events.shape[0] else math.inf
+    return -1 if min(early, late) > reach else after if late < early else before
 
 
 @kernel
@@ -383,14 +396,12 @@ def observe_sample(
     row = flight_at(events, t, True)
     observe_side(varied, segments, i, (0, row), space, results)
     results.away[i] = math.inf
-    other = row_beside(events, row, t, segments.reach)
-    if other < 0:
-        return
-    jump = marks[max(row, other), KIND]
+    beside = event_beside(events, marks, row, t, segments.reach)
     # In the order of the kinds: IMPACT, CROSSING, CONTACT.
-    if not IMPACT <= jump <= CONTACT:
+    if beside < 1 or not IMPACT <= marks[beside, KIND] <= CONTACT:
         return
-    results.away[i] = abs(t - events[max(row, other), EVENT_T])
+    other = beside if beside > row else beside - 1
+    results.away[i] = abs(t - events[beside, EVENT_T])
     extrapolate(varied, columns, t, other, space)
     observe_side(varied, segments, i, (1, other), space, results)
 

@@ -44,6 +44,7 @@ from percuss.kernels.segments import (
     PATIENCE,
     SEGMENT,
     SegmentResults,
+    event_beside,
     write_nothing,
 )
 from percuss.kernels.structure.basis import DRAG, IS_WALL, SPRING, basis_of
@@ -366,15 +367,13 @@ def observe_beside(
     events, marks = run.events, run.marks
     t = segments.instants[i]
     results.away[i] = math.inf
-    before = t - events[row, EVENT_T]
-    after = events[row + 1, EVENT_T] - t if row + 1 < events.shape[0] else math.inf
-    other = row + 1 if after < before else row - 1
-    if other < 0 or min(before, after) > segments.reach:
+    beside = event_beside(events, marks, row, t, segments.reach)
+    if beside < 1 or not IMPACT <= marks[beside, KIND] <= CONTACT:
         return False
-    jump = marks[max(row, other), KIND]
-    if not IMPACT <= jump <= CONTACT or tail_after(run, other) > 0.0:
+    other = beside if beside > row else beside - 1
+    if tail_after(run, other) > 0.0:
         return False
-    results.away[i] = min(before, after)
+    results.away[i] = abs(t - events[beside, EVENT_T])
     b = set_of_flight(run, other, other == events.shape[0] - 1)
     begin_columns(varied, record, other, b, work)
     flight = flight_from(run, other)
