@@ -9,8 +9,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from typing import Any
 
-__all__ = ["begun", "finished", "interrupt", "listen_to_ctrl_c"]
-
 # Whatever hangs ends here, and fails [s].
 LONGEST = 240.0
 

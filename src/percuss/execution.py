@@ -10,8 +10,6 @@ from typing import Any
 from percuss.errors import ParameterError
 from percuss.progress import Report
 
-__all__ = ["ArrayPart", "Execution", "folder_of", "folder_of_parts"]
-
 # More parts than this are a mistyped number.
 MOST_PARTS = 1_000_000
 

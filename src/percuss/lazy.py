@@ -8,8 +8,6 @@ from importlib import import_module
 from types import ModuleType
 from typing import Any, TypeAlias
 
-__all__ = ["lazy_names", "public_names"]
-
 Loaders: TypeAlias = tuple[Callable[[str], Any], Callable[[], list[str]]]
 
 

@@ -9,8 +9,6 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any, ClassVar
 
-__all__ = ["HasPicture"]
-
 
 class HasPicture:
     """A result that one function of `percuss.plotting` draws."""

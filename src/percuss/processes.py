@@ -9,8 +9,6 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-__all__ = ["ProcessName", "is_running", "this_process"]
-
 # Fields of /proc/PID/stat behind the name of the command: the state, and the begin in clock ticks.
 STATE, BEGAN = 0, 19
 # A process that has ended and whose parent has not noticed.

@@ -8,8 +8,6 @@ import time
 from collections.abc import Callable
 from typing import TypeAlias
 
-__all__ = ["Progress", "Report", "RunProgress", "duration_text", "rate_text"]
-
 # ``progress=`` of a long call: a line on the error stream, or a function (done, total) -> bool.
 Report: TypeAlias = bool | Callable[[float, float], bool] | None
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
-__all__ = ["closest", "counted", "counts_in_words", "impacts_in_words", "shown"]
-
 # Characters of a value that a sentence shows.
 MOST_SHOWN = 200
 

@@ -7,8 +7,6 @@ from functools import cache
 from percuss.paper.collection import items, statement_with_id
 from percuss.paper.statement import Finding
 
-__all__ = ["RECORDS", "finding"]
-
 RECORDS = {item.name: item for item in items() if item.kind == "statement"}
 
 

@@ -15,8 +15,6 @@ from typing import Any
 from percuss.io.study_text import toml_string
 from percuss.studies.templates import template_names, template_text
 
-__all__ = ["Mutant", "mutant", "small", "text_of"]
-
 Path = tuple[str | int, ...]
 
 # What the templates leave out, so that every key of every kind of study is changed at times.

@@ -15,8 +15,6 @@ from percuss.arrays import Floats
 from percuss.certified.numbers import precision, time_ball
 from percuss.model.exact import Phase, whole
 
-__all__ = ["Ball", "Balls", "ComplexBall", "OpenGraze", "Undecided", "upwards"]
-
 # Bits to compare and print with: more than any ball has by default.
 WIDE = 8192
 LOG10_2 = math.log10(2.0)

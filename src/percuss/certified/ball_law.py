@@ -33,21 +33,6 @@ from percuss.model.exact import Exact, Phase, PiTimes, angle, as_fraction, pi_ti
 from percuss.model.expression import Expression
 from percuss.model.paths import long_form, moved_in_law, replace_parameter
 
-__all__ = [
-    "BallLaw",
-    "Gain",
-    "LinearRegion",
-    "Over",
-    "Rebound",
-    "coarse_bits",
-    "law_of",
-    "lost_bits",
-    "range_of",
-    "system_for",
-    "too_wide",
-]
-
-
 # By path: all values of a ball, or all between two numbers.
 Over: TypeAlias = Mapping[str, Ball | tuple[Exact, Exact]]
 # Real and imaginary part of 1 / (K - omega^2 + 2 i A omega); None exactly at resonance.

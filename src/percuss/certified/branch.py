@@ -32,19 +32,6 @@ from percuss.model.paths import moved_in_law, replace_parameter
 from percuss.model.units import exponents_of
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
-__all__ = [
-    "NEXT_TO_ZERO",
-    "ParameterBranch",
-    "boxed",
-    "greatest_speed",
-    "is_positive",
-    "parameter_size",
-    "root_of",
-    "stretch_around",
-    "system_at",
-    "system_over",
-]
-
 MOST_STEPS = 60
 # The first step of the secant method, as a part of the size of the parameter.
 STEP = Fraction(1, 10**9)

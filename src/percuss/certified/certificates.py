@@ -37,8 +37,6 @@ from percuss.certified.trapping import Trap
 from percuss.errors import ParameterError
 from percuss.model.exact import Phase, angle, as_fraction
 
-__all__ = ["certificate"]
-
 VERSION = 1
 # A claim is wider than the ball that percuss has by this, so that other arithmetic can prove it.
 WIDER = 8

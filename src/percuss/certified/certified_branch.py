@@ -32,8 +32,6 @@ from percuss.orbits.bifurcations.branch import Branch
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.progress import Progress, Report
 
-__all__ = ["BranchStretch", "CertifiedBranch", "EnclosedPoint", "GrazeEnds", "certify_branch"]
-
 # What leads from the begin and from the end of a chain to a graze.
 GrazeEnds = tuple[GrazeEnd | None, GrazeEnd | None]
 BITS = 96

@@ -30,8 +30,6 @@ from percuss.orbits.bifurcations.special_points import SpecialPoint
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.progress import RunProgress
 
-__all__ = ["certify", "certify_run"]
-
 MOST_BITS, FEWEST_BITS = 4096, 32
 MOST_DIGITS = 1000
 # Bits beyond the digits asked for at the first attempt, and at the following ones.

@@ -45,8 +45,6 @@ from percuss.orbits.surface.maps import ImpactMap, impact_map
 from percuss.orbits.surface.saddles import points_at_impacts
 from percuss.progress import Progress, Report
 
-__all__ = ["CertifiedChaos", "growth_of_loops", "prove_chaos"]
-
 BITS = 96
 # A set is longer than what it has to cover needs, and wider than the image that crosses it, by
 # this.

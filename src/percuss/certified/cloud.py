@@ -15,8 +15,6 @@ from flint import arb
 
 from percuss.certified.numbers import between
 
-__all__ = ["BallMatrix", "BallPair", "Cloud", "applied", "hull", "times"]
-
 BallPair = tuple[arb, arb]
 BallMatrix = tuple[BallPair, BallPair]
 

@@ -21,19 +21,6 @@ from percuss.certified.step import beyond, search_along
 from percuss.certified.system import BallSystem, Tone
 from percuss.model.exact import Phase, angle, as_fraction, rational_cosine
 
-__all__ = [
-    "Hold",
-    "Hops",
-    "Released",
-    "chatter_end",
-    "first_push",
-    "first_push_at",
-    "is_still",
-    "rational_terms",
-    "release",
-]
-
-
 # Derivatives of the force that are computed before it counts as undecided.
 LAST_ORDER = 12
 MOST_STEPS = 60

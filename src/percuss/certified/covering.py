@@ -23,18 +23,6 @@ from percuss.certified.shooting import OrbitEvent
 from percuss.certified.step import Departure
 from percuss.certified.system import BallSystem
 
-__all__ = [
-    "Covering",
-    "HSet",
-    "ImageOfSet",
-    "ImpactSurface",
-    "are_disjoint",
-    "covering",
-    "halves_of",
-    "image_of",
-    "seen_from",
-]
-
 # Flights up to this many periods are searched.
 LONGEST = 100.0
 # Events on other bounds before the next one on the surface.

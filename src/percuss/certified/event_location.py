@@ -14,8 +14,6 @@ from percuss.certified.first_root import Bracket, Level
 from percuss.certified.flight import EnclosedFlight
 from percuss.certified.numbers import constant_of, largest_abs, precision, span
 
-__all__ = ["Landing", "Roots", "fourth_around", "interval_newton", "is_narrow", "solve"]
-
 # Newton's steps; each doubles the digits.
 MOST_STEPS = 40
 # Interval steps, each in a trial that is wider by a factor.

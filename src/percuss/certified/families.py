@@ -25,8 +25,6 @@ from percuss.certified.system import BallSystem
 from percuss.model.exact import as_fraction
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
-__all__ = ["ReflectedMotion", "family_orbit", "is_one_elastic_wall", "odd_root", "returns_reversed"]
-
 # A curve: zeros at which the first one is reflected in turn, none twice running.
 Word: TypeAlias = tuple[int, ...]
 

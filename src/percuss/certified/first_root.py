@@ -11,9 +11,6 @@ from percuss.certified.ball_arithmetic import OpenGraze, Undecided
 from percuss.certified.flight import SmoothFunction
 from percuss.certified.numbers import Number, constant_of, largest_abs
 
-__all__ = ["BallStretch", "Bracket", "FloatStretch", "Level", "Search", "Touch"]
-
-
 # A float, or a ball.
 Real: TypeAlias = Any
 # A float or, in a search with balls, an exact arb.

@@ -17,8 +17,6 @@ from percuss.certified.cloud import BallPair
 from percuss.certified.numbers import Number, constant_of, largest_abs, power
 from percuss.certified.pieces import Ramp
 
-__all__ = ["BallPropagator", "EnclosedFlight", "Push", "SmoothFunction", "Wave", "propagator"]
-
 # More than the rounding of the few dozen float operations of a bound.
 SLACK = 1.0 + 1e-12
 # No stretch is longer, so that floats hold its powers; those of unstable motions have useless

@@ -44,16 +44,6 @@ from percuss.certified.system import BallSystem, system_of
 from percuss.numerics import directions
 from percuss.orbits.bifurcations.special_points import SpecialPoint
 
-__all__ = [
-    "OrbitCurve",
-    "flight_from",
-    "fold_of",
-    "law_along",
-    "slope_after",
-    "slope_of",
-    "turn_of",
-]
-
 # Bits of derivatives.
 COARSE = 128
 

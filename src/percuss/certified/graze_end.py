@@ -37,8 +37,6 @@ from percuss.certified.step import (
 from percuss.certified.strips import StripChain, StripEquations, StripWalk, Tube, split_along
 from percuss.certified.system import BallSystem
 
-__all__ = ["GrazeEnd", "graze_about", "graze_at_end"]
-
 # Tubes that lead to the graze, at most, and the least part of the way that one is tried for.
 MOST_TUBES, LEAST_PART = 200, Fraction(1, 2**10)
 # How far the first tube begins beyond the end of the chain; Newton steps to the middle of a tube.

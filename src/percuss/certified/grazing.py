@@ -50,8 +50,6 @@ from percuss.orbits.bifurcations.special_points import SpecialPoint
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.turning_points import turning_points_of
 
-__all__ = ["TurningBranch", "TurningPoint", "clearances_at_ends", "grazing_of", "turning_branch"]
-
 # Newton's steps to a turning point; each doubles the digits.
 MOST_STEPS = 60
 

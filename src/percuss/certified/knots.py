@@ -15,8 +15,6 @@ from percuss.certified.pieces import Moment
 from percuss.certified.step import Arrival, Departure
 from percuss.certified.system import BallSystem
 
-__all__ = ["Blur", "blur_at_knot", "is_first"]
-
 # The window is so short that nothing else changes: as a part of the time in which anything does.
 SHORT = 1e-3
 # A velocity is so many times what can change it in the window.

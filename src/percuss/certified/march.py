@@ -32,21 +32,6 @@ from percuss.model.exact import Exact, Phase, as_fraction
 from percuss.model.start import Start
 from percuss.progress import RunProgress
 
-__all__ = [
-    "ContactRow",
-    "CrossingRow",
-    "Ending",
-    "GrazeRow",
-    "ImpactRow",
-    "MarchLimits",
-    "MarchRecord",
-    "Piece",
-    "march",
-    "moved_in_words",
-    "on_stop",
-    "start_used",
-]
-
 # Events, hops of a chatter among them, and pieces of a record.
 MOST_EVENTS = 100_000
 # Hops are listed until they are slower than this part of the fastest impact, as in float runs.

@@ -25,16 +25,6 @@ from percuss.errors import ParameterError
 from percuss.model.exact import Phase, phase_problem, plain
 from percuss.model.oscillator import SoftStop
 
-__all__ = [
-    "energy_of",
-    "exact_times",
-    "forces_of",
-    "is_proven",
-    "state_at",
-    "state_in_flight",
-    "states_as_balls",
-]
-
 FLOAT_BITS = 64
 # Up to the very end that was asked for; the others end at an event or before a question.
 TO_THE_END = (Ending.reached_t_end, Ending.at_rest)

@@ -13,26 +13,6 @@ from percuss.errors import ParameterError
 from percuss.model.exact import Exact, Phase, angle, as_fraction, two_of
 from percuss.model.expression import Expression
 
-__all__ = [
-    "Number",
-    "ball",
-    "between",
-    "constant_of",
-    "cos_sin",
-    "exact_range",
-    "exact_value",
-    "in_balls",
-    "is_exact",
-    "largest_abs",
-    "order_of",
-    "power",
-    "precision",
-    "ratio_of",
-    "rational",
-    "span",
-    "time_ball",
-]
-
 # A number, or, cast to this type, an arb_series of two terms: it holds a number and its
 # derivative by a parameter, and has the same operations.
 Number: TypeAlias = arb

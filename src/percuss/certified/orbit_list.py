@@ -37,8 +37,6 @@ if TYPE_CHECKING:
     from pandas import DataFrame
     from xarray import Dataset
 
-__all__ = ["CompleteList", "list_orbits"]
-
 BITS = 64
 # Boxes shorter than this part of the region along both sides are left open.
 FINEST = 2.0**-26

@@ -29,8 +29,6 @@ from percuss.model.oscillator import Oscillator
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.wording import counted
 
-__all__ = ["CertifiedOrbit", "OrbitMotion", "orbit_of_proof", "unproven"]
-
 
 @dataclass(frozen=True)
 class OrbitMotion:

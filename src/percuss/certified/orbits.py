@@ -32,8 +32,6 @@ from percuss.model.exact import PiTimes
 from percuss.model.start import Start
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
-__all__ = ["certify_orbit"]
-
 FIRST_MARGIN = 60
 # Half-widths of boxes in which uniqueness is tried, as parts of period and speed.
 WIDTHS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-8, 1e-10)

@@ -28,8 +28,6 @@ from percuss.certified.system import Angle
 from percuss.model.exact import Phase, PiTimes, angle, as_float, as_fraction
 from percuss.model.force_record import ForceRecord
 
-__all__ = ["BallRecord", "Moment", "Ramp"]
-
 
 class Moment(NamedTuple):
     """One instant: as a ball and, where it is a rational and a multiple of pi, exactly."""

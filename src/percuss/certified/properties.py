@@ -25,17 +25,6 @@ from percuss.certified.step import (
 )
 from percuss.certified.system import BallSystem
 
-__all__ = [
-    "Monodromy",
-    "Proof",
-    "admissible_of",
-    "is_clear",
-    "meets_first",
-    "monodromy_of",
-    "multipliers_of",
-    "stability_of",
-]
-
 
 @dataclass(frozen=True)
 class Proof:

@@ -45,8 +45,6 @@ from percuss.progress import Progress, Report
 if TYPE_CHECKING:
     from xarray import Dataset
 
-__all__ = ["CertifiedBasins", "prove_basins"]
-
 BITS = 64
 # Labels of cells that are open, and of those beyond a wall.
 OPEN, NO_START = -1, -2

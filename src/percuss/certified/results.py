@@ -50,8 +50,6 @@ if TYPE_CHECKING:
     # A second of import, and only `sample` needs it.
     from xarray import Dataset
 
-__all__ = ["CertifiedRun", "doubles_of", "in_words", "run_of_record"]
-
 # Endings of motions that are proven to the end that was asked for.
 COMPLETE = (
     Ending.reached_t_end,

@@ -17,8 +17,6 @@ from percuss.certified.set_flight import SlowEvents, next_passage, possible_even
 from percuss.certified.shooting import OrbitEvent
 from percuss.certified.step import Departure, flight_of, moved_by
 
-__all__ = ["Missed", "ReturnEquations", "SurfaceBox"]
-
 # Stretches shorter than this part of the time over which a box spreads are not worth a try.
 SHORTEST = 0.5
 # Events up to this multiple of the least speed may be open for some states of a box.

@@ -25,8 +25,6 @@ from percuss.certified.step import (
 )
 from percuss.certified.system import BallSystem
 
-__all__ = ["SetPassage", "SlowEvents", "event_at", "next_passage", "possible_events", "search_set"]
-
 # How far beyond a time the next event is looked for, as a part of that time: a root at the very end
 # is found on either side of it then.
 BEYOND = 1.25

@@ -27,28 +27,6 @@ from percuss.kernels.law_columns import FIRST_HARMONIC, N_HARMONICS
 from percuss.model.system import law, lines
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
-__all__ = [
-    "Image",
-    "OrbitEvent",
-    "Residual",
-    "Shooting",
-    "Solved",
-    "States",
-    "Vector",
-    "check_inside",
-    "derivative_over",
-    "events_of",
-    "guess_of",
-    "krawczyk",
-    "matrix_of",
-    "newton",
-    "pairs",
-    "region_of_row",
-    "shooting_of",
-    "unique_in",
-    "vector_of",
-]
-
 Vector: TypeAlias = list[arb]
 # Instants and velocities after the events, in turn.
 States: TypeAlias = list[BallPair]

@@ -31,17 +31,6 @@ from percuss.model.paths import get_parameter, long_form
 from percuss.orbits.bifurcations.special_points import TWO_FOLD, SpecialPoint
 from percuss.orbits.orbit.symmetry import is_symmetric_system
 
-__all__ = [
-    "CertifiedPoint",
-    "certify_point",
-    "check_mirrored",
-    "check_symmetric_over",
-    "crossing_of",
-    "half_of_doubled",
-    "symmetry_breaking_of",
-    "symmetry_function",
-]
-
 # Bits beyond the digits asked for at the first attempt.
 FIRST_MARGIN = 80
 # Questions that no bits answer.

@@ -20,8 +20,6 @@ from percuss.certified.special import CertifiedPoint, half_of_doubled
 from percuss.certified.strips import Strip, StripEquations, StripWalk
 from percuss.certified.system import system_of
 
-__all__ = ["PointStrips", "strips_about"]
-
 # The strips before and after the one with the point, as parts of its length: so short that a sign
 # is known on all of them.
 PART = Fraction(1, 2**32)

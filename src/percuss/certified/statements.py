@@ -35,8 +35,6 @@ from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator, impact_oscillator
 from percuss.motion.eigenset_forms import subset_forcing
 
-__all__ = ["Verdict", "critical_velocity", "keeps_eigenset", "keeps_subset", "repeats_after"]
-
 BITS = 192
 # Of the constant of a subset's force: far narrower than what the search can tell.
 CONSTANT_BITS = 4 * BITS

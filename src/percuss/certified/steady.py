@@ -28,8 +28,6 @@ from percuss.certified.system import BallSystem
 from percuss.model.exact import as_fraction
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
-__all__ = ["steady_admissible", "steady_flight", "steady_pieces", "steady_proof"]
-
 
 def steady_flight(
     law: BallLaw, region_number: int, place: Fraction | None = None

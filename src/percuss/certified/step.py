@@ -18,26 +18,6 @@ from percuss.certified.numbers import largest_abs, precision
 from percuss.certified.pieces import Moment
 from percuss.certified.system import BallSystem
 
-__all__ = [
-    "Arrival",
-    "Departure",
-    "at_moment",
-    "began",
-    "beyond",
-    "bracket_within",
-    "event_derivative",
-    "first_arrival",
-    "first_bracket",
-    "flight_of",
-    "landed",
-    "levels_of",
-    "moved_by",
-    "never_reaches",
-    "state_in_flight",
-    "state_on",
-    "width_of",
-]
-
 # The shortest stretch, far above the least float.
 LEAST = 1e-120
 # A search up to a knot goes on by this part of its time, so that a root at the knot is inside it.

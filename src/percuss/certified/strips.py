@@ -33,17 +33,6 @@ from percuss.certified.shooting import (
 )
 from percuss.errors import ParameterError
 
-__all__ = [
-    "STOPPED",
-    "Strip",
-    "StripChain",
-    "StripEquations",
-    "StripWalk",
-    "Tube",
-    "chain_of",
-    "split_along",
-]
-
 # Why a chain ends that its caller did not wait for.
 STOPPED = "stopped"
 # How often the box around the tangent is made wider, and by how much beyond its image.

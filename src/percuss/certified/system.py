@@ -17,8 +17,6 @@ from percuss.model.oscillator import Oscillator, SoftStop, Wall
 from percuss.model.restitution import RestitutionTable, restitution_knots
 from percuss.model.system import System, kind_faults
 
-__all__ = ["Angle", "BallSystem", "Bound", "Region", "Tone", "check_told_apart", "system_of"]
-
 Angle = tuple[Fraction, Fraction]
 # (speed, restitution) in order.
 RestitutionKnots = tuple[tuple[Fraction, Fraction], ...]

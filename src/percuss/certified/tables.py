@@ -20,18 +20,6 @@ from percuss.model.oscillator import mass_of
 from percuss.model.units import Units
 from percuss.motion.tables import COLUMNS, EventColumn, EventTable
 
-__all__ = [
-    "BallTable",
-    "CertifiedContacts",
-    "CertifiedCrossings",
-    "CertifiedGrazes",
-    "CertifiedImpacts",
-    "contacts_of",
-    "crossings_of",
-    "grazes_of",
-    "impacts_of",
-]
-
 EventRow = TypeVar("EventRow", ImpactRow, CrossingRow, ContactRow, GrazeRow)
 # Types of the columns that are no balls.
 ARRAYS = {"stop": "i8", "n_impacts": "i8", "direction": "<U3"}

@@ -15,8 +15,6 @@ from percuss.certified.orbit_result import CertifiedOrbit
 from percuss.certified.shooting import OrbitEvent
 from percuss.certified.system import BallSystem
 
-__all__ = ["Trap", "traps_about"]
-
 # A set is mapped into itself, made smaller by this at least.
 SHRINKS = 0.999
 # Radii that are tried, in units of the period and the orbit's velocity: the first, and by how much

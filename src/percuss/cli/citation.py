@@ -6,8 +6,6 @@ from importlib import metadata
 
 from percuss.version import __version__
 
-__all__ = ["bibtex_entry", "citation"]
-
 TITLE = "percuss: exact motion of oscillators that hit stops, soft or rigid"
 
 

@@ -13,8 +13,6 @@ from pathlib import Path
 
 from percuss.version import __version__
 
-__all__ = ["facts"]
-
 # Optional packages: the extra, the modules it needs, and what they are for.
 EXTRAS: dict[str, tuple[tuple[str, ...], str]] = {
     "certified": (("flint",), "proofs in ball arithmetic"),

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from percuss.studies.running import StudyResult
     from percuss.studies.study import Study
 
-__all__ = ["RunOptions", "run_studies"]
-
 BAD_INPUT, INTERRUPTED, SIGNALLED = 2, 130, 128
 # The name and the version of the form of a line of --json, as run.schema.json describes it.
 FORM = "percuss-run-1"

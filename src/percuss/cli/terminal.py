@@ -26,11 +26,6 @@ if TYPE_CHECKING:
     from percuss.studies.running import StudyResult
     from percuss.studies.study import Study
 
-__all__ = [
-    "INTERRUPTED", "STARTING", "TERMINATED", "ProgressBar", "Terminated", "print_report",
-    "print_verdicts",
-]  # fmt: skip
-
 STARTING = "starting (the first run compiles the engine)"
 RUNNING = "simulating"
 INTERRUPTED = "interrupted; writing what was done (Ctrl-C again drops it)"

@@ -39,8 +39,6 @@ if TYPE_CHECKING:
     # A second of import, which no worker needs.
     from xarray import Dataset
 
-__all__ = ["PartOfJob", "merge_parts", "part_dataset", "parts_of_array"]
-
 NAME = re.compile(r"0*(\d+)-of-(\d+)\.zarr")
 # Parts named in a message.
 FEW = 5

@@ -48,17 +48,6 @@ from percuss.orbits.orbit.steady import regions, steady_orbit
 from percuss.orbits.orbit.sticking import sticking_orbits
 from percuss.orbits.orbit.structure_orbit import structure_orbit_at
 
-__all__ = [
-    "AnyStrobed",
-    "Attractor",
-    "Chaos",
-    "StrobedStructure",
-    "StrobedSystem",
-    "impacts_at",
-    "label_starts",
-    "same_chaos",
-]
-
 
 @dataclass(frozen=True, slots=True)
 class Attractor:

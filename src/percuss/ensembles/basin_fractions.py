@@ -56,9 +56,6 @@ if TYPE_CHECKING:
     # A second of import, which no worker needs.
     from xarray import Dataset
 
-__all__ = ["basin_fractions", "follow_attractors", "points_before", "with_joined_numbers"]
-
-
 # Values that a range (low, high) of the parameter stands for, and of each where there are two.
 VALUES, OF_TWO = 51, 21
 

@@ -53,19 +53,6 @@ if TYPE_CHECKING:
     # A second of import, which no worker needs.
     from xarray import Dataset
 
-__all__ = [
-    "about_measure",
-    "basins",
-    "checked_call",
-    "columns_of",
-    "fractions_of",
-    "measures_of",
-    "no_starts",
-    "start_ranges",
-    "warn_without_starts",
-]
-
-
 # Values that a range (low, high) of the starts stands for.
 VALUES = 201
 # Points of a chaotic attractor in the result, to be drawn.

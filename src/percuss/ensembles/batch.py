@@ -24,21 +24,6 @@ from percuss.motion.accelerations import phases_at
 from percuss.motion.reach import free_until
 from percuss.wording import counted
 
-__all__ = [
-    "MOST_IMPACTS",
-    "MOST_SEARCHES",
-    "NO_MODES",
-    "BatchResult",
-    "Plan",
-    "drift_of",
-    "exponents_of",
-    "follow_batch",
-    "put_in_order",
-    "reason_of",
-    "tangent_plan",
-]
-
-
 # Impacts after which a motion is abandoned: a few hundred periods have hundreds, but elastic hops
 # on a wall, or a fast motion between two walls, have any number.
 MOST_IMPACTS = 1_000_000

@@ -31,17 +31,6 @@ from percuss.ensembles.job import Block, Column, Dimension
 from percuss.kernels import observables
 from percuss.kernels import record as columns
 
-__all__ = [
-    "CLASS_COLUMNS",
-    "LONGEST",
-    "LONGEST_OF_ALL",
-    "STAGE",
-    "Arrays",
-    "Classification",
-    "Rules",
-    "Starts",
-]
-
 Arrays = Mapping[str, NDArray[np.generic]]
 
 # The longest period of a motion that is sought first, in forcing periods.

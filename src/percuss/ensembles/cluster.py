@@ -12,8 +12,6 @@ from typing import Any
 from percuss.ensembles.job import Block, Job
 from percuss.errors import MissingExtraError, ParameterError, PercussError
 
-__all__ = ["EngineError", "chunks_by_address", "chunks_by_client", "reach"]
-
 LOG = logging.getLogger(__name__)
 
 # Seconds to reach a cluster.

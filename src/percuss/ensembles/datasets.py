@@ -21,11 +21,6 @@ if TYPE_CHECKING:
     # A second of import, which no worker needs.
     from xarray import Dataset, DataTree
 
-__all__ = [
-    "attributes_of", "commonest", "coordinates_of", "dataset_of", "warn_of_failures",
-    "warn_of_some", "with_units", "write_whole",
-]  # fmt: skip
-
 # Reasons that differ only in their numbers count as one.
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?")
 

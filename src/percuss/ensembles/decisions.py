@@ -21,47 +21,6 @@ from percuss.kernels.compile import kernel
 from percuss.kernels.observables import FIRST, SECOND, THIRD
 from percuss.kernels.record import AT_REST, OVERFLOW, REACHED_END
 
-__all__ = [
-    "AGREED",
-    "BLOCKS",
-    "CELLS",
-    "CHAOTIC",
-    "ERROR",
-    "EXPONENT_COLUMNS",
-    "LARGEST",
-    "LEAST_SHARE",
-    "NO_START",
-    "ORBIT_PERIODS",
-    "PERIODIC",
-    "REST",
-    "ROUNDINGS",
-    "SIDE",
-    "SMALLEST",
-    "UNBOUNDED",
-    "UNDECIDED",
-    "agree",
-    "drift_of_points",
-    "exponents_of_points",
-    "fill_cells",
-    "fraction_of",
-    "has_settled",
-    "is_chaotic",
-    "is_near",
-    "kind_of",
-    "kinds_of_motions",
-    "many_exponents",
-    "near_orbit",
-    "orbit_exponents",
-    "period_of_points",
-    "periods_of_motions",
-    "rounding_of",
-    "share_in_cells",
-    "shares_in_cells",
-    "sign_of_exponent",
-    "steps_to_go",
-    "weight",
-]
-
 # Kinds of long-term motion, as they are stored, and those of a start without a decision and of one
 # inside a wall.
 PERIODIC, CHAOTIC, REST, UNBOUNDED = range(4)

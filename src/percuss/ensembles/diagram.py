@@ -64,8 +64,6 @@ if TYPE_CHECKING:
     # A second of import, which no worker needs.
     from xarray import Dataset
 
-__all__ = ["bifurcation_diagram", "failed_values"]
-
 Direction = Literal["forward", "backward"]
 # Values that a range (low, high) of the parameter stands for.
 VALUES = 401

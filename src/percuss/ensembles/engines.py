@@ -25,8 +25,6 @@ from percuss.ensembles.threads import Threads, UnwantedError
 from percuss.errors import ParameterError
 from percuss.model.exact import whole
 
-__all__ = ["Engine", "check_engine", "done_chunks", "make_ready", "say_stopping"]
-
 # "threads", "processes", the address of a Dask scheduler, or a `distributed.Client`.
 Engine: TypeAlias = Any
 ChunkRange: TypeAlias = tuple[int, int]

@@ -22,8 +22,6 @@ import numpy as np
 
 from percuss.errors import ParameterError
 
-__all__ = ["code_hash", "fingerprint"]
-
 PACKAGE = Path(__file__).resolve().parents[1]
 # Folders of percuss whose code an answer depends on.
 CODE = ("kernels", "model", "motion", "ensembles")

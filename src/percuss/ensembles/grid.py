@@ -30,18 +30,6 @@ from percuss.model.system import law, most_turns, stop_rows
 from percuss.model.units import in_units
 from percuss.wording import counted
 
-__all__ = [
-    "POINTS",
-    "SAMPLE",
-    "Axis",
-    "Grid",
-    "check_driven",
-    "make_grid",
-    "off_the_walls",
-    "values_of",
-]
-
-
 _OF_START = ("x0", "v0", "t0")
 _OWNERS = ("oscillator", "forcing", "start")
 _OF_STRUCTURE = ("structure", "loads", "start")

@@ -15,8 +15,6 @@ from percuss.kernels import law_columns as at
 from percuss.model.acting_sets import StructureSystem, within_walls
 from percuss.model.system import region_rows
 
-__all__ = ["AnyGroup", "Group", "StructureGroup", "walls_of"]
-
 
 @dataclass(frozen=True, slots=True)
 class Group:

@@ -16,11 +16,6 @@ from numpy.typing import NDArray
 
 from percuss.errors import ParameterError
 
-__all__ = [
-    "BYTES_OF_A_NUMBER", "Answer", "Block", "Column", "Dimension", "Job", "check_room",
-    "chunks_of", "in_gigabytes", "memory", "numbers_of", "spans_of", "too_large",
-]  # fmt: skip
-
 # Bytes assumed as the memory of a machine whose system does not tell.
 UNTOLD = 1 << 44
 # Bytes of a number.

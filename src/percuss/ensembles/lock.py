@@ -21,8 +21,6 @@ from percuss.errors import OutputError
 from percuss.processes import ProcessName, this_process
 from percuss.progress import duration_text
 
-__all__ = ["LOCK", "StoreLock"]
-
 LOG = logging.getLogger(__name__)
 
 LOCK = "percuss.lock"

@@ -47,9 +47,6 @@ from percuss.model.structure_start import StructureStart
 from percuss.numerics import hypot, log
 from percuss.orbits.orbit.structure_orbit import multipliers_of_matrix, period_map
 
-__all__ = ["LyapunovExponents", "lyapunov_exponents"]
-
-
 # The longest period of an orbit that is considered, in forcing periods.
 LONGEST = 16
 # Impacts of a motion for each period; the default limit.

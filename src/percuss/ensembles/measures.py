@@ -28,18 +28,6 @@ from percuss.motion.growth import fit_power_law
 from percuss.motion.sections import PoincareSection
 from percuss.numerics import geometric
 
-__all__ = [
-    "MEASURES",
-    "SECTIONS",
-    "STROBOSCOPIC",
-    "Measure",
-    "Window",
-    "measure_group",
-    "outcome_dimensions",
-    "periods_at",
-]
-
-
 # Edges of intervals that are equal in the logarithm of time, as parts of the whole: the growth
 # exponent is fitted to their fastest impacts.
 INTERVALS = geometric(0.01, 1.0, 25)

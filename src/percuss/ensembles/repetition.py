@@ -18,16 +18,6 @@ from percuss.model.oscillator import Oscillator
 from percuss.model.structure import Structure
 from percuss.model.system import law, region_rows
 
-__all__ = [
-    "counting_period",
-    "counting_period_of",
-    "counting_periods",
-    "impact_periods",
-    "is_free",
-    "period_of",
-    "repeat_times",
-]
-
 
 def is_free(force: Forcing | Loads | None) -> bool:
     """Return whether motions have no forcing but a constant, and so no period of their own."""

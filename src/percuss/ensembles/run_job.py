@@ -33,8 +33,6 @@ if TYPE_CHECKING:
     # A second of import, which no worker needs.
     from xarray import Dataset
 
-__all__ = ["ChunkProgress", "execution_of", "keep", "run_job"]
-
 LOG = logging.getLogger(__name__)
 
 # Work that takes longer than this [s] is announced once even without progress=True.

@@ -43,25 +43,6 @@ if TYPE_CHECKING:
     # A second of import, which no worker needs.
     from xarray import Dataset
 
-__all__ = [
-    "REASON_BYTES",
-    "RESULT",
-    "Chunks",
-    "Store",
-    "check_vacant",
-    "described",
-    "has_store",
-    "keep_result",
-    "make_folder",
-    "motions_of_a_point",
-    "own_attributes",
-    "reasons_as_bytes",
-    "store_faults",
-    "stored_chunks",
-    "stores_of_study",
-    "write_chunk",
-]  # fmt: skip
-
 FORMAT = 3
 # The finished result, for `load_store`.
 RESULT = "result.nc"

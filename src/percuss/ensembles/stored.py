@@ -29,9 +29,6 @@ if TYPE_CHECKING:
     # A second of import, which no worker needs.
     from xarray import Dataset
 
-__all__ = ["load_store", "rates_of", "status_of_store", "stores_in"]
-
-
 # An interval between two chunks is a pause if it exceeds a minute and so many median intervals.
 PAUSE, USUAL = 60.0, 20.0
 # The rate is that of the last so many chunks.

@@ -26,8 +26,6 @@ from percuss.model.exact import as_float
 from percuss.model.oscillator import SoftStop
 from percuss.numerics import matmul
 
-__all__ = ["follow_structures", "views_of"]
-
 # Rows of the buffers of events, at first, and of grazes, which are only counted; and searches of a
 # motion before control returns.
 BUFFER, GRAZES, PATIENCE = 128, 4, 20_000

@@ -14,8 +14,6 @@ from percuss.motion.follow_structure import followed
 from percuss.motion.structure_means import mean_power_of_run, mean_square_of_run
 from percuss.motion.structure_observables import extremes_of_run, passages_of_run
 
-__all__ = ["needs_runs", "observe_runs"]
-
 
 def needs_runs(plan: Plan) -> bool:
     """Return whether a plan asks for observables that the batch leaves out."""

@@ -49,17 +49,6 @@ if TYPE_CHECKING:
     # A second of import, which no worker needs.
     from xarray import Dataset
 
-__all__ = [
-    "NO_STROBES",
-    "SAME_NAME",
-    "check_counted",
-    "check_structure",
-    "cost_of",
-    "named_measures",
-    "span_of",
-    "sweep",
-]
-
 # Impacts of a compiled chunk, at about one a period: they take some tenths of a second, much longer
 # than submitting and storing the chunk, and little memory. Making a law takes as long as 1000
 # impacts.

@@ -20,8 +20,6 @@ import numpy as np
 from percuss.arrays import Integers
 from percuss.errors import PercussError
 
-__all__ = ["Threads", "UnwantedError", "check_going_on", "check_wanted", "stop_flag"]
-
 _own = threading.local()
 _NEVER = np.zeros(1, dtype=np.int64)
 

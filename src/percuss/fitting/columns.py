@@ -11,20 +11,6 @@ from percuss.arrays import Floats
 from percuss.model.faults import UNITS
 from percuss.model.units import Units
 
-__all__ = [
-    "NO_UNIT",
-    "POWERS",
-    "FileColumn",
-    "converted",
-    "factor_of",
-    "force_factor",
-    "kind_of",
-    "known_names",
-    "name_and_unit",
-    "quantity_named",
-    "unit_of",
-]
-
 # Other names of the quantities that columns hold.
 ALIASES = {
     "t": ("time", "timestamp"),

@@ -30,15 +30,6 @@ from percuss.fitting.columns import (
 from percuss.model.units import Units
 from percuss.wording import closest, counted
 
-__all__ = [
-    "columns_of_file",
-    "columns_of_text",
-    "forces_of_text",
-    "quantities_of_text",
-    "text_of_file",
-    "titles_of_text",
-]
-
 MISSING = ("", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--")
 NOTES = ("#", "%")
 SEPARATORS = (";", "\t", ",", None)

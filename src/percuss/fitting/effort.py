@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-__all__ = ["Effort", "go_on"]
-
 # Searches of the first run, of one with many segments more of each; and of all runs.
 OF_RUN, OF_SEGMENT, OF_ALL = 20_000, 200, 100_000
 # Of later runs and of all: so many times those of the first run that was followed, and some more.

@@ -38,8 +38,6 @@ from percuss.model.system import System
 from percuss.progress import Progress, Report
 from percuss.wording import counted
 
-__all__ = ["fit"]
-
 MOST_RUNS = 300
 
 

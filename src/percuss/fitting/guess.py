@@ -25,8 +25,6 @@ from percuss.model.oscillator import Oscillator, Wall
 from percuss.model.paths import replace_parameters
 from percuss.model.system import System
 
-__all__ = ["Windows", "best_start", "extremes_of", "lay_out", "windows_of"]
-
 # A window turns the fastest part of the motion by this phase, in radians, if it holds so many
 # samples.
 WINDOW_PHASE = 0.8

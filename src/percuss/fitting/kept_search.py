@@ -23,8 +23,6 @@ from percuss.model.loads import Loads
 from percuss.model.oscillator import Oscillator
 from percuss.model.structure import Structure
 
-__all__ = ["KeptSearch", "file_of"]
-
 # Of the file, whose first entry it is.
 FORM = "percuss-fit-1"
 # Seconds between two times at which a running search writes.

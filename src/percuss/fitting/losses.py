@@ -11,8 +11,6 @@ from percuss.arrays import Floats
 from percuss.errors import ParameterError
 from percuss.numerics import atan2, log
 
-__all__ = ["Loss", "LossName"]
-
 # The names of SciPy's `least_squares`.
 LossName: TypeAlias = Literal["linear", "soft_l1", "huber", "cauchy", "arctan"]
 

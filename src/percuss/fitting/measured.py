@@ -25,18 +25,6 @@ from percuss.model.structure import Structure
 from percuss.model.structure_start import StructureStart
 from percuss.model.units import Units
 
-__all__ = [
-    "IMPACT_TIMES",
-    "MeasuredRecord",
-    "MeasuredSamples",
-    "directions_of",
-    "measurable",
-    "quantity_dimensions",
-    "quantity_name",
-    "quantity_number",
-    "read_samples",
-]
-
 QUANTITIES = {"displacement": DISPLACEMENT, "velocity": VELOCITY, "acceleration": ACCELERATION}
 STOP_FORCE, IMPACT_TIMES = "stop_force", "impact_times"
 DIMENSIONS = {

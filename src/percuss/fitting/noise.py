@@ -25,16 +25,6 @@ from percuss.model.oscillator import Oscillator
 from percuss.model.structure import Structure
 from percuss.numerics.linear import leverages, matmul
 
-__all__ = [
-    "MEDIAN_SQUARE",
-    "NOT_WHITE",
-    "check_noise",
-    "groups_of",
-    "leverages_of",
-    "whiteness_of",
-    "with_noise_of_residuals",
-]
-
 # The number of runs of one sign is so many standard deviations below that of noise: residuals that
 # hang together.
 NOT_WHITE = -4.0

@@ -16,8 +16,6 @@ from percuss.model.oscillator import Oscillator
 from percuss.model.structure import Structure
 from percuss.motion.trajectory import beyond_record_of
 
-__all__ = ["beyond_force", "check_plausible", "too_coarse"]
-
 # A record at rest has so many equal values at least.
 FEWEST_AT_REST = 3
 # Forces of a stop that push towards it: so many of them at least, and so many times the others.

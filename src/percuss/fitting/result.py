@@ -37,8 +37,6 @@ from percuss.pictures import HasPicture
 if TYPE_CHECKING:
     from xarray import Dataset
 
-__all__ = ["Fit", "result_of"]
-
 
 class ValuesByPath(dict[str, float]):
     """Numbers by the long paths of parameters, found by the names that were asked for too.

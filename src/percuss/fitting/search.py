@@ -38,8 +38,6 @@ from percuss.model.paths import replace_parameters
 from percuss.model.structure import Structure
 from percuss.progress import Progress
 
-__all__ = ["FitCandidate", "FitSearch"]
-
 # From node to node, in periods of the fastest part of the motion, one after the other where the
 # search fails.
 CYCLES = (1.0, 0.5, 0.33, 2.0)

@@ -40,8 +40,6 @@ from percuss.model.system import System, stop_rows
 from percuss.motion.instants import times_within
 from percuss.motion.moved_motion import workspace_of
 
-__all__ = ["Layout", "Shots", "motion_between", "shoot", "start_at"]
-
 # Events of one segment.
 MOST_EVENTS = 4_000
 # Numbers beyond this are those of motions that grow without end.

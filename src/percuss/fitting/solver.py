@@ -27,8 +27,6 @@ from percuss.model.structure import Structure
 from percuss.numerics import log
 from percuss.numerics.linear import least_squares, matmul, norm
 
-__all__ = ["FitDescent", "FitEquations", "FitPoint", "FitProblem", "FitStep", "descend", "point_at"]
-
 # Weights of the links in standard errors of the nodes: at first, the factor of a step, at last.
 LOOSE, FIRMER, FIRM = 1.0, 10.0, 1e5
 # From this weight on samples have the loss that was asked for.

@@ -30,8 +30,6 @@ from percuss.motion.follow_structure import followed
 from percuss.numerics import hypot, log
 from percuss.numerics.linear import directions, least_squares, matmul
 
-__all__ = ["lay_out_structure"]
-
 # What a wrong guess of the parameters adds to the noise, in parts of the samples' size; and to a
 # state that is carried on, in parts of its size.
 WRONG = 0.1

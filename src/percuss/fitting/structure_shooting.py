@@ -30,8 +30,6 @@ from percuss.model.moved_structure import MovedStructure, more_columns, moved_se
 from percuss.model.oscillator import SoftStop, Wall
 from percuss.model.structure_start import StructureStart
 
-__all__ = ["follow_records", "new_results"]
-
 # Events of one segment, and impacts that are kept for each.
 MOST_EVENTS = 1_000
 HITS_A_SEGMENT = 64

@@ -15,8 +15,6 @@ from percuss.fitting.shooting import motion_between, start_at
 from percuss.model.paths import replace_parameters
 from percuss.motion.simulate import run_of
 
-__all__ = ["impacts_of", "interval_of", "motion_of"]
-
 
 def impacts_of(fit: Fit) -> dict[str, NDArray[Any]]:
     """Return the impacts and entries into soft stops of the fitted motion, each from its node.

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
         CompleteList,
     )
 
-__all__ = ["save_certificate"]
-
 
 def save_certificate(
     result: CertifiedRun

@@ -11,8 +11,6 @@ from percuss.ensembles.measures import outcome_dimensions
 from percuss.model.dimensions import dimensions_of
 from percuss.model.units import Units, is_unit
 
-__all__ = ["Columns", "units_of_columns"]
-
 Columns: TypeAlias = Mapping[str, NDArray[Any]]
 
 # Dimensions of the columns of runs and orbits, by their names without digits at the end.

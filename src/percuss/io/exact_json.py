@@ -19,8 +19,6 @@ from percuss.model.loads import Loads
 from percuss.model.oscillator import Oscillator
 from percuss.model.structure import Structure
 
-__all__ = ["decoded", "encoded"]
-
 # Only values of these packages are made from what a file names.
 _PACKAGES = ("percuss.model.", "percuss.motion.", "percuss.orbits.")
 Replaced = Callable[[Any], Any]

@@ -17,15 +17,6 @@ if TYPE_CHECKING:
 
     from percuss.fitting.result import Fit
 
-__all__ = [
-    "covariance_columns",
-    "fit_datasets",
-    "fit_impact_columns",
-    "fitted_columns",
-    "profile_columns",
-    "residual_columns",
-]
-
 
 def fitted_columns(fit: Fit) -> Columns:
     """Return the parameters as a table: value, error, unit and ends of the range of each."""

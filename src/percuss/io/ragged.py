@@ -8,8 +8,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-__all__ = ["parted", "ragged_columns"]
-
 
 def ragged_columns(name: str, columns: dict[str, list[Any]]) -> dict[str, Any]:
     """Return arrays of different lengths joined into one, for columns that share the lengths.

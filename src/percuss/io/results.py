@@ -39,8 +39,6 @@ if TYPE_CHECKING:
     from percuss.orbits.orbit.structure_orbit import StructureOrbit
     from percuss.orbits.responses.response import Response
 
-__all__ = ["SAMPLES", "Columns", "ResultKind", "kind_of", "table_of"]
-
 
 def orbit_columns(orbits: Sequence[PeriodicOrbit]) -> Columns:
     """Return orbits as a table, one row an orbit."""

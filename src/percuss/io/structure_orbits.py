@@ -18,8 +18,6 @@ from percuss.motion.structures import StructureTrajectory
 from percuss.motion.trajectory import Outcome
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
 
-__all__ = ["structure_orbits_dataset", "structure_orbits_of_dataset"]
-
 # Values of the model, of which many orbits have the same; arrays of the record of the motion.
 MODEL = ("structure", "loads")
 RECORD = ("events", "marks", "states", "grazes", "state")

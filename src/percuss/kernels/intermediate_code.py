@@ -22,21 +22,6 @@ from numba.core import types
 
 from percuss.kernels.sources import sources_hash
 
-__all__ = [
-    "TYPES",
-    "KeptCode",
-    "Part",
-    "code",
-    "code_file",
-    "full_name",
-    "machine",
-    "packed",
-    "part_of",
-    "type_as_text",
-    "type_of_text",
-    "unpacked",
-]
-
 # A type: its name, or that of the class of a tuple ("" for a plain one) with those of its members.
 TypeText: TypeAlias = "str | list[Any]"
 

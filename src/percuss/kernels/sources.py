@@ -6,8 +6,6 @@ import functools
 import hashlib
 from importlib import resources
 
-__all__ = ["sources_hash"]
-
 
 @functools.cache
 def sources_hash() -> str:

@@ -38,8 +38,6 @@ from percuss.model.system import fill_harmonic, fill_motion, fill_response
 from percuss.model.system import law as law_of
 from percuss.numerics import matmul, solve_linear
 
-__all__ = ["StructureSystem", "is_before_walls", "within_walls"]
-
 # Most memory for all sets of acting stops that a structure has met [bytes].
 MOST_BYTES = 1_000_000_000
 # By how much a state may be behind a wall that it touches, as a part of its size.

@@ -9,8 +9,6 @@ from percuss.model.harmonic_forces import sine
 from percuss.model.oscillator import Oscillator, impact_oscillator
 from percuss.model.restitution import Restitution
 
-__all__ = ["ball_on_table"]
-
 
 def ball_on_table(
     amplitude: Exact,

@@ -13,8 +13,6 @@ from percuss.model.paths import moved_fields
 from percuss.model.structure import Structure
 from percuss.model.units import CYCLES, FORCE, in_units
 
-__all__ = ["dimensions_of", "dimensions_of_named", "unit_of_setting"]
-
 # Dimensions of parameters by the last word of their paths.
 UNITS = {
     "mass": "mass",

@@ -27,36 +27,6 @@ from percuss.numerics import cosine_sine
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-__all__ = [
-    "MOST_ROWS",
-    "Computed",
-    "Exact",
-    "Phase",
-    "PiTimes",
-    "angle",
-    "as_float",
-    "as_fraction",
-    "computed_in",
-    "cos_sin",
-    "kept",
-    "number_problem",
-    "operand",
-    "phase_problem",
-    "pi_times",
-    "plain",
-    "range_problem",
-    "rational",
-    "rational_cosine",
-    "rational_root",
-    "real",
-    "reals",
-    "scaled",
-    "square_root",
-    "two_of",
-    "whole",
-]
-
-
 Read = TypeVar("Read")
 
 

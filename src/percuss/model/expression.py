@@ -53,18 +53,6 @@ from percuss.model.intervals import (
 )
 from percuss.wording import closest
 
-__all__ = [
-    "Expression",
-    "as_expression",
-    "expression",
-    "expression_problem",
-    "expressions_in",
-    "name_problem",
-    "parameter",
-    "parameters_in",
-    "value_problem",
-]
-
 LONGEST_TEXT = 1000
 SHOWN = 60
 T = TypeVar("T")

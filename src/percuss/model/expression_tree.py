@@ -20,23 +20,6 @@ from percuss.errors import ParameterError
 from percuss.model.exact import Phase, PiTimes, number_problem
 from percuss.model.intervals import ExactNumber, Irrational, NoNumber, TooLarge
 
-__all__ = [
-    "EXACT",
-    "FUNCTIONS",
-    "NO_POWER",
-    "ONE",
-    "Arithmetic",
-    "Node",
-    "derivative_of",
-    "evaluated",
-    "names_of",
-    "number_node",
-    "power_of",
-    "read",
-    "text_of",
-    "tree_of",
-]
-
 DEEPEST, LARGEST_POWER = 100, 64
 FUNCTIONS = ("sqrt", "sin", "cos", "float")
 _TOKEN = re.compile(

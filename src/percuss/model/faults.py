@@ -25,8 +25,6 @@ from percuss.model.exact import (
 from percuss.model.expression import meant_by
 from percuss.wording import shown
 
-__all__ = ["Fault", "draft", "faults"]
-
 Model = TypeVar("Model")
 
 # Names of units by what they measure, with their power of ten of the SI unit, where that is whole.

@@ -38,8 +38,6 @@ from percuss.model.faults import (
 )
 from percuss.model.ratios import Ratio
 
-__all__ = ["ForceRecord", "Outside", "RecordKind", "refuse_record"]
-
 RecordKind = Literal["linear", "hold"]
 Outside = Literal["end", "zero"]
 # Faults of samples that are told at once; a wrong column has one in every line.

@@ -42,14 +42,6 @@ from percuss.model.faults import (
 from percuss.model.force_record import ForceRecord
 from percuss.model.ratios import PI
 
-__all__ = [
-    "Component",
-    "Forcing",
-    "ForcingTerm",
-    "FourierTerm",
-    "Harmonic",
-]
-
 # How far omega period / (2 pi) may be from a whole number: far more than what rounding does.
 PERIOD_TOLERANCE = 1e-9
 

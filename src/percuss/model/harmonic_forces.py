@@ -12,8 +12,6 @@ from percuss.model.expression import Expression, parameter
 from percuss.model.faults import draft, is_row, phase_faults, raise_first
 from percuss.model.forcing import Forcing, FourierTerm, Harmonic, sine_phase
 
-__all__ = ["base_excitation", "cosine", "fourier", "sine"]
-
 
 def cosine(
     omega: Exact, amplitude: Exact = 1.0, phase: Phase = 0.0, constant: Exact = 0.0

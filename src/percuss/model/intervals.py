@@ -10,8 +10,6 @@ from functools import lru_cache
 
 from percuss.model.exact import DIVISION_BY_ZERO, OUT_OF_RANGE, rational_cosine, rational_root
 
-__all__ = ["ExactNumber", "IntervalArithmetic", "Irrational", "NoNumber", "TooLarge", "enclosed"]
-
 # Bits of a value relative to its size, and those after the point that are tried for them.
 RELATIVE, PRECISIONS = 320, (448, 1600, 4800)
 # A number of more bits is far outside the range of floats, or no hand wrote it.

@@ -26,8 +26,6 @@ from percuss.model.oscillator import On, plain_on
 from percuss.model.structure import Structure, on_faults
 from percuss.numerics import matmul
 
-__all__ = ["Loads", "loads_of"]
-
 
 @dataclass(frozen=True, slots=True, init=False, repr=False)
 class Loads:

@@ -33,8 +33,6 @@ from percuss.model.structure import Structure, exact_numbers, one_each
 from percuss.model.units import Units
 from percuss.numerics import atan2, exp
 
-__all__ = ["cantilever", "chain", "impact_pair", "vibro_impact_absorber"]
-
 # An angle whose parts must not leave the range of floats, and which no angle beside it shows.
 NOTHING = 1e-200
 # The matrices of a beam are full of zeros: of more modes they are no use.

@@ -26,11 +26,6 @@ from percuss.model.structure_start import StructureStart
 from percuss.model.system import System, region_rows, touching_stops
 from percuss.numerics import cos, sin
 
-__all__ = [
-    "MovedLaw", "check_paths", "moved_force_rows", "moved_law", "moved_number", "moved_period",
-    "moved_rows", "parameter_names", "unit_law",
-]  # fmt: skip
-
 START = "start."
 # Frequencies that a parameter moves in proportion do so to this part.
 ALIKE = 1e-12

@@ -29,8 +29,6 @@ from percuss.model.structure_start import StructureStart
 from percuss.model.system import System
 from percuss.numerics import inverse, matmul, solve_linear
 
-__all__ = ["MovedStructure", "more_columns", "moved_sets", "moved_structure"]
-
 MATRICES = ("mass", "damping", "stiffness")
 
 

@@ -39,24 +39,6 @@ from percuss.model.faults import (
 from percuss.model.restitution import Restitution, RestitutionTable
 from percuss.model.units import Units
 
-__all__ = [
-    "On",
-    "Oscillator",
-    "Side",
-    "SoftStop",
-    "Stop",
-    "Wall",
-    "backlash_oscillator",
-    "bilinear_oscillator",
-    "faults_of_each_stop",
-    "impact_oscillator",
-    "mass_of",
-    "plain_on",
-    "stops_faults",
-    "stops_in_words",
-]
-
-
 Side: TypeAlias = Literal["above", "below"]
 # Where something acts on a structure: a coordinate, a direction or the name of a point.
 On: TypeAlias = int | str | tuple[Exact, ...]

@@ -19,19 +19,6 @@ from percuss.model.start import Start
 from percuss.model.structure import MatrixRows, Structure
 from percuss.model.structure_start import StructureStart
 
-__all__ = [
-    "PREFIXES",
-    "AnyForce",
-    "AnyStart",
-    "fields_by_path",
-    "forcings_by_name",
-    "free_parameters",
-    "is_changed",
-    "is_tied",
-    "parameters_by_path",
-    "with_values",
-]
-
 AnyForce: TypeAlias = Forcing | Loads | None
 AnyStart: TypeAlias = Start | StructureStart | None
 T = TypeVar("T")

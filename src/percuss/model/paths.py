@@ -49,19 +49,6 @@ from percuss.model.start import Start
 from percuss.model.structure import Structure
 from percuss.model.structure_start import StructureStart
 
-__all__ = [
-    "MovedFields",
-    "get_parameter",
-    "long_form",
-    "long_forms",
-    "moved_fields",
-    "moved_in_law",
-    "parameter_paths",
-    "replace_parameter",
-    "replace_parameters",
-]
-
-
 OscT = TypeVar("OscT", bound=Oscillator | Structure)
 ForceT = TypeVar("ForceT", bound=Forcing | Loads | None)
 BeginT = TypeVar("BeginT", bound=Start | StructureStart | None)

@@ -9,8 +9,6 @@ from percuss.errors import ParameterError
 from percuss.model.forcing import PERIOD_TOLERANCE, Forcing
 from percuss.model.loads import Loads
 
-__all__ = ["period_in_common", "require_period"]
-
 # A longer period, counted in turns of the slowest harmonic, is no help: 1 and 1.41421 have one of
 # 100,000 turns.
 MOST_TURNS = 100

@@ -17,8 +17,6 @@ from typing import Any, TypeAlias
 from percuss.kernels import law_formulas
 from percuss.kernels.compile import uncompiled
 
-__all__ = ["PI", "Ratio", "exact", "ratio_of"]
-
 # Numerator and denominator, which is positive.
 Ratio: TypeAlias = tuple[int, int]
 

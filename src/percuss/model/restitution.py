@@ -11,15 +11,6 @@ from typing import Any, TypeAlias
 from percuss.model.exact import Computed, Exact, as_float, as_fraction, number_problem, plain
 from percuss.model.faults import Fault, as_tuple, dotted, faults, number_faults, raise_first
 
-__all__ = [
-    "Restitution",
-    "RestitutionTable",
-    "is_elastic",
-    "restitution_at_rest",
-    "restitution_knots",
-    "restitution_table",
-]
-
 
 @dataclass(frozen=True, slots=True)
 class RestitutionTable:

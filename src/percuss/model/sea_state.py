@@ -14,8 +14,6 @@ from percuss.model.faults import Fault, plain_number, positive_faults, raise_fir
 from percuss.model.forcing import Forcing, Harmonic
 from percuss.numerics import exp, power
 
-__all__ = ["SeaKind", "sea_state"]
-
 SeaKind = Literal["jonswap", "pierson-moskowitz"]
 # The band of frequencies in units of that of the peak: 98 % of the energy of either spectrum.
 LOWEST, HIGHEST = 0.5, 4.0

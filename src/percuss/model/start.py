@@ -37,20 +37,6 @@ if TYPE_CHECKING:
     # It imports structures, which have a start.
     from percuss.model.loads import Loads
 
-__all__ = [
-    "BEHIND_A_WALL",
-    "MOST_PERIODS",
-    "NO_COMMON_PERIOD",
-    "Start",
-    "end_after_periods",
-    "late_problem",
-    "limit_faults",
-    "periods_faults",
-    "start_faults",
-    "start_of",
-    "wall_faults",
-]
-
 NO_COMMON_PERIOD = "the loads have no common period; give loads.period, or t_end instead"
 # Phases are reduced to one turn exactly up to 2**51 quarter turns.
 MOST_PERIODS = 10**14

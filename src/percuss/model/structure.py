@@ -39,15 +39,6 @@ from percuss.model.units import Units
 from percuss.numerics import cholesky
 from percuss.wording import closest, counted
 
-__all__ = [
-    "MatrixRows",
-    "Structure",
-    "exact_numbers",
-    "on_faults",
-    "one_each",
-    "structure_fields",
-]
-
 MatrixRows: TypeAlias = tuple[tuple[Exact, ...], ...]
 MatrixLike: TypeAlias = ArrayLike | Sequence[Any] | Exact
 _MATRICES = ("mass", "damping", "stiffness")

@@ -27,8 +27,6 @@ from percuss.numerics import (
     mode_pairs,
 )
 
-__all__ = ["StructureFrames", "frames_of", "stacked_laws"]
-
 
 class StructureFrames:
     """A structure in coordinates of unit mass, without its loads.

@@ -23,8 +23,6 @@ from percuss.model.start import BEHIND_A_WALL
 from percuss.model.structure import Structure
 from percuss.wording import counted
 
-__all__ = ["StructureStart", "check_start", "structure_start"]
-
 # By how much a start on a wall may be behind it, as a part of its size: where a wall holds a
 # structure, or is struck, the states of a run have the rounding of their modes.
 ROUNDED = 1e-12

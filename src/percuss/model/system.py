@@ -37,24 +37,6 @@ from percuss.model.restitution import (
 )
 from percuss.model.start import late_problem
 
-__all__ = [
-    "RegionBounds",
-    "System",
-    "check_phases",
-    "fill_harmonic",
-    "fill_motion",
-    "fill_response",
-    "kind_faults",
-    "law",
-    "lines",
-    "most_turns",
-    "region_rows",
-    "stop_rows",
-    "touching_stops",
-    "turns_of",
-    "turns_per_time",
-]
-
 # The formulas of the rows, in exact rationals.
 _turns_per_time = exact(law_formulas.turns_per_time)
 _fill_harmonic = exact(law_formulas.fill_harmonic)

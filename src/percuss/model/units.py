@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from percuss.errors import ParameterError
 from percuss.model.faults import UNITS, unit_problem
 
-__all__ = ["CYCLES", "FORCE", "Units", "exponents_of", "in_units", "is_unit"]
-
 # Dimensions of what a mass is part of.
 FORCE = "mass length/time^2"
 # Dimensions of a frequency f that counts periods, where omega = 2 pi f counts radians.

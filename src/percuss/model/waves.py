@@ -11,8 +11,6 @@ from percuss.model.faults import number_faults, positive_faults, raise_first
 from percuss.model.force_record import ForceRecord, Outside, RecordKind
 from percuss.model.forcing import Forcing
 
-__all__ = ["pulses", "record", "square_wave", "triangle_wave"]
-
 
 def record(
     t: Sequence[Phase] | Floats,

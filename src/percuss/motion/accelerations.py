@@ -8,8 +8,6 @@ from percuss.arrays import Floats
 from percuss.kernels.flight import acceleration_and_jerk, constant_force, set_phases
 from percuss.kernels.law_columns import N_HARMONICS, Law
 
-__all__ = ["acceleration_in", "phases_at"]
-
 
 def phases_at(law: Law, t: float, t_low: float = 0.0) -> Floats:
     """Return what `set_phases` writes at t + t_low: (n_harmonics, 2)."""

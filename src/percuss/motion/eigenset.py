@@ -22,8 +22,6 @@ from percuss.model.exact import MOST_ROWS, Exact, real, whole
 from percuss.model.oscillator import Oscillator
 from percuss.model.system import System
 
-__all__ = ["eigenset", "resonant_frequency"]
-
 
 def eigenset(osc: Oscillator, count: int, t0: Exact = 0.0) -> Floats:
     """Return the first impact times of the free oscillator that leaves its stop at t0.

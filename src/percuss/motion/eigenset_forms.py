@@ -23,18 +23,6 @@ from percuss.model.harmonic_forces import cosine, sine
 from percuss.model.start import late_problem
 from percuss.numerics import cos, sin, tan
 
-__all__ = [
-    "HarmonicMotion",
-    "SubsetMotion",
-    "contact_time",
-    "eigenset_motion",
-    "harmonic_contact_time",
-    "harmonic_critical_velocity",
-    "subset_critical_velocity",
-    "subset_forcing",
-]
-
-
 # A velocity given as a rounded decimal or a computed root may miss a bound by its rounding.
 ROUNDING = 1e-12
 

@@ -18,8 +18,6 @@ from percuss.model.start import late_problem
 from percuss.model.system import System, stop_rows, turns_of
 from percuss.motion.tables import Contacts
 
-__all__ = ["energy_at", "force_at", "force_in_run", "forces_at"]
-
 # What moves as a force pushes: its acceleration is the force.
 FREE = Oscillator(stiffness=0)
 

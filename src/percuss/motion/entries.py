@@ -8,8 +8,6 @@ from percuss.arrays import Integers
 from percuss.motion.structures import StructureTrajectory
 from percuss.motion.trajectory import Trajectory
 
-__all__ = ["entry_rows"]
-
 
 def entry_rows(run: Trajectory | StructureTrajectory) -> Integers:
     """Return the rows of `run.crossings` that count as entries.

@@ -15,8 +15,6 @@ from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start
 from percuss.model.system import System
 
-__all__ = ["ContactErrors"]
-
 
 class ContactErrors:
     """The bounds of the errors of a run's contacts: called, it gives them, computed once.

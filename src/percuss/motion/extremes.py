@@ -36,18 +36,6 @@ from percuss.model.exact import as_float, whole
 from percuss.model.oscillator import stops_in_words
 from percuss.model.system import System, stop_rows
 
-__all__ = [
-    "Extrema",
-    "QuantityName",
-    "extremes_of_motion",
-    "jumps_at",
-    "jumps_in",
-    "level_crossings",
-    "observable_of",
-    "told_instant",
-    "window_at_jumps",
-]
-
 QuantityName = Literal["displacement", "velocity", "acceleration", "stop_force", "spring_force"]
 # Searches of one call of the kernels, some 0.1 s, and crossings that it writes.
 AT_ONCE = 100_000

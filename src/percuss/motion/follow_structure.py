@@ -29,8 +29,6 @@ from percuss.motion.structures import StructureTrajectory, as_far_as_filled
 from percuss.motion.trajectory import Outcome
 from percuss.progress import RunProgress
 
-__all__ = ["follow_structure", "followed"]
-
 # Rows for events at first, and searches between two checks for Ctrl-C.
 FIRST_CAPACITY = 4096
 PATIENCE = 10_000

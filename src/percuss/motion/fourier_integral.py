@@ -53,19 +53,6 @@ from percuss.numerics import (
     times,
 )
 
-__all__ = [
-    "NEAR_PART",
-    "NODES",
-    "PANEL_PHASE",
-    "ROWS",
-    "SplitTimes",
-    "blocks",
-    "fourier_integral",
-    "integral_of_exponentials",
-    "record_integral",
-    "turned",
-]
-
 # Numbers, and the low parts of them.
 SplitTimes: TypeAlias = tuple[Floats, Floats]
 

@@ -16,8 +16,6 @@ from percuss.model.structure import Structure
 from percuss.motion.moved_measures import MovedMeasure
 from percuss.motion.simulate import simulate
 
-__all__ = ["gradient"]
-
 
 def gradient(
     measure: MovedMeasure,

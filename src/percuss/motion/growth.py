@@ -15,8 +15,6 @@ from percuss.motion.spectrum import Quantity
 from percuss.motion.trajectory import Trajectory
 from percuss.numerics import dot, exp, log
 
-__all__ = ["Growth", "fit_power_law", "growth", "peaks"]
-
 GrowthKind: TypeAlias = Literal["grows", "decays", "bounded", "too_few"]
 
 # Stretches of time, equal in its logarithm, whose mean peak is one point of the fit; and the

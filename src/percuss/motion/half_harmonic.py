@@ -19,17 +19,6 @@ from percuss.model.oscillator import impact_oscillator
 from percuss.motion.simulate import simulate
 from percuss.numerics import atan2, cos, sin
 
-__all__ = [
-    "HalfHarmonicGrowth",
-    "cosine_eigenset_motion",
-    "half_harmonic_expansion",
-    "half_harmonic_flight",
-    "half_harmonic_growth",
-    "half_harmonic_impact",
-    "half_harmonic_invariant",
-    "half_harmonic_two_impacts",
-]
-
 
 def half_harmonic_flight(
     elapsed: ArrayLike, t_k: ArrayLike, v_k: ArrayLike

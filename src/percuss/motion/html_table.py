@@ -9,8 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["html_table"]
-
 # Rows that are shown at either end of a longer table.
 SHOWN = 5
 

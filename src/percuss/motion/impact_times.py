@@ -23,8 +23,6 @@ from percuss.motion.patterns import FEWEST, REPETITIONS, ROUNDINGS, TOLERANCE, f
 from percuss.motion.structures import StructureTrajectory
 from percuss.motion.trajectory import Trajectory
 
-__all__ = ["ImpactTimes", "PatternKind", "classify_impact_times"]
-
 PatternKind: TypeAlias = Literal[
     "eigenset",
     "eigenset_subset",

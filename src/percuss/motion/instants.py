@@ -13,8 +13,6 @@ from percuss.kernels.record import HUGE
 from percuss.model.exact import real
 from percuss.motion.sections import section_of
 
-__all__ = ["check_limit", "last_moderate", "span_within", "strobes", "times_within"]
-
 # A computed time may lie outside the run by this many units in the last place.
 ROUNDED = 4.0
 

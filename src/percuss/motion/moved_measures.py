@@ -16,15 +16,6 @@ from percuss.motion.moved_motion import MovedCrossings, MovedImpacts
 from percuss.motion.tables import HasEvents
 from percuss.numerics import gauss_legendre
 
-__all__ = [
-    "MeasuredMotion",
-    "MovedMeasure",
-    "MovedStretch",
-    "MovedValue",
-    "moved_measure",
-    "nodes_of",
-]
-
 MovedMeasure = Literal[
     "max_displacement",
     "min_displacement",

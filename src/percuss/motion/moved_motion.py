@@ -29,11 +29,6 @@ from percuss.motion.extremes import Extrema, QuantityName
 from percuss.motion.instants import check_limit
 from percuss.motion.tables import HasEvents, Limit
 
-__all__ = [
-    "AnyMotion", "AnyOscillatorMotion", "MovedContacts", "MovedCrossings", "MovedEvents",
-    "MovedGrazes", "MovedImpacts", "MovedMotion", "moved_end", "workspace_of",
-]  # fmt: skip
-
 
 class AnyMotion(HasEvents, Protocol):
     """A motion as its derivative reads it, of an oscillator or a structure."""

@@ -24,8 +24,6 @@ from percuss.motion.instants import check_limit, times_within
 from percuss.motion.moved_motion import AnyMotion, MovedEvents
 from percuss.motion.tables import Limit
 
-__all__ = ["AnyStructureMotion", "MovedStructureMotion", "rates_at", "scratch_of", "scratch_run"]
-
 
 class AnyStructureMotion(AnyMotion, Protocol):
     """A motion of a structure as its derivative reads it, such as a `StructureTrajectory`."""

@@ -38,8 +38,6 @@ from percuss.motion.extremes import Extrema, QuantityName
 from percuss.motion.moved_measures import MovedStretch, MovedValue, moved_measure, nodes_of
 from percuss.motion.moved_motion import MovedMotion
 
-__all__ = ["measure_and_derivative"]
-
 
 class _Limit(NamedTuple):
     """A state on one side of an instant (t, t_low), and its derivatives where that moves by dt."""

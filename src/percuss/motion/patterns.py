@@ -29,9 +29,6 @@ import numpy as np
 from percuss.arrays import Floats
 from percuss.numerics import log
 
-__all__ = ["FEWEST", "REPETITIONS", "ROUNDINGS", "TOLERANCE", "Pattern", "find_pattern"]
-
-
 # A pattern is believed when it is seen three times, and in so many times at least.
 REPETITIONS = 3
 FEWEST = 6

@@ -36,8 +36,6 @@ from percuss.kernels.next_event import event_free_until, slowest
 from percuss.kernels.tangent import propagator
 from percuss.numerics import determinant, exp, hypot, solve_linear
 
-__all__ = ["IDENTITY", "SLACK", "drifts_off", "free_until", "misses", "periodic_state", "steady"]
-
 # A monodromy matrix so near to the identity makes every free motion periodic too.
 IDENTITY = 1e-10
 

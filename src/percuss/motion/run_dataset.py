@@ -11,8 +11,6 @@ if TYPE_CHECKING:
     # A second of import, and only `run_dataset` needs it.
     from xarray import Dataset
 
-__all__ = ["run_dataset"]
-
 # Dimensions of the variables of a run's datasets.
 DIMENSIONS = {
     "t": "time",

@@ -10,8 +10,6 @@ from percuss.errors import ParameterError
 from percuss.model.exact import real
 from percuss.model.expression import Expression
 
-__all__ = ["DIRECTIONS", "PoincareSection", "SectionDirection", "SectionGiven", "section_of"]
-
 SectionDirection = Literal["up", "down", "both"]
 # The sign of the velocity, 0 for either.
 DIRECTIONS = {"up": 1.0, "down": -1.0, "both": 0.0}

@@ -33,8 +33,6 @@ from percuss.motion.moved_motion import (
 )
 from percuss.motion.oscillator_measures import measure_and_derivative
 
-__all__ = ["Sensitivity", "sensitivity_of", "slowing_of"]
-
 # A difference below this part of its terms is rounding.
 ROUNDED = 1e-14
 

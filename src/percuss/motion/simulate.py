@@ -60,8 +60,6 @@ if TYPE_CHECKING:
 
 _Number = TypeVar("_Number", np.float64, np.int64)
 
-__all__ = ["MOST_IMPACTS", "run_of", "simulate"]
-
 # Without `max_impacts`. Ten million impacts take 0.9 GB: elastic hops on a wall can be that many.
 MOST_IMPACTS = 10_000_000
 

@@ -32,8 +32,6 @@ if TYPE_CHECKING:
 
     from percuss.motion.structures import StructureTrajectory
 
-__all__ = ["DisplacementSignal", "fast_amplitudes", "line_spectrum", "signal_of", "spectrum"]
-
 Quantity = Literal["displacement", "velocity"]
 WindowName = Literal["hann", "none"]
 Method = Literal["exact", "fft"]

@@ -43,8 +43,6 @@ from percuss.numerics import (
     times,
 )
 
-__all__ = ["slowest_rate", "structure_fourier_integral"]
-
 # Nodes of the quadrature in one go.
 AT_ONCE = 1 << 17
 

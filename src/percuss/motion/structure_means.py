@@ -15,8 +15,6 @@ from percuss.motion.energetics import force_at
 from percuss.motion.structure_observables import observable_at
 from percuss.numerics import gauss_points, panels
 
-__all__ = ["mean_power_of_run", "mean_square_of_run"]
-
 # Nodes of Gauss's rule on a piece, and the phase of the quickest rate over it: squares of sines
 # then have an error of 1e-18.
 NODES, PHASE = 10, 2.0

@@ -22,8 +22,6 @@ from percuss.motion.moved_measures import MovedStretch, MovedValue, moved_measur
 from percuss.motion.moved_structure_motion import MovedStructureMotion, scratch_of
 from percuss.numerics import inverse, matmul, solve_linear
 
-__all__ = ["structure_measure_and_derivative", "taylor_of"]
-
 
 def structure_measure_and_derivative(
     d: MovedStructureMotion, measure: str, on: On | None = None, longer: Floats | None = None

@@ -21,15 +21,6 @@ from percuss.model.exact import as_float, whole
 from percuss.model.oscillator import On, SoftStop
 from percuss.motion.extremes import Extrema, QuantityName, told_instant
 
-__all__ = [
-    "displacement_form",
-    "extremes_of_run",
-    "observable_at",
-    "part_at",
-    "passages_of_run",
-    "turning_points_of_run",
-]
-
 # Rows that one call of the kernels writes.
 AT_ONCE = 16_384
 # A part of an observable below this many units of rounding of its terms is none: what a wall holds

@@ -34,8 +34,6 @@ from percuss.motion.moved_structure_motion import (
 )
 from percuss.motion.structure_measures import structure_measure_and_derivative
 
-__all__ = ["StructureSensitivity", "structure_sensitivity_of", "structure_slowing_of"]
-
 # A difference below this part of its terms is rounding.
 ROUNDED = 1e-14
 

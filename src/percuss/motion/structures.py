@@ -42,8 +42,6 @@ from percuss.wording import counted
 if TYPE_CHECKING:
     from xarray import Dataset
 
-__all__ = ["StructureImpacts", "StructureTrajectory", "as_far_as_filled"]
-
 
 def as_far_as_filled(run: StructureRun) -> StructureRun:
     """Return the run with the rows of its events and grazes that have been written."""

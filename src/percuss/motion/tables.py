@@ -20,11 +20,6 @@ if TYPE_CHECKING:
     from pandas import DataFrame
     from xarray import Dataset
 
-__all__ = [
-    "COLUMNS", "Contacts", "Crossings", "EventColumn", "EventTable", "Grazes", "HasEvents",
-    "HasTable", "Impacts", "Limit", "counts_in_words", "no_contacts", "no_crossings", "no_grazes",
-]  # fmt: skip
-
 # Which side to take at the very instant of an event.
 Limit = Literal["after", "before"]
 

@@ -57,8 +57,6 @@ if TYPE_CHECKING:
     # A second of import, and only `sample`, `stroboscopic` and `forces` need it.
     from xarray import Dataset
 
-__all__ = ["Outcome", "Trajectory", "beyond_record_of", "happened"]
-
 
 class Outcome(Enum):
     """The end of a run; the value is the sentence to show.

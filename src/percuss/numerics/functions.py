@@ -15,24 +15,6 @@ from percuss.arrays import Complexes, Floats, row_of
 from percuss.kernels import arithmetic
 from percuss.kernels.compile import uncompiled
 
-__all__ = [
-    "atan2",
-    "cos",
-    "cosine_sine",
-    "exp",
-    "expm1",
-    "geometric",
-    "hypot",
-    "log",
-    "modulus",
-    "phasor",
-    "power",
-    "sin",
-    "tan",
-    "times",
-]
-
-
 # Up to so many numbers plain Python is faster than the first call of a kernel in a process.
 FEW = 16
 

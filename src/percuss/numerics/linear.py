@@ -14,23 +14,6 @@ from percuss.arrays import Floats
 from percuss.errors import ConvergenceError
 from percuss.kernels import linear as kernels
 
-__all__ = [
-    "balanced",
-    "cholesky",
-    "determinant",
-    "directions",
-    "dot",
-    "fit_line",
-    "inverse",
-    "is_finite",
-    "least_squares",
-    "leverages",
-    "matmul",
-    "norm",
-    "solve_linear",
-]
-
-
 # Squares of sizes with exponents in between neither overflow nor vanish.
 MOST_DOUBLINGS = 400
 # Rounds of balancing; a few are usual. What a power of two makes smaller by less is not worth one.

@@ -18,8 +18,6 @@ from percuss.kernels import eigenvalues as kernels
 from percuss.numerics.linear import matmul, solve_linear
 from percuss.numerics.wide import Wide
 
-__all__ = ["ModePairs", "entry_sizes", "mode_pairs", "symmetric_modes"]
-
 # Below these many units of rounding of the entries they come from, two opposite entries count as
 # equal, a coupling of two modes by damping as none, and a spring as that of a free mass.
 ROUNDING = 2.0**-50

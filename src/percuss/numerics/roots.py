@@ -10,9 +10,6 @@ from percuss.arrays import Complexes, Floats, Integers, numbers_within
 from percuss.errors import ConvergenceError
 from percuss.numerics.functions import cos, phasor
 
-__all__ = ["gauss_legendre", "gauss_points", "panels", "polynomial_roots"]
-
-
 # Simple zeros take some ten steps, double ones gain a bit a step down to half the digits.
 MOST_STEPS = 500
 # Steps as a part of the zeros below which they are rounding, and of double zeros too.

@@ -14,8 +14,6 @@ from percuss.errors import ConvergenceError
 from percuss.kernels import eigenvalues
 from percuss.kernels import wide as kernels
 
-__all__ = ["Wide"]
-
 
 class Wide:
     """A matrix of numbers (high, low), each the sum of two doubles: about 30 digits.

@@ -44,8 +44,6 @@ from percuss.pictures import HasPicture
 from percuss.progress import Progress, Report
 from percuss.wording import counted
 
-__all__ = ["Attempt", "Design", "design"]
-
 # Parameters whose values are right or wrong whatever the others are.
 OWN_LIMITS = (".restitution", ".stiffness", ".damping", ".mass")
 # More searches than anybody waits for.

@@ -20,15 +20,6 @@ from percuss.orbits.orbit.moved_structure_orbit import StructureOrbitSensitivity
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
 
-__all__ = [
-    "AnyOrbit",
-    "AnySensitivity",
-    "OutcomeName",
-    "check_outcome",
-    "outcome_names",
-    "outcome_of",
-]
-
 # The outcomes that orbits alone have.
 OfOrbit: TypeAlias = Literal["grazing_margin", "multiplier", "period"]
 OutcomeName: TypeAlias = MovedMeasure | OfOrbit

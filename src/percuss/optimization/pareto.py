@@ -21,8 +21,6 @@ from percuss.optimization.search import MOST_MOTIONS
 from percuss.pictures import HasPicture
 from percuss.progress import Progress, Report
 
-__all__ = ["ParetoFront", "pareto_front"]
-
 # Two outcomes are the same to this part.
 SAME = 1e-6
 # How often the designs between the ends are sought anew, from an end that one of them has bettered.

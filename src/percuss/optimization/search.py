@@ -14,17 +14,6 @@ from percuss.errors import ConvergenceError, MissingExtraError
 from percuss.optimization.trials import Trial
 from percuss.progress import Progress
 
-__all__ = [
-    "MET",
-    "MOST_MOTIONS",
-    "DesignSearch",
-    "Goal",
-    "OutcomeLimits",
-    "SearchEnd",
-    "Trials",
-    "Wanted",
-]
-
 Goal: TypeAlias = Literal["least", "largest"] | float
 OutcomeLimits: TypeAlias = tuple[float | None, float | None]
 

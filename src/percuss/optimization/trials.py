@@ -37,8 +37,6 @@ from percuss.orbits.orbit.structure_orbit import (
     structure_orbit_at,
 )
 
-__all__ = ["OnOrbit", "OnRun", "OnStructureOrbit", "Trial"]
-
 AnOrbit = TypeVar("AnOrbit", PeriodicOrbit, StructureOrbit)
 
 # The longest orbits on which a motion is looked for, in impacts and in forcing periods.

@@ -8,8 +8,6 @@ from functools import cache
 from importlib import resources
 from typing import Any, Literal
 
-__all__ = ["ArticleSource", "Passage", "article_source", "passages", "passages_of"]
-
 PassageKind = Literal["sentence", "formula", "caption", "table", "proof"]
 
 

@@ -45,8 +45,6 @@ from percuss.paper.formula import Formula
 from percuss.paper.proof import identity, leading_terms
 from percuss.paper.statement import Finding, Statement
 
-__all__ = ["BREAK", "CHAIN_STATEMENTS", "LINES", "ChainLine", "wrong_lines"]
-
 # The line at which the derivation breaks: those before it have slips that do no harm.
 BREAK = "33"
 

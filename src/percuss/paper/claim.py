@@ -21,8 +21,6 @@ from percuss.paper.statement import (
     verdict_kind,
 )
 
-__all__ = ["Claim", "examine"]
-
 
 @dataclass(frozen=True)
 class Claim:

@@ -9,8 +9,6 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-__all__ = ["Code", "code_of"]
-
 
 @dataclass(frozen=True)
 class Code:

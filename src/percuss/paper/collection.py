@@ -15,8 +15,6 @@ from percuss.paper.figure import Figure
 from percuss.paper.sections import SECTIONS
 from percuss.paper.statement import Statement
 
-__all__ = ["Item", "choose", "figure_named", "items", "statement_with_id"]
-
 ItemKind = Literal["figure", "statement"]
 
 

@@ -28,8 +28,6 @@ from percuss.paper.report.formulas import formula_svg, outlines
 from percuss.paper.report.prose import prose
 from percuss.paper.result import PaperResult
 
-__all__ = ["comment_data", "comment_pdf", "template"]
-
 # Those that show what is corrected and what fails.
 FIGURES = ("fig11", "fig12", "fig6")
 # The verdicts, and what opens the section on each.

@@ -6,8 +6,6 @@ from collections.abc import Collection, Mapping, Sequence
 
 from percuss.paper.statement import VerdictKind
 
-__all__ = ["DEPENDS", "LABELS", "falls_with", "own_errors"]
-
 # Which statements of the article each one is derived from, or illustrates.
 DEPENDS: dict[str, tuple[str, ...]] = {
     "eq27": (),

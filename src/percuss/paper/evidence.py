@@ -11,20 +11,6 @@ import math
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
-__all__ = [
-    "Agreement",
-    "Comparison",
-    "Deduction",
-    "Enclosure",
-    "Evidence",
-    "Measurement",
-    "Step",
-    "compare",
-    "counted",
-    "is_decided",
-    "is_proven",
-]
-
 Agreement = Literal["agrees", "differs", "open"]
 
 

@@ -11,8 +11,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Picture
     from xarray import Dataset
 
-__all__ = ["Figure", "PrintedFrame"]
-
 
 @dataclass(frozen=True)
 class PrintedFrame:

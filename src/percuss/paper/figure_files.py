@@ -24,8 +24,6 @@ from percuss.version import __version__
 if TYPE_CHECKING:
     from xarray import Dataset
 
-__all__ = ["SUFFIXES", "Drawn", "draw_figure", "versions"]
-
 SUFFIXES = (".svg", ".png", ".nc", ".csv")
 PACKAGES = ("numpy", "numba", "xarray", "matplotlib")
 

@@ -14,8 +14,6 @@ from percuss.paper.claim import Claim
 from percuss.paper.dependence import own_errors
 from percuss.paper.statement import VerdictKind
 
-__all__ = ["HEADLINES", "FormulaPair", "Headline", "errors_of_their_own", "headlines_of"]
-
 
 @dataclass(frozen=True)
 class FormulaPair:

@@ -16,8 +16,6 @@ from sympy.printing.latex import LatexPrinter
 
 from percuss import numerics
 
-__all__ = ["Formula", "mathtext", "numerically", "ordered", "product"]
-
 # numerics gives the same bits on every machine.
 MODULES: list[Any] = [
     {name: getattr(numerics, name) for name in ("sin", "cos", "tan", "exp", "log")},

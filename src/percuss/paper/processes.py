@@ -21,8 +21,6 @@ from typing import TypeVar
 
 from percuss.paper.collection import Item
 
-__all__ = ["in_processes", "next_item"]
-
 Result = TypeVar("Result")
 # How often the caller is asked whether to go on [s].
 PATIENCE = 0.1

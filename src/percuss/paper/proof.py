@@ -14,8 +14,6 @@ from percuss.certified.numbers import ball, between, precision
 from percuss.paper.evidence import Step
 from percuss.paper.formula import mathtext
 
-__all__ = ["argument", "enclose", "identity", "leading_terms", "positive", "sign", "theorem"]
-
 # Of boxes that an inequality is split into before it is left open.
 MOST_BOXES = 20_000
 BITS = 96

@@ -14,8 +14,6 @@ from percuss.paper.figure_files import versions
 from percuss.paper.findings import errors_of_their_own
 from percuss.paper.statement import Scope, VerdictKind
 
-__all__ = ["SCHEMA_FILE", "records_text", "schema_text"]
-
 # Named in claims.json and written beside it.
 SCHEMA_FILE = "claims.schema.json"
 

@@ -9,8 +9,6 @@ from percuss.paper.claim import Claim
 from percuss.paper.collection import Item
 from percuss.paper.figure_files import Drawn
 
-__all__ = ["INTERRUPTED", "PaperResult"]
-
 INTERRUPTED = "not begun when the run was interrupted"
 
 

@@ -19,9 +19,6 @@ from percuss.paper.records import SCHEMA_FILE, records_text, schema_text
 from percuss.paper.result import INTERRUPTED, PaperResult
 from percuss.progress import Progress, Report
 
-__all__ = ["run_paper"]
-
-
 PROCESSES = 2
 # Fewer items are done before a second process has started.
 FEWEST_FOR_PROCESSES = 8

@@ -9,17 +9,6 @@ from typing import Literal
 from percuss.paper.evidence import Deduction, Enclosure, Evidence
 from percuss.paper.formula import Formula
 
-__all__ = [
-    "Finding",
-    "Grade",
-    "Scope",
-    "Statement",
-    "VerdictKind",
-    "grade",
-    "judge",
-    "verdict_kind",
-]
-
 Grade = Literal["deduced", "certified", "measured"]
 Scope = Literal["article", "beyond"]
 VerdictKind = Literal["holds", "corrected", "fails", "undecided"]

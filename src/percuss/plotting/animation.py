@@ -56,8 +56,6 @@ from percuss.plotting.style import (
 )
 from percuss.progress import Progress, Report
 
-__all__ = ["FORMATS", "Film", "animate"]
-
 # Suffixes of the files of films.
 FORMATS = (".gif", ".html", ".mp4")
 # More are minutes of drawing, and a file that no mail takes.

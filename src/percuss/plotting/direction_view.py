@@ -26,11 +26,6 @@ from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
 from percuss.plotting.style import check_kind
 
-__all__ = [
-    "DirectionView", "Drawable", "StopsSeen", "combination", "direction_name", "first_line",
-    "line_in_words", "names_of", "shown_lines", "view_of",
-]  # fmt: skip
-
 
 @dataclass(frozen=True, slots=True)
 class StopsSeen:

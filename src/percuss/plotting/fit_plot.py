@@ -34,8 +34,6 @@ from percuss.plotting.style import (
     units_of,
 )
 
-__all__ = ["plot_confidence", "plot_fit", "plot_profiles"]
-
 # Instants at which a motion is drawn, and of an ellipse.
 POINTS, ROUND = 2000, 181
 # Errors are small parts of values, whose labels are long.

@@ -16,10 +16,6 @@ from percuss.model.units import CYCLES, Units, is_unit
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
 
-__all__ = [
-    "label_axes", "label_of", "parameter_label", "parameter_name", "path_label", "with_unit",
-]  # fmt: skip
-
 NAMES = {
     "oscillator.stiffness": "stiffness $k$",
     "oscillator.damping": "damping $a$",

@@ -30,8 +30,6 @@ from percuss.plotting.style import (
     units_of,
 )
 
-__all__ = ["plot_coordinates", "plot_mode_shapes"]
-
 # Panels of one figure; more would be too low to be read.
 MOST_PANELS = 12
 HEIGHT = 1.5

@@ -34,23 +34,6 @@ from percuss.studies.tables import (
 )
 from percuss.wording import counted
 
-__all__ = [
-    "AxisValues",
-    "OverAxes",
-    "OverRanges",
-    "ParameterRange",
-    "Span",
-    "StartAxis",
-    "axes_of",
-    "axis_values",
-    "direction_of",
-    "guesses_in",
-    "over_of",
-    "ranges_in",
-    "ranges_over",
-    "values_over",
-]  # fmt: skip
-
 Spacing: TypeAlias = Literal["linear", "log"]
 ParameterRange: TypeAlias = tuple[Phase, Phase]
 MOST = 100_000_000

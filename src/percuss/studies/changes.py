@@ -10,8 +10,6 @@ from typing import Any
 
 from percuss.studies.tables import Path, StudyFaults, shown, unknown_key
 
-__all__ = ["ChangedValue", "changed_document"]
-
 NO_CHANGE = "not path=value, such as oscillator.damping=0.1"
 
 

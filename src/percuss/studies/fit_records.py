@@ -25,8 +25,6 @@ from percuss.model.structure_start import StructureStart
 from percuss.studies.study import StudyDraft
 from percuss.studies.tables import Path, exact_phase, raw_table, shown, unknown_key, words_of_file
 
-__all__ = ["FitRecord", "fit_records", "written_record"]
-
 # Values by quantity, None where one is missing.
 DataColumns: TypeAlias = "dict[str, tuple[float | None, ...]]"
 KEYS = ("file", "columns", "noise", "start", "settings")

@@ -31,8 +31,6 @@ from percuss.studies.kinds.response import Response
 from percuss.studies.kinds.sweep import Sweep
 from percuss.studies.study import Study
 
-__all__ = ["CELLS", "MEASURED", "SETTLING", "check_size", "link_of"]
-
 # Of diagrams and charts of the page: the forcing periods in which motions settle, the measures of
 # two parameters with those in which each is taken (of the exponent `web.facts.PERIODS`), and the
 # cells along a side.

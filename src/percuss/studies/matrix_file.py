@@ -12,8 +12,6 @@ import numpy as np
 
 from percuss.arrays import Floats
 
-__all__ = ["read_matrix"]
-
 # A matrix as rows, or its diagonal alone.
 MatrixOfFile: TypeAlias = "tuple[tuple[float, ...], ...] | tuple[float, ...]"
 MARKS = ("#", "%")

@@ -14,8 +14,6 @@ from percuss.motion.sections import PoincareSection, section_of
 from percuss.studies.study import StudyDraft
 from percuss.studies.tables import MISSING, Path, Text, raw_table, shown, unknown_value
 
-__all__ = ["MeasureNames", "SectionKey", "check_measures", "check_section"]
-
 
 def _as_list(value: object) -> object:
     return [value] if isinstance(value, str) else [] if value is MISSING else value

@@ -44,12 +44,6 @@ from percuss.studies.tables import (
     unknown_key,
 )
 
-__all__ = [
-    "FORCING", "OSCILLATOR", "ForcingShape", "RestitutionKey", "Shape", "Shapes", "SoftShape",
-    "TableShape", "UnitsShape", "WallShape", "check_shape", "forcing_of", "list_of",
-    "read_oscillator", "stop_of", "units_of_table",
-]  # fmt: skip
-
 ModelPart = TypeVar("ModelPart", Wall, SoftStop, Harmonic, RestitutionTable)
 
 _FOURIER = ("omega", "cos", "sin")

@@ -30,11 +30,6 @@ if TYPE_CHECKING:
     from percuss.motion.structures import StructureTrajectory
     from percuss.orbits import StructureOrbit
 
-__all__ = [
-    "check_drawn", "check_measured", "check_on", "check_sought", "checked_motion", "checked_start",
-    "draw_motion", "extremes_in_words", "motion_of", "report_of_orbit", "shown_directions",
-]  # fmt: skip
-
 # Displacements in one picture, and in a report.
 MOST_SHOWN = 12
 

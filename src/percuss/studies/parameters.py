@@ -25,8 +25,6 @@ from percuss.studies.tables import (
     words_of_file,
 )
 
-__all__ = ["with_expressions"]
-
 # Tables, and their keys, that may be expressions: the numbers of a motion.
 _TABLES = ("oscillator", "forcing", "structure", "loads", "start", "run")
 _KEYS = frozenset(

@@ -36,21 +36,6 @@ if TYPE_CHECKING:
     from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
     from percuss.studies.study import Study
 
-__all__ = [
-    "STEM",
-    "ProofOfStudy",
-    "basins_of",
-    "basins_rows",
-    "chaos_of",
-    "chaos_rows",
-    "check_certify",
-    "draw_proof",
-    "list_of",
-    "list_rows",
-    "proof_of",
-    "proven",
-]
-
 # Of the files: certified.csv, certified.png.
 STEM = "certified"
 # Digits of a number in the table beyond those asked for, and at least.

@@ -60,8 +60,6 @@ _OF_ALL = ("save", "draw")
 _SAVE = ("netcdf", "csv", "decimal_comma")
 _DRAW = ("png", "svg", "length_unit", "time_unit")
 
-__all__ = ["build_study", "known_keys", "load_study", "parse_study", "shape_of"]
-
 
 def load_study(path: FilePath | str, *, changes: Sequence[str] = ()) -> Study:
     """Return the study in a study file, or in a result that percuss wrote.

@@ -14,8 +14,6 @@ from percuss.model.units import Units
 from percuss.model.waves import record
 from percuss.studies.tables import Path, RawTable, StudyFaults, exact_phase, shown
 
-__all__ = ["quantity_of_force", "read_record", "record_of"]
-
 Samples: TypeAlias = tuple[tuple[Any, ...], tuple[Any, ...]]
 
 PATH: Path = ("forcing", "record")

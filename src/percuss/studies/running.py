@@ -36,8 +36,6 @@ MOST_ROWS = 2**20
 # Size of the files from which on a warning comes before they are written [bytes].
 LARGE = 1e8
 
-__all__ = ["StudyResult", "draw_picture", "output_files", "run_study"]
-
 
 @dataclass(frozen=True, slots=True)
 class StudyResult:

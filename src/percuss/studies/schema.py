@@ -16,8 +16,6 @@ from percuss.studies.structure_tables import LoadShape, StructureShape
 from percuss.studies.study import TABLES, Question, kind_named, kind_names
 from percuss.studies.tables import NUMBER_SCHEMA, Certify, Draw, Save, StudyTable
 
-__all__ = ["study_schema"]
-
 DRAFT = "http://json-schema.org/draft-07/schema#"
 PLACES = "#/definitions/{model}"
 # Of a docstring of NumPy's form: "name, other" or "name", and the lines that explain it.

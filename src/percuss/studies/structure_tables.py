@@ -51,8 +51,6 @@ from percuss.studies.tables import (
     shown,
 )
 
-__all__ = ["has_size", "read_structure"]
-
 NO_PLACE = "a study that is no file has no files beside it; give the numbers"
 _MATRICES = ("mass", "stiffness", "damping")
 

@@ -38,27 +38,6 @@ if TYPE_CHECKING:
     from percuss.motion.extremes import Extrema
     from percuss.plotting.animation import Film
 
-__all__ = [
-    "AT_REST",
-    "TABLES",
-    "Picture",
-    "Question",
-    "Study",
-    "StudyDraft",
-    "check_start",
-    "ends_in_words",
-    "ends_of",
-    "failure_rows",
-    "interruption_rows",
-    "intervals_in_words",
-    "kind_named",
-    "kind_names",
-    "known_walls",
-    "multiplier_text",
-    "only_axes",
-    "study_text",
-]  # fmt: skip
-
 # Draws the result of a study on an empty figure.
 Picture: TypeAlias = "Callable[[Any, Study, Any], None]"
 

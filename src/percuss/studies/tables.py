@@ -41,16 +41,6 @@ from percuss.model.structure_start import StructureStart
 from percuss.model.units import Units
 from percuss.wording import closest
 
-__all__ = [
-    "DRAW_ALL", "MATRIX_FILES", "MISSING", "NO_DIRECTION", "NO_NUMBER", "NO_PHASE",
-    "NUMBERS_SCHEMA", "NUMBER_SCHEMA", "SAVE_ALL", "Certify", "Count", "Draw", "Flag", "Limits",
-    "NumberKey", "NumbersKey", "OnKey", "OnKeys", "Path", "PhaseKey", "RawTable", "Save",
-    "StartState", "StartTable", "StructureStartTable", "StudyFault", "StudyFaults", "StudyTable",
-    "Text", "Whole", "as_written", "default", "exact_phase", "is_matrix_file", "keys_of", "line_of",
-    "raw_table", "read", "sentence", "shown", "table", "table_only", "unknown_key", "unknown_value",
-    "values_of", "words_of_file",
-]  # fmt: skip
-
 # Keys, and indices into lists.
 Path: TypeAlias = tuple[str | int, ...]
 

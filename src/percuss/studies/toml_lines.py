@@ -8,8 +8,6 @@ from dataclasses import dataclass, field
 
 from percuss.studies.tables import Path, StudyFault, shown
 
-__all__ = ["fault_of_other_format", "is_other_format", "key_lines", "read_document"]
-
 _MOST_SYNTAX_FAULTS = 20
 # A file with so many lines that are not TOML, and no more that are, is of another kind.
 _OF_ANOTHER_KIND = 3

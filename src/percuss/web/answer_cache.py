@@ -14,8 +14,6 @@ from percuss.studies.study import Study
 from percuss.studies.tables import Draw, Save
 from percuss.web.request import BadRequest, RunningRequest
 
-__all__ = ["ANSWERS", "AnswerCache", "answer_of", "size_of"]
-
 # Size of the cache [bytes]: four of the largest answers, which have some fifty megabytes.
 CACHE_BYTES = 200_000_000
 # A file may take so long to compute [s].

@@ -37,8 +37,6 @@ from percuss.web.scheduler import Task
 from percuss.web.session import FAILED, Schedulers, Session
 from percuss.web.view_study import VIEWS
 
-__all__ = ["create_app"]
-
 log = logging.getLogger("percuss.web")
 
 # Open pages at once; a client that does not read a frame in this time is disconnected [s].

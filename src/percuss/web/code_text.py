@@ -17,8 +17,6 @@ from percuss.studies.tables import exact_phase
 from percuss.web.request import motion_of
 from percuss.web.saddles import SADDLE_LIMIT
 
-__all__ = ["python_text"]
-
 # The call that answers a study, and the one that draws the answer.
 _LONG = {
     "diagram": ("bifurcation_diagram", "plot_diagram"),

@@ -8,8 +8,6 @@ from typing import Any
 import h11
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-__all__ = ["BoundedProtocol"]
-
 # The head of a request may take so long [s].
 PATIENCE = 10.0
 # Connections without a complete head, of which the oldest is closed; and connections at all.

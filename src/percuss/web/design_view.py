@@ -26,8 +26,6 @@ from percuss.web.request import BadRequest, PageRequest, RunningRequest
 from percuss.web.wording import plain
 from percuss.wording import counted
 
-__all__ = ["answer_design", "design_tables", "outcomes_of_page"]
-
 # Limits, restarts and designs of a front on the page.
 MOST_LIMITS, MOST_RESTARTS, MOST_DESIGNS = 8, 16, 24
 # Points of the curve of the motion.

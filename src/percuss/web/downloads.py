@@ -19,8 +19,6 @@ from percuss.web.structure_view import mechanism_python
 from percuss.web.view_study import check_size, study_of_view
 from percuss.web.wording import name_axes
 
-__all__ = ["FORMATS", "QUICK", "File", "file_of"]
-
 # Formats, and their media types.
 FORMATS = {
     "png": "image/png",

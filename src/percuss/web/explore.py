@@ -29,18 +29,6 @@ from percuss.web.frame import frame
 from percuss.web.mechanisms import elements_of_oscillator
 from percuss.web.request import BadRequest, PageRequest, RunningRequest, motion_of, study_of
 
-__all__ = [
-    "MOST_IMPACTS",
-    "PATIENCE",
-    "SHOWN_IMPACTS",
-    "answer_explore",
-    "followed",
-    "header_of_run",
-    "moving",
-    "window_of",
-]
-
-
 # A slider waits no longer [s], and for no more impacts; the motion up to there is shown.
 PATIENCE = 1.0
 MOST_IMPACTS = 50_000

@@ -22,8 +22,6 @@ from percuss.web.explore import moving
 from percuss.web.frame import frame
 from percuss.web.request import PageRequest, RunningRequest, motion_of, study_of
 
-__all__ = ["answer_facts", "exponent_of"]
-
 # Periods after which a motion is near its attractor, and those looked at for a return.
 SETTLING, LOOKED_AT = 200, 64
 # The longest orbit looked for, in forcing periods, and how many returns are tried.

@@ -22,8 +22,6 @@ from percuss.web.frame import frame
 from percuss.web.request import BadRequest, PageRequest, RunningRequest, study_of
 from percuss.web.wording import plain, quantity_words
 
-__all__ = ["answer_fit", "answer_measured", "fit_tables"]
-
 # Values that the page fits, and points of the curve of a fit.
 MOST_VALUES, POINTS = 20_000, 3000
 # Rows of the report of a fit that the page says in its own words, or draws.

@@ -9,8 +9,6 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-__all__ = ["frame"]
-
 # Arrays begin at multiples of this, as the browser's typed arrays want it.
 ALIGNED = 4
 

@@ -13,8 +13,6 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from percuss.web.request import MOST_RECORD_BYTES
 
-__all__ = ["TOKEN", "Gate"]
-
 # What the token is called in an address.
 TOKEN = "token"
 # A body may take so long to come [s].

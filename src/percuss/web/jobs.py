@@ -33,9 +33,6 @@ if TYPE_CHECKING:
     # A second of import.
     from xarray import Dataset
 
-__all__ = ["JOBS", "answer_job"]
-
-
 # What the points of a diagram have, at one section or another.
 COLUMNS = ("x", "v", "cycle", "v_after")
 # Each level has so many times the values of the one before.

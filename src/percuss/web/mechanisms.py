@@ -19,15 +19,6 @@ from percuss.model.oscillator import Oscillator, SoftStop, Stop, Wall
 from percuss.model.structure import Structure
 from percuss.model.structure_start import StructureStart
 
-__all__ = [
-    "MECHANISMS",
-    "Call",
-    "Mechanism",
-    "Parameter",
-    "elements_of",
-    "elements_of_oscillator",
-]
-
 # A part of the largest entry of a matrix that is no joint, but rounding of its sums.
 NO_JOINT = 1e-12
 MechanismValues = Mapping[str, Exact]

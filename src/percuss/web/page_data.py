@@ -12,8 +12,6 @@ from percuss.web.presets import FIGURES, presets
 from percuss.web.proof import can_certify
 from percuss.web.structure_view import mechanism_rows
 
-__all__ = ["claims_of", "page_data", "scripts_of"]
-
 # Columns of the claims of a report that the page shows.
 CLAIM = ("id", "reference", "claim", "verdict", "grade")
 

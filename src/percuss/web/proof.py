@@ -27,7 +27,6 @@ from percuss.studies.tables import Certify
 from percuss.web.explore import followed
 from percuss.web.frame import frame
 from percuss.web.request import (
-    MOST_DIGITS,
     PageRequest,
     RunningRequest,
     digits_of,
@@ -39,8 +38,6 @@ from percuss.web.request import (
 if TYPE_CHECKING:
     # Needs python-flint.
     from percuss.certified import CertifiedRun
-
-__all__ = ["MOST_DIGITS", "answer_certify", "can_certify", "proof_in_time"]
 
 # A proof may take so long [s]; what is proven by then is shown.
 PATIENCE = 10.0

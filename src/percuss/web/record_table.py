@@ -14,8 +14,6 @@ from percuss.studies.study import Study
 from percuss.web.frame import frame
 from percuss.web.request import BadRequest, PageRequest, RunningRequest, study_of
 
-__all__ = ["answer_record"]
-
 # Usual names of the two columns, without their units.
 TIMES, FORCES = ("t", "time"), ("f", "force")
 

@@ -16,8 +16,6 @@ from pathlib import Path
 
 from percuss.web.page_data import scripts_of
 
-__all__ = ["ReportJob"]
-
 # How the report is written, but for the folder; and how long it may take [s].
 COMMAND = (sys.executable, "-m", "percuss", "paper", "--out")
 PATIENCE = 600.0

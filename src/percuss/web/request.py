@@ -20,22 +20,6 @@ from percuss.studies.study import Study
 from percuss.studies.tables import StudyFaults
 from percuss.web.scheduler import Task
 
-__all__ = [
-    "MOST_DIGITS",
-    "MOST_RECORD_BYTES",
-    "BadRequest",
-    "PageRequest",
-    "PartialProgress",
-    "RunningRequest",
-    "checked_study",
-    "digits_of",
-    "motion_of",
-    "path_of",
-    "range_of",
-    "read_request",
-    "study_of",
-]
-
 # Limits of a message, of stops and harmonics, of forcing periods: far above what a hand sets.
 MOST_BYTES = 65_536
 # Of a message with a file, and which these are.

@@ -13,9 +13,6 @@ from percuss.orbits import Manifolds, PeriodicOrbit, find_orbits, manifolds
 from percuss.web.frame import frame
 from percuss.web.request import BadRequest, PageRequest, RunningRequest, motion_of, study_of
 
-__all__ = ["SADDLE_LIMIT", "answer_saddles"]
-
-
 # Most impacts and forcing periods of the saddles: as `percuss run` draws them.
 SADDLE_LIMIT = 2
 # Manifolds may take so long to grow [s].

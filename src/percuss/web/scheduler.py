@@ -12,8 +12,6 @@ from typing import Any, TypeVar
 
 from percuss.ensembles.threads import Threads
 
-__all__ = ["Scheduler", "Task"]
-
 T = TypeVar("T")
 
 # Length of a slice [s]: a long call reaches a checkpoint a few times in it.

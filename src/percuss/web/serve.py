@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     import uvicorn
     from starlette.applications import Starlette
 
-__all__ = ["LOCAL", "addresses_of", "is_loopback", "serve", "server_of"]
-
 LAST_PORT = 2**16 - 1
 LOCAL = "127.0.0.1"
 # Names of this machine for itself; any other would be DNS rebinding by a foreign page.

@@ -23,8 +23,6 @@ from percuss.web.structure_view import answer_mechanism, answer_mechanism_facts
 from percuss.web.study_file import answer_study_file
 from percuss.web.wording import plain
 
-__all__ = ["FAILED", "Schedulers", "Session"]
-
 SendBytes = Callable[[bytes], Awaitable[None]]
 # Seconds between two reports of progress, and after which a share that has not grown is sent
 # again: the client sees that the server is still computing.

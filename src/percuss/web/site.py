@@ -18,8 +18,6 @@ from percuss.web.page_data import page_data
 from percuss.web.wasm.sources import KERNELS_FILE
 from percuss.web.widget import modules_in_order, text_of
 
-__all__ = ["SITE_FILES", "write_site"]
-
 # Where the page looks for the report.
 REPORT = "report"
 SITE_FILES = ("index.html", "percuss.css", "percuss.js", "icon.svg")

@@ -26,8 +26,6 @@ from percuss.web.frame import frame
 from percuss.web.mechanisms import MECHANISMS, Mechanism, elements_of
 from percuss.web.request import BadRequest, PageRequest, RunningRequest
 
-__all__ = ["answer_mechanism", "answer_mechanism_facts", "mechanism_python", "mechanism_rows"]
-
 # The longest motion, in periods of the force.
 MOST_PERIODS = 5000
 # Periods at the end of a motion, of which the phase portrait and the mean powers are.

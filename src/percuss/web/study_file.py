@@ -8,8 +8,6 @@ from percuss.studies.link import link_of
 from percuss.web.frame import frame
 from percuss.web.request import BadRequest, PageRequest, RunningRequest
 
-__all__ = ["answer_study_file"]
-
 # Faults that the page tells at once.
 MOST_TOLD = 6
 

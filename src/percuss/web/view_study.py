@@ -26,15 +26,6 @@ from percuss.web.request import (
     study_of,
 )
 
-__all__ = [
-    "MOST_IMPACTS",
-    "MOST_PERIODS",
-    "MOST_STARTS",
-    "VIEWS",
-    "check_size",
-    "study_of_view",
-]
-
 # What the page computes itself: values and points of a diagram, starts along a side of basins,
 # the longest orbits of a chart.
 MOST_VALUES, MOST_POINTS = 8192, 2_000_000

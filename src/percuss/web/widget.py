@@ -28,8 +28,6 @@ from percuss.web.scheduler import Task
 from percuss.web.session import FAILED, Schedulers, Session
 from percuss.web.view_study import VIEWS
 
-__all__ = ["CellSessions", "explore", "modules_in_order"]
-
 PERIODS = 60
 # Cells that show one widget and are answered at once.
 MOST_VIEWS = 16

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
 
     from percuss.studies.study import Study
 
-__all__ = ["axis_name", "name_axes", "plain", "quantity_words"]
-
 _WORDS = (
     (f"; {BEHIND_A_WALL}", "; a soft stop can be entered, a wall cannot"),
     ('; write 2.8, or "2.8" for that decimal, "1/3" for that fraction', ", such as 2.8 or 1/3"),

@@ -30,8 +30,6 @@ from percuss.paper.claims.harmonic_limits import EQ24, EQ24_VELOCITY, EQ25, EQ26
 from percuss.paper.formula import Formula
 from percuss.paper.statement import Finding
 
-__all__ = ["MUTATIONS", "UNMOVED"]
-
 
 def with_right(formula: Formula, right: sympy.Expr) -> Formula:
     """Return a formula with another right side."""

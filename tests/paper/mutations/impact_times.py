@@ -7,8 +7,6 @@ from tests.paper.perturbed import Mutation, perturbed
 import percuss as pc
 from percuss.paper.claims.divergence import REGULAR
 
-__all__ = ["MUTATIONS", "UNMOVED"]
-
 MUTATIONS: list[Mutation] = [
     perturbed("periodicity-resonance-sets", "10 for 8", resonant=("2", "4", "6", "10")),
     perturbed("periodicity-subsets-too", "a start on the eigenset", starts=((pc.sine(2), 0.5),)),

@@ -6,8 +6,6 @@ from tests.paper.perturbed import Mutation, perturbed
 
 from percuss.paper.claims.smoothed import RATE
 
-__all__ = ["MUTATIONS", "UNMOVED"]
-
 MUTATIONS: list[Mutation] = [
     perturbed("fig2-intervals", "10 percent off the resonance", detuning=1.1),
     perturbed("commensurate-off-resonance", "another start than the periodic one", faster=0.1),

@@ -8,8 +8,6 @@ from functools import partial
 from percuss.paper.claims import resonance_losses
 from percuss.paper.statement import Finding
 
-__all__ = ["MUTATIONS", "UNMOVED"]
-
 STATEMENTS = resonance_losses.STATEMENTS
 FIND: dict[str, Callable[..., Finding]] = {one.id: one.find for one in STATEMENTS}
 MUTATIONS: list[tuple[str, str, Callable[[], Finding]]] = [

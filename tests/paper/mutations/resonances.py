@@ -10,8 +10,6 @@ from percuss.paper.claims import resonances
 from percuss.paper.claims.resonances import OTHERS, V
 from percuss.paper.statement import Finding
 
-__all__ = ["MUTATIONS", "UNMOVED"]
-
 STATEMENTS = resonances.STATEMENTS
 FIND: dict[str, Callable[..., Finding]] = {one.id: one.find for one in STATEMENTS}
 MUTATIONS: list[tuple[str, str, Callable[[], Finding]]] = [

@@ -9,8 +9,6 @@ from functools import partial
 from percuss.paper.claims import third_harmonic_family, third_harmonic_lines
 from percuss.paper.statement import Finding
 
-__all__ = ["MUTATIONS", "UNMOVED"]
-
 STATEMENTS = (*third_harmonic_family.STATEMENTS, *third_harmonic_lines.STATEMENTS)
 FIND: dict[str, Callable[..., Finding]] = {one.id: one.find for one in STATEMENTS}
 MUTATIONS: list[tuple[str, str, Callable[[], Finding]]] = [

@@ -25,17 +25,6 @@ from percuss.orbits.orbit.itinerary import Itinerary
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.symmetry import is_symmetric_system
 
-__all__ = [
-    "ENDS",
-    "MIRRORS",
-    "ONE_AND_THE_SAME",
-    "Origin",
-    "difference_from_simpler",
-    "located_origin",
-    "origin_of",
-    "origin_passed",
-]
-
 Origin: TypeAlias = Literal["doubled", "mirrored"]
 
 # Why a family ends at its origin, and what the origin of a mirrored one is.

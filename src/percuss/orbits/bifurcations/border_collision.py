@@ -25,8 +25,6 @@ from percuss.orbits.bifurcations.force_jumps import Crossing
 from percuss.orbits.continuation.correct import tangent_of
 from percuss.orbits.continuation.problem import Point, Problem
 
-__all__ = ["COVER", "Border", "border_reached", "effect_of"]
-
 # Lengths of the steps off a border onto either side, the first that succeeds, and half the length
 # of the interval in which it is located, in scaled arclength.
 STEPS_OFF, LOCATED = (1e-7, 1e-6, 1e-5), 1e-11

@@ -15,8 +15,6 @@ from percuss.orbits.continuation.correct import tangent_of
 from percuss.orbits.continuation.problem import along_parameter
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
-__all__ = ["doubled_at_border"]
-
 # Scaled length of the first step that is tried, and the part of the period by which an impact is
 # moved off a jump for the derivatives there.
 FIRST, OFF = 1e-2, 1e-6

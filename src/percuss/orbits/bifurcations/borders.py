@@ -20,8 +20,6 @@ from percuss.orbits.bifurcations.force_jumps import Crossing, crossings
 from percuss.orbits.continuation.correct import solved
 from percuss.orbits.continuation.problem import BorderError
 
-__all__ = ["Bordered", "ReachedBorder"]
-
 # Newton's steps to a border, residuals of a point on it, and the part of the period off it at
 # which derivatives are those of one side.
 STEPS, ENOUGH, OFF = 20, 1e-12, 1e-7

@@ -27,9 +27,6 @@ if TYPE_CHECKING:
     from pandas import DataFrame
     from xarray import Dataset
 
-__all__ = ["Branch", "BranchRows", "CurveRows", "OrbitRows", "branch_of", "largest_velocities"]
-
-
 # A periodic orbit of an oscillator, or of a structure.
 O = TypeVar("O")
 

@@ -33,13 +33,6 @@ from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.solve import Solution, orbit_of_solution
 from percuss.orbits.orbit.steady import steady_orbit
 
-__all__ = [
-    "NO_TIME",
-    "BranchEquations",
-    "OrbitEquations",
-    "stops_that_are_moved",
-]
-
 # Systems that are kept: the differences by two parameters take five.
 SYSTEMS = 8
 

@@ -24,9 +24,6 @@ from percuss.orbits.orbit.structure_orbit import StructureOrbit
 from percuss.progress import Progress, Report
 from percuss.wording import counted
 
-__all__ = ["Cascade", "follow_cascade"]
-
-
 STEPS = StepLimits(max_points=1000, largest=0.02)
 # Distance beyond a doubling in which the next is searched for, in distances of the last two: these
 # shrink by some 4.7 each time.

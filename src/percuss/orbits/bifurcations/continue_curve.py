@@ -51,8 +51,6 @@ from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.symmetry import SYMMETRY_LOST, is_symmetric_system, keep_symmetry
 from percuss.progress import Progress, Report
 
-__all__ = ["KINDS", "continue_curve", "equations_of"]
-
 
 @overload
 def continue_curve(

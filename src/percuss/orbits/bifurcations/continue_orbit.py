@@ -22,8 +22,6 @@ from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
 from percuss.progress import Progress, Report
 
-__all__ = ["continue_orbit"]
-
 
 @overload
 def continue_orbit(

@@ -48,8 +48,6 @@ from percuss.orbits.orbit.symmetry import MIRRORED
 from percuss.progress import Progress, Report
 from percuss.wording import counted
 
-__all__ = ["continue_structure_orbit"]
-
 # Difference of the halves of an orbit at the origin of its family, as a part of its neighbours'.
 COVERED = 1e-3
 # A pair of multipliers on the unit circle nearer than this to a root of unity of low order is a

@@ -29,16 +29,6 @@ if TYPE_CHECKING:
     # A second of import.
     from xarray import Dataset
 
-__all__ = [
-    "Curve",
-    "CurveDetector",
-    "CurveKind",
-    "CurvePoint",
-    "CurvePointKind",
-    "CurveRow",
-    "with_point_at_start",
-]
-
 CurveKind: TypeAlias = Literal["fold", "period_doubling", "symmetry_breaking", "grazing"]
 CurvePointKind: TypeAlias = Literal[
     "cusp",

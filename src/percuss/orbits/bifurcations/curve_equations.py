@@ -25,14 +25,6 @@ from percuss.orbits.continuation.correct import Broyden, corrected, solved, tang
 from percuss.orbits.continuation.problem import BorderError, Point, along_parameter
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
-__all__ = [
-    "CurveEquations",
-    "HalfEquations",
-    "MultiplierCurve",
-    "return_equations",
-    "unknowns_from_events",
-]
-
 Values = tuple[float, float]
 
 # Scaled residuals of a point that need not become smaller, and those near other curves.

@@ -26,8 +26,6 @@ from percuss.orbits.continuation.problem import Point
 from percuss.orbits.orbit.over_period import fastest
 from percuss.orbits.orbit.resonance import changes_much, passes_resonance
 
-__all__ = ["COINCIDENCE", "STANDING", "BranchDetector", "Row"]
-
 Row: TypeAlias = tuple[Point[BranchEquations], SpecialPoint | None]
 
 # A branch that ends this near a corner, in scaled parameter, ends at it.

@@ -21,8 +21,6 @@ from percuss.kernels.law_columns import (
 )
 from percuss.kernels.pieces import knot_time
 
-__all__ = ["Crossing", "ForceJumps", "crossings"]
-
 # Jumps below this part of the largest force are rounding of a continuous record.
 LEAST = 1e-12
 

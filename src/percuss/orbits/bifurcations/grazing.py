@@ -37,9 +37,6 @@ from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.stability import multipliers_of
 from percuss.wording import counted
 
-__all__ = ["GrazeAnalysis", "Scenario", "analysed_graze", "consequence"]
-
-
 # Accelerations below this part of those of the orbit decide nothing.
 FLAT = 1e-4
 # Step of the central difference of the depth by the parameter, as a part of its value.

@@ -21,17 +21,6 @@ from percuss.orbits.orbit.over_period import fastest
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.steady import steady_orbit
 
-__all__ = [
-    "GrazingContact",
-    "acceleration_at",
-    "accumulates",
-    "grazing_contacts",
-    "in_time_of",
-    "merged",
-    "without",
-]
-
-
 # Velocities below this part of the largest, and clearances, are zero at a graze: special points are
 # located to some 1e-12 of the branch, and the clearance is quadratic there.
 SLOW = 1e-6

@@ -37,18 +37,6 @@ from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.steady import steady_state
 from percuss.orbits.orbit.turning_points import Passages
 
-__all__ = [
-    "GrazingCurve",
-    "SteadyGrazingCurve",
-    "elastic",
-    "grazing_orbit",
-    "is_on_wall",
-    "mirrored",
-    "other_clearance",
-    "others_of",
-]
-
-
 # Clearances below this part of the scale are zero.
 ZERO = 1e-10
 

@@ -13,8 +13,6 @@ from percuss.model.acting_sets import StructureSystem
 from percuss.numerics import matmul, solve_linear
 from percuss.orbits.bifurcations.force_jumps import ForceJumps
 
-__all__ = ["JumpsOfLoads"]
-
 # Jumps nearer than this part of the period are one; pushes below this part of the largest are none.
 SAME, LEAST = 1e-9, 1e-12
 

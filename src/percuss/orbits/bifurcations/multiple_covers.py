@@ -9,8 +9,6 @@ from percuss.orbits.orbit.itinerary import Itinerary
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.solve import Solution, orbit_of_solution
 
-__all__ = ["orbit_of_itinerary", "primitive_orbit", "settled"]
-
 
 def primitive_orbit(orbit: PeriodicOrbit, times: int = 2) -> PeriodicOrbit:
     """Return the primitive orbit that one covers several times, nearly or exactly.

@@ -53,26 +53,6 @@ from percuss.orbits.orbit.structure_orbit import (
     map_between,
 )
 
-__all__ = [
-    "APART",
-    "IN_TURN",
-    "SLOW",
-    "MetStop",
-    "OpenFlight",
-    "StructureGraze",
-    "graze_of",
-    "is_motion",
-    "least_clearance",
-    "met_at",
-    "moved_end",
-    "open_flight",
-    "paths_of_flights",
-    "soft_stops",
-    "state_at_zero",
-    "whole_record",
-    "without_walls",
-]
-
 # The events of orbits that neither stick nor land at rest.
 IN_TURN = (START, IMPACT, CROSSING, KNOT)
 # Parts of the period: impacts nearer than the first come at one instant; instants of a motion and

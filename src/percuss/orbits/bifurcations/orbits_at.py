@@ -13,8 +13,6 @@ from percuss.orbits.bifurcations.structure_branch import StructureBranch
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
 
-__all__ = ["orbits_at"]
-
 
 @overload
 def orbits_at(branch: Branch, value: Phase) -> list[PeriodicOrbit]: ...

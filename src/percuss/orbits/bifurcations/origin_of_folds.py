@@ -18,8 +18,6 @@ from percuss.orbits.bifurcations.curve_equations import CurveEquations
 from percuss.orbits.continuation.locate import Zero
 from percuss.orbits.continuation.problem import Point
 
-__all__ = ["origin_of_folds"]
-
 # Parts of the difference from the simpler orbit at which the curve is taken, besides the whole:
 # nearer ones, at which the equations are nearly singular, make the polynomial no better.
 PARTS = 0.5, 0.25, 0.125, 0.0625

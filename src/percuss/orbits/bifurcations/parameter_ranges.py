@@ -11,15 +11,6 @@ from percuss.model.faults import check_mapping
 from percuss.model.paths import get_parameter
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
-__all__ = [
-    "Ranges",
-    "checked_range",
-    "own_value",
-    "range_about",
-    "range_around",
-    "ranges_of_curve",
-]
-
 Ranges = Mapping[str, tuple[float, float]]
 
 # Half the range of a parameter in which another family is looked for, as a part of its value.

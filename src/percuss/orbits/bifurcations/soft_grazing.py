@@ -36,9 +36,6 @@ from percuss.orbits.continuation.problem import Point, along_parameter
 from percuss.orbits.orbit.itinerary import entries_of
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
-__all__ = ["is_soft", "orbit_beyond", "start_beyond", "until_soft_graze"]
-
-
 # First and least scaled step off the graze that shows on which side a stop is not met, and factor
 # between two.
 ASIDE, NEAREST, NEARER = 1e-4, 1e-8, 0.1

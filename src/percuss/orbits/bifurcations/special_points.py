@@ -34,16 +34,6 @@ from percuss.orbits.orbit.over_period import fastest
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.symmetry import half_multipliers
 
-__all__ = [
-    "LEFT",
-    "LOCATED",
-    "TWO_FOLD",
-    "SpecialPoint",
-    "SpecialPointKind",
-    "coincidence_point",
-    "special_points_between",
-]
-
 SpecialPointKind: TypeAlias = Literal[
     "fold",
     "period_doubling",

@@ -31,9 +31,6 @@ from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.sticking import sticking_orbit_near
 from percuss.progress import Progress
 
-__all__ = ["sticking_branch"]
-
-
 # A bracket of the parameter, as a part of its range, that is as good as a point.
 CLOSE = 1e-14
 # A contact shorter than this part of the period has zero duration at the end of its family: it

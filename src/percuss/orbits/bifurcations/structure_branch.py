@@ -45,19 +45,6 @@ if TYPE_CHECKING:
     from pandas import DataFrame
     from xarray import Dataset
 
-__all__ = [
-    "AnyBranch",
-    "StructureBranch",
-    "StructureEquations",
-    "StructureRows",
-    "StructureSpecialPoint",
-    "amplitudes",
-    "begun_anew",
-    "structure_parameter",
-    "tests_of",
-    "tests_of_matrix",
-]
-
 # Part of the range by which a parameter is moved for a difference, where the closed form has no
 # derivative, and for conditions: its error slows the corrector a little, and no solution feels it.
 DIFFERENCE = 1e-7

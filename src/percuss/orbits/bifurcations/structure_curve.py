@@ -51,8 +51,6 @@ from percuss.progress import Progress, Report
 if TYPE_CHECKING:
     from xarray import Dataset
 
-__all__ = ["StructureCurve", "StructureCurvePoint", "continue_structure_curve"]
-
 # Of the kinds of special points that have curves: the test that is zero along it.
 CONDITIONS = {
     "fold": "multiplier 1",

@@ -12,8 +12,6 @@ from percuss.orbits.bifurcations.parameter_ranges import range_around
 from percuss.orbits.bifurcations.structure_branch import StructureEquations, StructureSpecialPoint
 from percuss.orbits.orbit.structure_orbit import StructureOrbit, covered_twice
 
-__all__ = ["switch_structure_branch"]
-
 # Scaled lengths of the step: next to a graze the other family bends soon.
 STEPS = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 1e-5)
 # The other family is there if a step comes back with this part of its length: that from the halves

@@ -29,9 +29,6 @@ from percuss.orbits.orbit.itinerary import Itinerary
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
 
-__all__ = ["orbit_past_graze", "switch_branch"]
-
-
 # Kinds of points at which another family starts, and what to say of the others.
 SWITCHED = ("period_doubling", "symmetry_breaking", "branch_point", "grazing", "border_collision")
 OTHERS = {

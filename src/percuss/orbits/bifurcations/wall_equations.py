@@ -63,8 +63,6 @@ from percuss.orbits.orbit.structure_orbit import (
     period_of,
 )
 
-__all__ = ["GRAZE", "WallEquations", "meets_walls_in_turn"]
-
 # Impacts of an orbit whose instants are unknowns; with more its map over the period serves.
 MOST_IMPACTS = 40
 # The condition of a graze.

@@ -11,8 +11,6 @@ from percuss.arrays import Floats
 from percuss.errors import ConvergenceError
 from percuss.numerics import dot, least_squares, norm, solve_linear
 
-__all__ = ["WEAK", "Broyden", "corrected", "solved", "tangent_of"]
-
 # Residuals, (K,), and their derivatives, (K, K + 1), at a point.
 Equations: TypeAlias = Callable[[Floats], tuple[Floats, Floats]]
 

@@ -18,18 +18,6 @@ from percuss.orbits.continuation.problem import BorderError, P, Point, along_par
 from percuss.orbits.orbit.signature import are_same
 from percuss.progress import Progress
 
-__all__ = [
-    "STOPPED",
-    "Detector",
-    "Segment",
-    "StepLimits",
-    "follow",
-    "follow_both_ways",
-    "hides_zeros",
-    "special_points_of",
-    "unbounded_growth",
-]
-
 S = TypeVar("S")
 
 # Cosines of the angle between tangents: below the first a step is repeated with half its length;

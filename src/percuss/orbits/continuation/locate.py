@@ -14,9 +14,6 @@ from percuss.errors import ConvergenceError, PercussError
 from percuss.numerics import norm
 from percuss.orbits.continuation.problem import P, Point, along_parameter
 
-__all__ = ["Zero", "bracketed", "changes_sign", "locate", "locate_near"]
-
-
 # A bracket in scaled arclength that is as good as a point: the points themselves are known to
 # some 1e-13.
 CLOSE = 1e-12

@@ -11,8 +11,6 @@ import numpy as np
 from percuss.arrays import Floats
 from percuss.errors import PercussError
 
-__all__ = ["BorderError", "Point", "Problem", "along_parameter"]
-
 
 class BorderError(PercussError):
     """The equations have other derivatives beyond a border that a step would pass.

@@ -55,8 +55,6 @@ from percuss.orbits.orbit.structure_orbit import StructureOrbit, find_structure_
 from percuss.progress import Report
 from percuss.wording import counts_in_words
 
-__all__ = ["find_orbit", "find_orbits"]
-
 # From the best to the worst.
 _RANKS = ("asymptotic", "elliptic", "parabolic", "unstable")
 # Motions that are followed for long where no admissible orbit is found otherwise.

@@ -27,8 +27,6 @@ from percuss.orbits.orbit.signature import are_same
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
 from percuss.progress import Progress, Report
 
-__all__ = ["find_structure_orbits"]
-
 # Motions of a batch.
 BATCH = 10
 

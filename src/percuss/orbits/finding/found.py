@@ -12,17 +12,6 @@ from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
 from percuss.wording import counted
 
-__all__ = [
-    "ENOUGH",
-    "FEWEST_BATCHES",
-    "LEAST_EFFORT",
-    "MOST_BATCHES",
-    "MOST_EFFORT",
-    "FoundOrbits",
-    "check_effort",
-    "estimate_unseen",
-]
-
 # Batches of a search for all orbits, at an effort of 1; it ends early when fewer orbits than this
 # are estimated to be unseen. The estimate is no bound: of 60 systems at random those that stopped
 # just below one orbit lacked up to four.

@@ -16,8 +16,6 @@ from percuss.orbits.orbit.signature import Signature, signature_of
 from percuss.orbits.orbit.solve import Solution, orbit_of_solution, solve
 from percuss.wording import counts_in_words
 
-__all__ = ["Known", "counts_of_guess", "orbit_near", "refined"]
-
 # A guess this near a known orbit, in cycles and velocities, leads to it.
 SETTLED = 1e-5
 # Velocities below this part of the largest are rounding.

@@ -37,20 +37,6 @@ from percuss.orbits.orbit.propagator import Propagator
 from percuss.orbits.orbit.solve import in_first_period
 from percuss.wording import counted
 
-__all__ = [
-    "GivenGuess",
-    "Guess",
-    "batches",
-    "counts_of_run",
-    "guess_of",
-    "guesses",
-    "guesses_in",
-    "scale_of_speed",
-    "scattered",
-    "starts_of",
-]
-
-
 # Motions that are followed from each stop.
 STARTS = 200
 # Motions of a batch of a search for all orbits, from each stop.

@@ -10,8 +10,6 @@ from percuss.kernels.law_columns import Law
 from percuss.orbits.orbit.steady import regions
 from percuss.progress import Progress, Report
 
-__all__ = ["SearchBudget", "check_length", "swings_of"]
-
 # Swings of an orbit at most; of those that are found without a search, ten times more.
 MOST_SWINGS = 100_000
 # The cost of a search at most, in swings of a simulated motion: some ten seconds.

@@ -30,9 +30,6 @@ from percuss.orbits.orbit.solve import attracts, orbit_of_solution, solve
 from percuss.orbits.orbit.steady import regions, steady_orbit
 from percuss.orbits.orbit.sticking import sticking_orbits
 
-__all__ = ["Settled", "settled_motions"]
-
-
 # Forcing periods of a stage of a run and of the end of it that is examined, and the most stages.
 STAGE, TAIL, STAGES = 60, 25, 5
 # Largest distance of the ends of a stretch of a motion that is near its orbit.

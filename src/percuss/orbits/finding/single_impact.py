@@ -34,17 +34,6 @@ from percuss.orbits.orbit.itinerary import Itinerary, entry, events_of_stops, ro
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.solve import Solution, orbit_of_solution, solve
 
-__all__ = [
-    "SingleImpact",
-    "cycle_of",
-    "equations_of",
-    "has_closed_form",
-    "orbit_of_root",
-    "single_impact",
-    "single_impact_orbits",
-]
-
-
 # Below this part of the larger one, a singular value of the two equations is rounding.
 SINGULAR = 1e-12
 # Entries of the equations below this part of their terms are rounding: omega is a float.

@@ -38,16 +38,6 @@ from percuss.orbits.orbit.structure_orbit import (
     structure_orbit_at,
 )
 
-__all__ = [
-    "extremes_of_motion",
-    "largest_speed",
-    "orbits_from_start",
-    "primitive_orbit",
-    "random_starts",
-    "returning_orbits",
-    "settled_structures",
-]
-
 # Motions whose near returns are looked at, returns of each, and how near they are.
 RETURNING, TRIED, RETURNED = 3, 4, 0.3
 # States nearer to each other than this part of a motion lead to one orbit.

@@ -11,8 +11,6 @@ from percuss.kernels.record import MotionRecord, place_of_event
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.turning_points import flight_turns, flights_of
 
-__all__ = ["Extremes", "extremes_of", "extremes_of_record"]
-
 
 @dataclass(frozen=True, slots=True)
 class Extremes:

@@ -18,18 +18,6 @@ from percuss.kernels.shooting import ITINERARY_COLUMNS
 from percuss.model.oscillator import Oscillator, Wall, stops_in_words
 from percuss.model.system import System, lines
 
-__all__ = [
-    "Entry",
-    "Itinerary",
-    "entries_of",
-    "entry",
-    "events_of_record",
-    "events_of_stops",
-    "is_plastic",
-    "is_wall",
-    "row_of_region",
-]
-
 # Itineraries that differ by less than this part of the period and of the largest velocity are the
 # same: Newton's method finds an orbit to some 1e-12.
 TOLERANCE = 1e-6

@@ -13,8 +13,6 @@ from percuss.kernels.flight import Flight, constant_force, move, set_phases
 from percuss.kernels.law_columns import N_HARMONICS, N_KNOTS, STIFFNESS, Law
 from percuss.kernels.pieces import next_knot, time_to_knot
 
-__all__ = ["pieces_of_flight", "with_knots", "without_knots"]
-
 # Instant, displacement and velocity at the start of a piece, and its duration.
 FlightPiece = tuple[tuple[float, float], float, float, float]
 

@@ -25,8 +25,6 @@ from percuss.motion.moved_structure_motion import MovedStructureMotion, scratch_
 from percuss.motion.structure_measures import taylor_of
 from percuss.numerics import matmul, solve_linear
 
-__all__ = ["moved_kept", "moved_monodromy", "moved_multipliers"]
-
 # Two multipliers whose directions are so nearly the same are equal to rounding.
 EQUAL = 1e-7
 # Inverse iteration: how far beside the multiplier, as a part of the largest, and how often.

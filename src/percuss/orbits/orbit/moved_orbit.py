@@ -47,11 +47,6 @@ from percuss.motion.trajectory import Trajectory
 from percuss.numerics import matmul, solve_linear
 from percuss.orbits.orbit.moved_monodromy import moved_kept
 
-__all__ = [
-    "ON_FOLD", "ClosedMotion", "OrbitSensitivity", "refuse_derivative", "refuse_frequency_alone",
-    "sensitivity_of_orbit",
-]  # fmt: skip
-
 # Two multipliers whose distance is below this part of them are equal to rounding.
 EQUAL = 1e-7
 # A multiplier this near to 1 is there: the orbit is on a fold, or one of a family.

@@ -26,13 +26,6 @@ from percuss.numerics import solve_linear
 from percuss.orbits.orbit.moved_monodromy import moved_monodromy, moved_multipliers
 from percuss.orbits.orbit.moved_orbit import ON_FOLD, refuse_derivative, refuse_frequency_alone
 
-__all__ = [
-    "ClosedStructureMotion",
-    "StructureOrbitSensitivity",
-    "closure_by_parameters",
-    "sensitivity_of_structure_orbit",
-]
-
 
 class ClosedStructureMotion(NamedTuple):
     """A `StructureOrbit` as its derivative reads it; ``run`` is one period of its motion."""

@@ -8,8 +8,6 @@ from percuss.arrays import Floats
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
 
-__all__ = ["fastest", "states_over_period"]
-
 # Instants of a period, both ends among them: 64 stretches show the tenth harmonic.
 INSTANTS = 65
 

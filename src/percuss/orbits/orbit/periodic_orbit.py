@@ -32,8 +32,6 @@ if TYPE_CHECKING:
     # A second of import.
     from xarray import Dataset
 
-__all__ = ["PeriodicOrbit"]
-
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
 class PeriodicOrbit(HasPicture):

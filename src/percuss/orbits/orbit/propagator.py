@@ -16,8 +16,6 @@ from percuss.kernels.tangent import neighbours
 from percuss.model.system import System
 from percuss.motion.simulate import simulate
 
-__all__ = ["Propagator"]
-
 # Events of a run, and steps of the search in a flight: runs with more are left to `simulate`, which
 # has no limits.
 CAPACITY = 512

@@ -33,8 +33,6 @@ from percuss.orbits.orbit.over_period import states_over_period
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
 
-__all__ = ["COARSE", "changes_much", "passes_modal_resonance", "passes_resonance"]
-
 # A dynamic stiffness between two neighbours may fall below theirs by the first factor. Below the
 # second one it is none: the amplitude has no bound.
 STIFF, NONE = 0.9999, 1e-9

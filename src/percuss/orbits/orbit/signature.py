@@ -12,8 +12,6 @@ from percuss.orbits.orbit.itinerary import TOLERANCE, Itinerary, entries_of
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.structure_orbit import StructureOrbit, in_lengths
 
-__all__ = ["Signature", "are_same", "signature_of", "signature_of_orbit"]
-
 
 @dataclass(frozen=True, slots=True)
 class Signature:

@@ -53,11 +53,6 @@ from percuss.orbits.orbit.stability import (
 )
 from percuss.orbits.orbit.turning_points import margin_of, penetrations_of, turning_points_of
 
-__all__ = [
-    "Solution", "attracts", "impacts_of_record", "in_first_period", "orbit_of_solution", "solve",
-]  # fmt: skip
-
-
 MOST_STEPS = 40
 # Scaled residuals of a solution: far above rounding, far below those of any other iterate.
 SOLVED = 1e-11

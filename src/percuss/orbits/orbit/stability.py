@@ -10,15 +10,6 @@ import numpy as np
 
 from percuss.arrays import Complexes, Floats
 
-__all__ = [
-    "ON_CIRCLE",
-    "Stability",
-    "multipliers_of",
-    "stability_of",
-    "stability_of_cycle",
-    "stability_of_multipliers",
-]
-
 Stability: TypeAlias = Literal["asymptotic", "elliptic", "parabolic", "unstable"]
 
 # A trace this near to the edge of stability, as a part of the matrix, is on it: orbits are

@@ -28,8 +28,6 @@ from percuss.orbits.orbit.turning_points import (
     turning_points_of,
 )
 
-__all__ = ["free_region", "regions", "steady_orbit", "steady_state"]
-
 
 def regions(law: Law) -> list[int]:
     """Return the rows of all regions, upwards."""

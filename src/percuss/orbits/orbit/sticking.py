@@ -35,8 +35,6 @@ from percuss.orbits.orbit.turning_points import (
     turning_points_of,
 )
 
-__all__ = ["releases_of", "sticking_orbit_near", "sticking_orbits"]
-
 EventRecord: TypeAlias = tuple[Floats, Integers]
 # The wall, and the cycle of its release.
 Release: TypeAlias = tuple[int, float]

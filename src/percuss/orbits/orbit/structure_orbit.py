@@ -36,21 +36,6 @@ from percuss.orbits.orbit.stability import ON_CIRCLE, Stability, stability_of_mu
 from percuss.pictures import HasPicture
 from percuss.wording import counted
 
-__all__ = [
-    "PeriodMap",
-    "StructureOrbit",
-    "closing_error",
-    "covered_twice",
-    "derivative_at",
-    "find_structure_orbit",
-    "in_lengths",
-    "multipliers_of_matrix",
-    "orbit_of_map",
-    "period_map",
-    "period_of",
-    "structure_orbit_at",
-]
-
 # Residuals of an orbit, as a part of its size: rounding of a sequence of flights is some 1e-15.
 SOLVED = 1e-12
 MOST_STEPS = 30

@@ -20,17 +20,6 @@ from percuss.model.oscillator import Oscillator, SoftStop, Stop
 from percuss.model.restitution import restitution_knots
 from percuss.model.structure import Structure
 
-__all__ = [
-    "MIRRORED",
-    "SYMMETRY_LOST",
-    "half_multipliers",
-    "is_mirrored_state",
-    "is_symmetric_structure",
-    "is_symmetric_system",
-    "keep_symmetry",
-]
-
-
 # How far a frequency may be from a whole multiple of the forcing's, as for a given period.
 WHOLE = 1e-9
 # Of states half a period apart: orbits are found to some 1e-12.

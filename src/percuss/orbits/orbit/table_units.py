@@ -13,8 +13,6 @@ from percuss.orbits.orbit.structure_orbit import StructureOrbit
 if TYPE_CHECKING:
     from xarray import Dataset
 
-__all__ = ["with_units"]
-
 DIMENSIONS = {
     "amplitude": "length",
     "attractor_amplitude": "length",
@@ -36,7 +34,7 @@ DIMENSIONS = {
 VALUES = "value", "special_value", "attractor_value"
 
 
-class OfOscillator(Protocol):
+class _OfOscillator(Protocol):
     """What has an oscillator and its force, as its orbits have."""
 
     @property
@@ -45,7 +43,7 @@ class OfOscillator(Protocol):
     def forcing(self) -> Forcing | None: ...
 
 
-def with_units(table: Dataset, of: OfOscillator | StructureOrbit, *paths: str) -> Dataset:
+def with_units(table: Dataset, of: _OfOscillator | StructureOrbit, *paths: str) -> Dataset:
     """Return a table with units of its columns, of what moves, over parameters by their paths.
 
     They are the attribute ``units``, as in a sweep: where the model has no units the dimensions.

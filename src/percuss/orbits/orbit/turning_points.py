@@ -18,17 +18,6 @@ from percuss.model.oscillator import Oscillator
 from percuss.model.system import lines
 from percuss.orbits.orbit.knots import pieces_of_flight
 
-__all__ = [
-    "Passages",
-    "TurningPoints",
-    "flight_turns",
-    "flights_of",
-    "margin_of",
-    "penetrations_of",
-    "turning_points_of",
-]
-
-
 # Turning points of a flight: first length of the buffer, multiplied by eight while it is full.
 FIRST_CAPACITY = 64
 ULP = 2.220446049250313e-16

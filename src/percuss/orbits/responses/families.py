@@ -19,8 +19,6 @@ from percuss.orbits.finding.settled import Settled
 from percuss.orbits.orbit.extremes import Extremes
 from percuss.progress import Report
 
-__all__ = ["Families", "Range", "SeenAttractor", "SettlingStarts"]
-
 # Ranges whose ends have a larger ratio are divided by ratios, others by differences.
 WIDE = 4.0
 

@@ -32,8 +32,6 @@ from percuss.orbits.orbit.steady import free_region, steady_orbit
 from percuss.orbits.responses.families import Families, SettlingStarts
 from percuss.progress import Report
 
-__all__ = ["OscillatorFamilies"]
-
 # Half the width of the first stretch in which an orbit is followed, as a part of the range.
 FIRST_WIDTH = 0.04
 # Most rows each way: a family that takes more continues among formal orbits.

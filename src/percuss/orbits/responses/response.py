@@ -36,17 +36,6 @@ if TYPE_CHECKING:
     # A second of import.
     from xarray import Dataset
 
-__all__ = [
-    "CLOSED",
-    "FamilyRange",
-    "Response",
-    "attractor_rows_of",
-    "kinds_of",
-    "response_curve",
-    "rows_of",
-    "special_rows_of",
-]
-
 Interval = tuple[float, float]
 
 # The end reason of a closed branch.

@@ -11,8 +11,6 @@ from percuss.orbits.finding.settled import Settled
 from percuss.orbits.responses.families import Families, SeenAttractor, SettlingStarts
 from percuss.progress import Progress, Report
 
-__all__ = ["search_families"]
-
 # Simulated values for each searched value, which take about as long; starts at each; comparisons at
 # most.
 PER_SEARCH, STARTS, ROUNDS = 8, 12, 4

@@ -31,8 +31,6 @@ from percuss.orbits.orbit.structure_orbit import StructureOrbit, structure_orbit
 from percuss.orbits.responses.families import Families, SettlingStarts
 from percuss.progress import Report
 
-__all__ = ["StructureFamilies"]
-
 # Longest step, as a part of the range, and most rows each way.
 LARGEST_STEP, MAX_POINTS = 0.05, 2000
 # A small part of a range, and what a smaller family has on both sides, as a part of its own range.

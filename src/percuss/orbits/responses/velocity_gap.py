@@ -62,9 +62,6 @@ from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.pictures import HasPicture
 from percuss.wording import counted
 
-__all__ = ["VelocityGap", "velocity_gap_curve"]
-
-
 # Below this part of the larger one, a singular value of a matrix is rounding.
 SINGULAR = 1e-12
 

@@ -13,9 +13,6 @@ from percuss.kernels.law_columns import Law
 from percuss.model.system import System
 from percuss.orbits.orbit.itinerary import row_of_region
 
-__all__ = ["BackwardMotions", "Pasts"]
-
-
 # No bound has this number.
 NO_BOUND = -1
 # Velocity beyond which a motion is given up [length/time].

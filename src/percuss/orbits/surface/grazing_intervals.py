@@ -16,8 +16,6 @@ from percuss.numerics import atan2, modulus, polynomial_roots
 from percuss.numerics import cos as cos_of
 from percuss.numerics import sin as sin_of
 
-__all__ = ["grazing_intervals"]
-
 # Distance from the unit circle of roots of the polynomial that are taken for zeros of the force.
 NEAR = 1e-5
 NEWTON_STEPS = 6

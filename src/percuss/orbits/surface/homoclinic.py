@@ -16,8 +16,6 @@ from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.surface.maps import ImpactMap, impact_map
 from percuss.orbits.surface.saddles import check_saddle, images_of, points_at_impacts
 
-__all__ = ["HomoclinicOrbit", "homoclinic_orbits"]
-
 # Points of the fundamental domain of an unstable manifold that are followed.
 SAMPLES = 800
 # Where it ends, in units of a cycle and of the orbit's largest velocity: the curvature of the

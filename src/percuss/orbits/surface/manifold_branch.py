@@ -10,8 +10,6 @@ import numpy as np
 from percuss.arrays import Floats, Integers
 from percuss.orbits.surface.manifold_growth import GrowthEnd
 
-__all__ = ["ManifoldBranch", "ManifoldKind"]
-
 ManifoldKind: TypeAlias = Literal["stable", "unstable"]
 
 

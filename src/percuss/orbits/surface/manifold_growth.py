@@ -11,17 +11,6 @@ import numpy as np
 from percuss.arrays import Flags, Floats, Integers
 from percuss.numerics import atan2, hypot, power, solve_linear
 
-__all__ = [
-    "TOLERANCE",
-    "Grower",
-    "Grown",
-    "GrowthEnd",
-    "LocalManifold",
-    "PointMap",
-    "grow",
-    "local_manifold",
-]
-
 GrowthEnd: TypeAlias = Literal["length", "max_points", "no_image", "collapse", "interrupted"]
 # Points of the piece next to the saddle, before it is refined.
 FIRST_POINTS = 17

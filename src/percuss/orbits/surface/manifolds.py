@@ -47,9 +47,6 @@ if TYPE_CHECKING:
     # A second of import.
     from xarray import Dataset
 
-__all__ = ["Manifolds", "manifolds"]
-
-
 # Lengths of a branch beyond which motions are not followed back in time.
 FAR = 10.0
 

@@ -35,16 +35,6 @@ from percuss.numerics import matmul
 from percuss.orbits.orbit.itinerary import entry
 from percuss.orbits.orbit.propagator import Propagator
 
-__all__ = [
-    "ImpactMap",
-    "SectionMap",
-    "StroboscopicMap",
-    "impact_map",
-    "periodic_system",
-    "section_map",
-    "stroboscopic_map",
-]
-
 # A quantity of what follows an instant with a velocity.
 OfInstant: TypeAlias = Callable[[Propagator, float, float], ArrayLike]
 

@@ -24,20 +24,6 @@ from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.surface.backward import BackwardMotions
 from percuss.orbits.surface.maps import ImpactMap, StroboscopicMap, impact_map, stroboscopic_map
 
-__all__ = [
-    "SAMPLES",
-    "ImpactSection",
-    "SaddlePoints",
-    "Section",
-    "SectionKind",
-    "StroboscopicSection",
-    "check_saddle",
-    "images_of",
-    "points_at_impacts",
-    "points_at_strobes",
-]
-
-
 # Multipliers this near the unit circle make no saddle.
 HYPERBOLIC = 1e-6
 # An impact this near the instant of a section, as a part of a period, is at it.

@@ -33,16 +33,6 @@ if TYPE_CHECKING:
     # A second of import.
     from xarray import Dataset
 
-__all__ = [
-    "CurveEnd",
-    "CurveStretch",
-    "SingularityCurve",
-    "SingularitySet",
-    "Tracer",
-    "singularity_set",
-    "stretches",
-]
-
 CurveEnd: TypeAlias = Literal[
     "tangency",
     "zero_velocity",

@@ -26,8 +26,6 @@ from percuss.progress import Progress, Report
 if TYPE_CHECKING:
     from xarray import Dataset
 
-__all__ = ["StructureManifolds", "structure_manifolds"]
-
 # Instants at which the range of an orbit is taken.
 SAMPLES = 257
 

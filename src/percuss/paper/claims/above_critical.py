@@ -17,19 +17,6 @@ from percuss.paper.claims.comparisons import WALL
 from percuss.paper.evidence import Enclosure, Measurement, counted
 from percuss.paper.statement import Finding, Statement
 
-__all__ = [
-    "APART",
-    "LINEAR",
-    "NUMBERS",
-    "PARTS",
-    "ROUNDING",
-    "STATEMENTS",
-    "Neighbours",
-    "fastest_parting",
-    "is_chaotic",
-    "neighbours_above",
-]
-
 # Of the numbers m, and of V*.
 NUMBERS = tuple(range(2, 8))
 PARTS = (1.01, 1.05, 1.3, 2.0, 4.0)

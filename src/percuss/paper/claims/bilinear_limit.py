@@ -20,25 +20,6 @@ from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
 from percuss.paper.models.motions import impact_speeds
 
-__all__ = [
-    "STIFFNESSES",
-    "Graze",
-    "beat_run",
-    "bilinear_run",
-    "bilinear_saturation",
-    "first_delays",
-    "graze",
-    "graze_error",
-    "graze_run",
-    "half_harmonic_run",
-    "half_harmonic_saturation",
-    "impact_run",
-    "local_orders",
-    "saturation_speed",
-    "time_errors",
-]
-
-
 OMEGA, SPEED, T_END = 1.7, 0.8, 25.0
 # When a motion is looked at that grazes at t = 0.
 AFTER_GRAZE = 0.5

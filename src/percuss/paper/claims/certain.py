@@ -25,17 +25,6 @@ from percuss.motion.trajectory import Trajectory
 from percuss.paper.claims.comparisons import ROUNDING, WALL
 from percuss.paper.evidence import Comparison, Enclosure, compare
 
-__all__ = [
-    "certain_run",
-    "enclosed",
-    "follows",
-    "impacts_at",
-    "in_ball",
-    "limit_velocity",
-    "subset_constant",
-]
-
-
 # Of a constant that no fraction is: far more digits than are asked of any result.
 CONSTANT_BITS = 512
 # The first events of a run are those that are proven, to this distance (relative where they are

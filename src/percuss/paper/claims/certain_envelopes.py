@@ -13,8 +13,6 @@ from percuss.certified import Ball, CertifiedRun
 from percuss.motion.trajectory import Trajectory
 from percuss.paper.claims.certain import certain_run
 
-__all__ = ["BallColumn", "factor_of_root", "proven_peaks", "proven_speeds"]
-
 # Times and values.
 BallColumn: TypeAlias = "tuple[list[arb], list[arb]]"
 # Steps that a flight is looked at with, and how often, each time more closely: so many give a

@@ -15,14 +15,6 @@ from percuss.motion.trajectory import Trajectory
 from percuss.paper.claims.certain import certain_run
 from percuss.paper.claims.comparisons import WALL
 
-__all__ = [
-    "excess_of_two_flights",
-    "mean_gain",
-    "rate_over_two_impacts",
-    "two_impacts",
-    "two_proven_impacts",
-]
-
 # At V = 1e6 the change of V^2 is 1e-12 of it: so many digits leave 28.
 DIGITS = 40
 BITS = 256

@@ -13,8 +13,6 @@ from flint import arb, arb_series
 
 from percuss.certified.numbers import ball, between, precision
 
-__all__ = ["GrowthBounds", "growth_bounds"]
-
 BITS = 128
 # The remainder of the phase is of the third order.
 TERMS = 4

@@ -18,8 +18,6 @@ from percuss.model.exact import as_fraction
 from percuss.model.harmonic_forces import sine
 from percuss.paper.claims.comparisons import WALL
 
-__all__ = ["BITS", "jump_bound", "power_law", "proven_lines"]
-
 # The motions have the period 4 pi: four half periods pi, each with an impact or more.
 HALF_PERIODS = 4
 BITS = 160

@@ -12,8 +12,6 @@ from percuss.motion.trajectory import Trajectory
 from percuss.paper.claims.certain import certain_run, enclosed
 from percuss.paper.evidence import Enclosure
 
-__all__ = ["MotionPart", "furthest_apart", "sum_within"]
-
 # A factor, a run, and a number of its force that is a ball.
 MotionPart = tuple[float, Trajectory, "Mapping[str, Ball] | None"]
 

@@ -24,9 +24,6 @@ from percuss.paper.evidence import Deduction, Measurement, Step, compare
 from percuss.paper.proof import argument, identity, positive, theorem
 from percuss.paper.statement import Finding, Statement
 
-__all__ = ["STATEMENTS", "bounded_off_the_eigenset", "which_harmonics"]
-
-
 THEORY = "paper-harmonics.md"
 # Of the second force below: small, so that many periods pass before the subset is left.
 PUSH = Fraction(1, 100)

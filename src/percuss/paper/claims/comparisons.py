@@ -16,23 +16,6 @@ from percuss.paper.evidence import Comparison, compare
 from percuss.paper.formula import Formula
 from percuss.paper.statement import Finding, Statement
 
-__all__ = [
-    "DOUBLES",
-    "ONE_FLIGHT",
-    "ROUNDING",
-    "WALL",
-    "WithError",
-    "agreement",
-    "apart",
-    "extrapolated",
-    "furthest",
-    "last_of",
-    "last_unchanged",
-    "latest",
-    "stated",
-]
-
-
 WALL = impact_oscillator()
 # Of a hundred impacts of a motion without chaos, and of closed forms evaluated in doubles.
 ROUNDING = 1e-10

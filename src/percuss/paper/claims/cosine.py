@@ -47,8 +47,6 @@ from percuss.paper.models.motions import simulate_all
 from percuss.paper.proof import identity
 from percuss.paper.statement import Finding
 
-__all__ = ["STATEMENTS"]
-
 THEORY = "half-harmonic.md"
 # Starts on the eigenset.
 STARTS = (0.1, 1.0, 10.0)

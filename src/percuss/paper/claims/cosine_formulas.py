@@ -11,26 +11,6 @@ from percuss.paper.evidence import Step
 from percuss.paper.formula import Formula, ordered
 from percuss.paper.proof import identity, theorem
 
-__all__ = [
-    "A_K",
-    "B_K",
-    "ELAPSED",
-    "EQ37",
-    "EQ37_VELOCITY",
-    "EQ38",
-    "EQ38_VELOCITY",
-    "EQ39",
-    "EQ39_TWICE",
-    "EQ40",
-    "SIGN",
-    "TIME",
-    "V_K",
-    "force_of",
-    "from_rest_steps",
-    "no_other_root_steps",
-    "on_eigenset_steps",
-]
-
 TIME = sympy.Symbol("t", real=True)
 ELAPSED = sympy.Symbol("tau", nonnegative=True)
 A_K, B_K = sympy.symbols("A_k B_k", real=True)

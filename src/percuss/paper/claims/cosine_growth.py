@@ -36,8 +36,6 @@ from percuss.paper.models.motions import STIFFNESS_BELOW, impact_speeds, oscilla
 from percuss.paper.models.runge_kutta import runge_kutta
 from percuss.paper.statement import Finding, Statement
 
-__all__ = ["GROWTH_STATEMENTS", "T_FIGURE"]
-
 T_FIGURE = 900.0
 COSINE = cosine(1)
 # A difference in time that no figure shows.

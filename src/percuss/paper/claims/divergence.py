@@ -19,9 +19,6 @@ from percuss.paper.claims.comparisons import DOUBLES, WALL
 from percuss.paper.evidence import Enclosure, Evidence, Measurement
 from percuss.paper.statement import Finding, Statement
 
-__all__ = ["AFTER", "CHAOTIC", "REGULAR", "STATEMENTS", "STEP", "growth_rate", "separation"]
-
-
 # After each multiple of pi, away from the impacts of the motions looked at.
 AFTER = 0.37
 # Starts under sin 3t: just below the critical velocity 1/2, and that of figure 6b.

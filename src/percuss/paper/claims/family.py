@@ -49,9 +49,6 @@ from percuss.paper.evidence import Comparison, Deduction, Evidence, Measurement,
 from percuss.paper.formula import Formula, numerically
 from percuss.paper.statement import Finding, Statement
 
-__all__ = ["STATEMENTS"]
-
-
 THEORY = "paper-family.md"
 NUMBERS = tuple(range(2, 10))
 PARTS = (0.2, 0.6)

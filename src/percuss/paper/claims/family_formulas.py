@@ -11,30 +11,6 @@ from sympy import Abs, Eq, Ge, Le, Mod, Piecewise, Tuple, cos, pi, sin, sqrt
 
 from percuss.paper.formula import Formula, ordered
 
-__all__ = [
-    "AMPLITUDE",
-    "CONTACT",
-    "EQ10",
-    "EQ11",
-    "EQ12",
-    "EQ13_LONG",
-    "EQ13_SHORT",
-    "EQ14",
-    "EQA3",
-    "EQA4",
-    "EQA5",
-    "EQA6_A7",
-    "EQA8",
-    "KICK",
-    "A",
-    "D",
-    "V",
-    "k",
-    "m",
-    "s",
-    "t",
-]
-
 A, D, V, t = sympy.symbols("A D V_0 t", real=True)
 CONTACT = sympy.Symbol("t_*", real=True)
 m = sympy.Symbol("m", integer=True, positive=True)

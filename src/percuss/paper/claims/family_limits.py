@@ -68,8 +68,6 @@ from percuss.paper.formula import Formula
 from percuss.paper.proof import sign
 from percuss.paper.statement import Finding, Statement
 
-__all__ = ["STATEMENTS"]
-
 THEORY = "paper-family.md"
 TABLE_1 = {5: "1.5", 7: "0.984", 9: "0.675", 11: "0.486", 13: "0.365", 15: "0.283"}
 EVEN = (2, 4, 6, 8, 10)

@@ -31,28 +31,6 @@ from percuss.paper.evidence import Deduction, Step
 from percuss.paper.formula import Formula, mathtext
 from percuss.paper.proof import enclose, identity, sign
 
-__all__ = [
-    "Equation",
-    "amplitudes",
-    "contact_is_unique",
-    "deduced",
-    "exists",
-    "follows",
-    "j",
-    "of_parity",
-    "positive_long",
-    "positive_short",
-    "read",
-    "reading",
-    "rebounds",
-    "right",
-    "roots",
-    "settled",
-    "solves",
-    "starts",
-    "times",
-]
-
 BITS = 128
 n = sympy.Symbol("n", integer=True, positive=True)
 j = sympy.Symbol("j", integer=True, nonnegative=True)

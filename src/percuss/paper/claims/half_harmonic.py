@@ -63,8 +63,6 @@ from percuss.paper.formula import Formula, numerically
 from percuss.paper.proof import identity, leading_terms
 from percuss.paper.statement import Finding, Statement
 
-__all__ = ["STATEMENTS"]
-
 THEORY = "half-harmonic.md"
 # Phases and velocities of impacts: none is special, and the flights from them are short and long.
 STATES = ((0.7, 1.0), (2.0, 3.0), (5.0, 10.0), (0.7, 100.0))

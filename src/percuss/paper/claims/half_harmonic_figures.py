@@ -39,9 +39,6 @@ from percuss.paper.models.runge_kutta import POINTS, SteppedMotion, runge_kutta
 from percuss.paper.proof import sign
 from percuss.paper.statement import Finding
 
-__all__ = ["FIGURE_STATEMENTS", "PRINTED_ERROR", "envelope_factor", "estimates", "upper_peaks"]
-
-
 THEORY = "half-harmonic.md"
 T_FIGURE = 400.0
 # Two digits are printed.

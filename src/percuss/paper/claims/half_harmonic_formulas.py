@@ -15,43 +15,6 @@ from percuss.paper.evidence import Deduction, Step
 from percuss.paper.formula import Formula, mathtext, ordered, product
 from percuss.paper.proof import identity, leading_terms, sign, theorem
 
-__all__ = [
-    "COS",
-    "EPS",
-    "EQ27",
-    "EQ28",
-    "EQ28_VELOCITY",
-    "EQ29",
-    "EQ30",
-    "EQ31",
-    "EQ31_FACTOR",
-    "EQ32",
-    "EQ33",
-    "EQ34",
-    "EQ35",
-    "EQ35_FACTOR",
-    "FACTOR",
-    "INTERVAL",
-    "LANDING",
-    "MEAN",
-    "PHASE",
-    "ROOT_FACTOR",
-    "SIN",
-    "TIME",
-    "TWO_FLIGHTS",
-    "T_K",
-    "V_K",
-    "compared",
-    "flight_equation_steps",
-    "growth_steps",
-    "interval_steps",
-    "next_velocity_steps",
-    "no_mean",
-    "right_side",
-    "root_steps",
-    "two_impact_steps",
-]
-
 TIME = sympy.Symbol("t", real=True)
 T_K = sympy.Symbol("t_k", real=True)
 V_K = sympy.Symbol("V_k", positive=True)

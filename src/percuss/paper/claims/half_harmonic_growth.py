@@ -51,22 +51,6 @@ from percuss.paper.formula import Formula
 from percuss.paper.proof import identity, sign, theorem
 from percuss.paper.statement import Finding
 
-__all__ = [
-    "CONVERGED",
-    "GROWTH_STATEMENTS",
-    "SUBHARMONIC_STATEMENTS",
-    "first_impacts",
-    "impacts",
-    "late_growth",
-    "limit_constant",
-    "off_eigenset",
-    "phase_limit_steps",
-    "phase_shift",
-    "smooth_speeds",
-    "unbounded_steps",
-]
-
-
 THEORY = "half-harmonic.md"
 LONG = 200_000
 # After so many impacts from rest the velocity is 32.4, and the bounds close.

@@ -38,8 +38,6 @@ from percuss.paper.formula import Formula
 from percuss.paper.proof import identity, sign
 from percuss.paper.statement import Finding, Statement
 
-__all__ = ["STATEMENTS"]
-
 THEORY = "paper-harmonics.md"
 # In the frame of figure 5.
 FRAME_FLIGHTS = 8

@@ -11,39 +11,6 @@ from percuss.paper.evidence import Step
 from percuss.paper.formula import Formula, ordered
 from percuss.paper.proof import identity, positive, theorem
 
-__all__ = [
-    "ABOVE",
-    "BEFORE",
-    "EQ17",
-    "EQ18",
-    "EQ18_VELOCITY",
-    "EQ19",
-    "EQ19_GAIN",
-    "EQ20",
-    "EQ21",
-    "EQ22",
-    "EQ23",
-    "REST",
-    "SINE",
-    "A",
-    "G",
-    "V",
-    "amplitude_steps",
-    "bound_steps",
-    "end_steps",
-    "form_steps",
-    "gain_steps",
-    "j",
-    "joined",
-    "k",
-    "n",
-    "positive_even",
-    "positive_odd",
-    "s",
-    "shifted",
-    "t",
-]
-
 n, k, i, j = sympy.symbols("n k i j", integer=True, positive=True)
 t, s = sympy.symbols("t s", real=True)
 A, V, BEFORE = sympy.symbols("A_k V_k V_{k-1}", real=True)

@@ -34,8 +34,6 @@ from percuss.paper.formula import Formula, ordered
 from percuss.paper.proof import identity, sign, theorem
 from percuss.paper.statement import Finding, Statement
 
-__all__ = ["EQ26", "STATEMENTS", "critical_ball", "keeps_steps"]
-
 THEORY = "paper-harmonics.md"
 TABLE_2 = {
     5: "0.26",

@@ -56,9 +56,6 @@ from percuss.paper.formula import Formula, mathtext
 from percuss.paper.proof import identity, leading_terms, positive, theorem
 from percuss.paper.statement import Finding, Statement
 
-__all__ = ["STATEMENTS"]
-
-
 THEORY = "paper-harmonics.md"
 EVEN = (2, 4, 6, 8, 20)
 ODD = (3, 5, 7, 9, 15)

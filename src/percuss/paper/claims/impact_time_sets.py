@@ -32,9 +32,6 @@ from percuss.paper.claims.model_statements import shared_times
 from percuss.paper.evidence import Enclosure, compare, counted
 from percuss.paper.statement import Finding, Statement
 
-__all__ = ["STATEMENTS"]
-
-
 # Forces sin(w t), and starts, among which resonances on periodic impact times are looked for.
 FREQUENCIES = sorted({Fraction(p, q) for q in (1, 2, 3) for p in range(1, 6 * q + 3)})
 STARTS = ("0.3", "1.1", "2.3")

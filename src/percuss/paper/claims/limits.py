@@ -51,8 +51,6 @@ from percuss.paper.evidence import Deduction, Measurement, Step, counted
 from percuss.paper.proof import identity, sign
 from percuss.paper.statement import Finding, Statement
 
-__all__ = ["GRAZES", "STATEMENTS"]
-
 BEYOND = "beyond the article"
 
 # Frequency and phase of a force with which the bilinear oscillator arrives too low at a graze,

@@ -26,9 +26,6 @@ from percuss.paper.formula import Formula, ordered, product
 from percuss.paper.proof import enclose, identity
 from percuss.paper.statement import Finding, Statement
 
-__all__ = ["EQ6", "EQ9", "EQ15", "EQ16", "STATEMENTS", "shared_times"]
-
-
 THEORY = "paper-family.md"
 T, T_K, D = sympy.symbols("t t_k D", real=True)
 V0, V, ALPHA, BETA, EPSILON = sympy.symbols("V_0 V alpha beta epsilon", positive=True)

@@ -22,9 +22,6 @@ from percuss.paper.evidence import Comparison, Deduction, Enclosure, Step
 from percuss.paper.proof import enclose, identity, sign
 from percuss.paper.statement import Finding, Statement
 
-__all__ = ["STATEMENTS", "work_on_free_cycle"]
-
-
 # w-/w+ = 5/3, at which the fourth multiple of W_r = 5/4 is 5 w+ and 3 w-.
 RATIO, SILENT = sympy.Rational(5, 3), 4
 STIFFNESS = "25/9"

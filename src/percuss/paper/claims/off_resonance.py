@@ -21,18 +21,6 @@ from percuss.motion.trajectory import Trajectory
 from percuss.paper.claims.certain import certain_run
 from percuss.paper.models.motions import impact_speeds
 
-__all__ = [
-    "DETUNING",
-    "damped_deviation",
-    "fig_2_run",
-    "interval_ends",
-    "kinds_from_rest",
-    "periodic_speed",
-    "periodic_start",
-    "run_near_periodic",
-]
-
-
 BELOW, DETUNING, FIG_2_PERIODS = 20, 1.01, 60
 
 

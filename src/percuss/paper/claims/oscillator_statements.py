@@ -26,22 +26,6 @@ from percuss.paper.formula import Formula, ordered, product
 from percuss.paper.proof import identity, theorem
 from percuss.paper.statement import Finding, Statement
 
-__all__ = [
-    "ABOVE",
-    "BELOW",
-    "DAMPING",
-    "EQ2",
-    "EQ5",
-    "FORCE",
-    "RATES",
-    "STATEMENTS",
-    "X1",
-    "X2",
-    "X",
-    "resonant_frequency",
-]
-
-
 THEORY = "paper-oscillator.md"
 
 # Displacement, its derivatives, and the force at one instant.

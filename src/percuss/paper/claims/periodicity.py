@@ -12,8 +12,6 @@ from percuss.paper.claims import (
 from percuss.paper.claims.half_harmonic_growth import SUBHARMONIC_STATEMENTS
 from percuss.paper.statement import Statement
 
-__all__ = ["STATEMENTS"]
-
 STATEMENTS: tuple[Statement, ...] = (
     *third_harmonic_family.STATEMENTS,
     *third_harmonic_lines.STATEMENTS,

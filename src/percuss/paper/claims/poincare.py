@@ -18,8 +18,6 @@ from percuss.paper.claims.half_harmonic_growth import limit_constant
 from percuss.paper.evidence import Measurement, compare
 from percuss.paper.statement import Finding, Statement
 
-__all__ = ["STATEMENTS"]
-
 # Driving periods from rest, of which the first are left out of the fit.
 PERIODS, SETTLED = 3000, 300
 

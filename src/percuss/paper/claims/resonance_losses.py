@@ -48,8 +48,6 @@ from percuss.paper.statement import Finding, Statement
 from percuss.studies.kinds.response import Response
 from percuss.studies.study import Study, study_text
 
-__all__ = ["STATEMENTS"]
-
 BEYOND = "beyond the article"
 THEORY = "resonances.md"
 

@@ -31,8 +31,6 @@ from percuss.paper.models.resonance_runs import (
 from percuss.paper.proof import identity
 from percuss.paper.statement import Finding, Statement
 
-__all__ = ["GOLDEN", "OF_ORDER", "OTHERS", "STATEMENTS"]
-
 BEYOND = "beyond the article"
 THEORY = "resonances.md"
 

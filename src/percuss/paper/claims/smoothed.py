@@ -33,8 +33,6 @@ from percuss.paper.models.smoothing_errors import (
 from percuss.paper.proof import identity, theorem
 from percuss.paper.statement import Finding, Statement
 
-__all__ = ["RATE", "STATEMENTS", "STIFF_RADII"]
-
 BEYOND = "beyond the article"
 STIFF_RADII = (1e-1, 1e-2, 1e-3, 1e-4)
 # Of displacements by Runge and Kutta's method with steps to 1e-14.

@@ -25,9 +25,6 @@ from percuss.paper.formula import Formula
 from percuss.paper.proof import enclose, identity, leading_terms, sign, theorem
 from percuss.paper.statement import Finding, Statement
 
-__all__ = ["STATEMENTS"]
-
-
 THEORY = "paper-oscillator.md"
 T = sympy.Symbol("t", real=True)
 V = sympy.Symbol("V", positive=True)

@@ -39,9 +39,6 @@ from percuss.studies.axes import Span
 from percuss.studies.kinds.diagram import Diagram
 from percuss.studies.study import Study, study_text
 
-__all__ = ["STATEMENTS", "STIFFNESSES", "T_END", "V0", "bilinear_run", "long_run", "stepped"]
-
-
 V0 = "0.45"
 T_END = 30.0 * math.pi
 # The paper's 2e4 as the ratio of frequencies, and as that of their squares.

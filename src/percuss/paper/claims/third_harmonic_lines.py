@@ -26,9 +26,6 @@ from percuss.paper.claims.third_harmonic_family import STIFFNESSES, T_END, bilin
 from percuss.paper.evidence import Enclosure, Measurement
 from percuss.paper.statement import Finding, Statement
 
-__all__ = ["STATEMENTS", "lines", "share_between_lines"]
-
-
 ABOVE, BELOW = "0.51", "0.45"
 PERIOD = 4.0 * math.pi
 # The figure's frequencies reach to 36; the law of the peaks is seen over a wider range.

@@ -32,8 +32,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Picture
     from xarray import Dataset
 
-__all__ = ["FIGURES"]
-
 RATIO = 20  # w-^2 / w+^2 of figure 2
 DETUNING = 1.01
 PERIODS = 60

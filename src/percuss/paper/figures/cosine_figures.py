@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Picture
     from xarray import Dataset
 
-__all__ = ["FIGURES"]
-
 T_END = 900
 PRINTED_FACTOR = {"v": 0.31, "x": 0.29}
 NAMES = ("limit", "stiff", "soft", "steps")

@@ -17,19 +17,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Picture
     from xarray import Dataset
 
-__all__ = [
-    "COLOURS",
-    "WIDTH",
-    "draw_curve",
-    "draw_envelope",
-    "draw_frame",
-    "draw_motion",
-    "label",
-    "panels",
-    "reach",
-    "styled",
-]
-
 # Inches: on a telephone 375 points wide the letters stay above 8 points.
 WIDTH = 5.6
 # Blue, vermilion and green of Okabe and Ito.

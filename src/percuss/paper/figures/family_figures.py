@@ -34,9 +34,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Picture
     from xarray import Dataset
 
-__all__ = ["FIGURES"]
-
-
 VELOCITIES = {"rest": 0.0, "middle": 0.5, "fast": 2.0 / math.sqrt(3.0)}
 VELOCITY_LABELS = {"rest": "$V_0=0$", "middle": "$V_0=0.5$", "fast": r"$V_0=2/\sqrt{3}$"}
 LOOKS = {"rest": COLOURS["limit"], "middle": COLOURS["stiff"], "fast": COLOURS["soft"]}

@@ -31,8 +31,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Picture
     from xarray import Dataset
 
-__all__ = ["FIGURES"]
-
 T_END = 400
 PRINTED_FACTOR = 0.61
 # Highest frequency of the spectra.

@@ -41,8 +41,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Picture
     from xarray import Dataset
 
-__all__ = ["FIGURES"]
-
 STIFFNESSES = 10.0 ** np.arange(4, 15)
 IMPACTS = (2, 4, 6)
 BEATING = (1e3, 1e4)

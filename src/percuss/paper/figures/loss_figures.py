@@ -32,9 +32,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Picture
     from xarray import DataArray, Dataset
 
-__all__ = ["FIGURES"]
-
-
 LOSSES = ((0.98, 0.0), (0.9, 0.0), (0.8, 0.02), (0.6, 0.05))
 EVEN = (2, 4, 6)
 STIFFNESSES, DAMPINGS = (4.0, 25.0, 1e4), (0.02, 0.1)

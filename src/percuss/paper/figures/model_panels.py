@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Picture
     from xarray import Dataset
 
-__all__ = ["heading", "model_of", "portraits", "spectra", "time_panels"]
-
 
 def model_of(name: str) -> str:
     """Return which of the models a run of a figure is: "above_limit" is the limit."""

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Picture
     from xarray import Dataset
 
-__all__ = ["FIGURES"]
-
 HARMONICS = (2, 4, 6)
 T_END = 8 * math.pi
 LOOKS = dict(zip(HARMONICS, (COLOURS["limit"], COLOURS["stiff"], COLOURS["soft"]), strict=True))

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Picture
     from xarray import Dataset
 
-__all__ = ["FIGURES"]
-
 V0, N = "0.139", 9
 PERIODS = 50
 

@@ -14,8 +14,6 @@ from percuss.motion.trajectory import Trajectory
 if TYPE_CHECKING:
     from xarray import Dataset
 
-__all__ = ["PRINTED_POINTS", "SCALE_IN_WORDS", "power_of", "with_power"]
-
 # Of the paper's computation: equidistant, both ends of the interval among them.
 PRINTED_POINTS = 2**20
 SCALE_IN_WORDS = (

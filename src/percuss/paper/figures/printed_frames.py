@@ -8,8 +8,6 @@ from __future__ import annotations
 
 from percuss.paper.figure import PrintedFrame
 
-__all__ = ["FRAMES"]
-
 
 def _to(last: int, step: int = 1, first: int = 0) -> tuple[float, ...]:
     """Return the numbers from first to last."""

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Picture
     from xarray import Dataset
 
-__all__ = ["FIGURES"]
-
 MOTIONS, IMPACTS = 16, 10_000
 # Not a ratio 2 p / q of small numbers: golden means between the neighbours that are.
 BETWEEN = ("0.447", "0.618", "0.715", "0.927", "1.073", "1.382", "1.854", "2.164", "2.618", "3.131")

@@ -38,8 +38,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Picture
     from xarray import Dataset
 
-__all__ = ["FIGURES"]
-
 ABOVE, BELOW = "0.51", "0.45"
 T_END = 30 * math.pi
 HIGHEST = 36.0

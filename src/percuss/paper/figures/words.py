@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = ["within"]
-
 
 def within(difference: float) -> str:
     """Return how closely two numbers agree, in words.

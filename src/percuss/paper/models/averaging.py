@@ -17,18 +17,6 @@ import numpy as np
 from percuss import numerics
 from percuss.arrays import Complexes, Floats
 
-__all__ = [
-    "Averaged",
-    "averaged",
-    "fast_flight",
-    "kick",
-    "mean_delays",
-    "order",
-    "strength",
-    "strengths_at",
-]
-
-
 # What is neglected falls as speed^-2, and the two speeds remove that too; rounding grows as
 # speed^order.
 _SPEEDS = (10.0, 20.0)

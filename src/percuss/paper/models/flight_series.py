@@ -17,8 +17,6 @@ from flint import fmpq, fmpq_poly, fmpz_poly
 from percuss import numerics
 from percuss.paper.models.averaging import order
 
-__all__ = ["EnergyGain", "energy_gain"]
-
 # Powers of 1/V at the start, of exp(i phase) and of pi, to a number of the cyclotomic field.
 Key = tuple[int, int, int]
 

@@ -23,18 +23,6 @@ from percuss.plotting.samples import sample_curve
 if TYPE_CHECKING:
     from xarray import Dataset
 
-__all__ = [
-    "MODEL_LABELS",
-    "STEP_TOLERANCE",
-    "STIFFNESS_BELOW",
-    "impact_speeds",
-    "motion_dataset",
-    "oscillators",
-    "simulate_all",
-    "step_columns",
-    "step_through",
-]
-
 TableColumn = tuple[str, NDArray[Any], dict[str, str]]
 
 # The paper gives "w-/w+ = 2e4"; the square is not excluded.

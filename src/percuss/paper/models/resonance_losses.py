@@ -26,24 +26,6 @@ from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.paper.models.averaging import averaged, kick
 from percuss.paper.models.resonance_runs import growing_phase
 
-__all__ = [
-    "HalfPeak",
-    "cycle_work",
-    "gain",
-    "half_peak",
-    "largest_speeds",
-    "lossy",
-    "lost_share",
-    "peak_and_width",
-    "peak_orbit",
-    "response",
-    "responses",
-    "saddle_speed",
-    "single_impact_speed",
-    "stiff",
-    "stiff_resonance",
-]
-
 
 @cache
 def lossy(restitution: str | float, damping: str | float) -> Oscillator:

@@ -17,20 +17,6 @@ from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
 from percuss.paper.models.averaging import averaged
 
-__all__ = [
-    "AWAY",
-    "GROWS",
-    "Ensemble",
-    "deviation_power",
-    "ensemble",
-    "first_run",
-    "growing_phase",
-    "growing_run",
-    "run_near_growing",
-    "run_of",
-    "starts",
-]
-
 # How far from the growing phase motions start that approach it, or leave it [rad].
 AWAY = 1e-3
 

@@ -20,9 +20,6 @@ from percuss.model.forcing import Forcing
 from percuss.model.harmonic_forces import cosine
 from percuss.model.system import turns_per_time
 
-__all__ = ["POINTS", "Spring", "SteppedMotion", "harmonics_of", "integrate", "runge_kutta"]
-
-
 # Of the paper, over the whole interval.
 POINTS = 2**20
 # Steps no shorter than this are tried: below, t + h is t.

@@ -14,8 +14,6 @@ from percuss.model.forcing import Forcing
 from percuss.numerics import hypot
 from percuss.paper.models.runge_kutta import Spring, harmonics_of, integrate
 
-__all__ = ["Rounding", "growth_rate", "rounded_magnitude", "smooth_motion"]
-
 Rounding = Literal["parabola", "hyperbola"]
 
 _ROUNDINGS = ("parabola", "hyperbola")

@@ -16,28 +16,6 @@ from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
 from percuss.paper.models.smooth_law import Rounding, growth_rate, smooth_motion
 
-__all__ = [
-    "BELOW",
-    "CHAOTIC_END",
-    "CHAOTIC_RADII",
-    "RADII",
-    "bound_use",
-    "chaotic_errors",
-    "chaotic_run",
-    "crossing_errors",
-    "crossing_run",
-    "expected_gain",
-    "grazing_errors",
-    "grazing_jump",
-    "horizons",
-    "stiff_errors",
-    "time_gained",
-    "touching_run",
-    "wall_delay",
-    "wall_run",
-]
-
-
 # k- of fig 2.
 BELOW = 20.0
 RADII: Floats = 0.5 ** np.arange(4.0, 14.0)

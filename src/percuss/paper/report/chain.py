@@ -11,8 +11,6 @@ from percuss.paper.dependence import DEPENDS, LABELS, falls_with
 from percuss.paper.report.claims import badge, formula_pair
 from percuss.paper.report.prose import prose
 
-__all__ = ["chain", "dependence_graph", "derivation"]
-
 # Of the graph, in its own units: a box, and the gaps between boxes and between layers.
 BOX, HEIGHT, GAP, RISE = 160, 32, 20, 36
 

@@ -13,8 +13,6 @@ from percuss.paper.report.prose import prose, sentence
 from percuss.studies.link import link_of
 from percuss.studies.reading import parse_study
 
-__all__ = ["badge", "formula_pair", "grade_mark", "read_as", "record_details"]
-
 DOCUMENTATION = "docs/theory"
 # What can be done with a study: computed, and opened in the workbench.
 VERBS = ("run", "serve")

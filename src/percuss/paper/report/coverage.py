@@ -11,8 +11,6 @@ from percuss.paper.claim import Claim
 from percuss.paper.report.claims import badge, read_as
 from percuss.paper.report.frame import framed
 
-__all__ = ["coverage_page"]
-
 TITLES = {"abstract": "Title and abstract", "A": "Appendix A"}
 OTHER = {"article": "index.html", "beyond": "beyond.html"}
 

@@ -10,8 +10,6 @@ from percuss.paper.report.formulas import formula_svg
 from percuss.paper.report.prose import prose
 from percuss.paper.statement import Finding
 
-__all__ = ["agreeing_range", "evidence_table", "expected", "mark", "number"]
-
 # Of what should be zero, few digits tell anything.
 SMALL = 1e-6
 # Longer tables are folded.

@@ -14,8 +14,6 @@ from percuss.paper.report.prose import prose, sentence
 from percuss.paper.sections import SECTIONS
 from percuss.paper.statement import Grade, VerdictKind
 
-__all__ = ["RecordEntry", "counts", "failures", "records", "summary"]
-
 RecordEntry = tuple[Claim, str]
 COUNTS: dict[VerdictKind, str] = {
     "fails": "fail",

@@ -7,8 +7,6 @@ from functools import cache
 from html import escape
 from typing import Any
 
-__all__ = ["display", "formula_svg", "glyphs", "outlines"]
-
 # Units of matplotlib's outlines an em of the text.
 SIZE = 100.0
 MARGIN = 3.0

@@ -11,8 +11,6 @@ from percuss.paper.article import article_source
 from percuss.paper.figure_files import versions
 from percuss.paper.report.formulas import glyphs
 
-__all__ = ["framed", "part"]
-
 
 def part(name: str) -> str:
     """Return a file of this folder as text."""

@@ -12,8 +12,6 @@ from percuss.paper.report.claims import badge, formula_pair
 from percuss.paper.report.pictures import thumbnail
 from percuss.paper.report.prose import prose
 
-__all__ = ["findings"]
-
 
 def findings(claims: Mapping[str, Claim], figures: Mapping[str, Drawn]) -> str:
     """Return the findings that the records support, each as a card.

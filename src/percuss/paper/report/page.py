@@ -21,8 +21,6 @@ from percuss.paper.result import PaperResult
 from percuss.paper.sections import SECTIONS
 from percuss.paper.statement import Scope
 
-__all__ = ["beyond_page", "page", "pages"]
-
 TITLE = "Periodic motions and resonances of impact oscillators, recomputed"
 # What the page of the article shows only with the records and figures that it needs.
 EXPLAINED = ("eq35-constant", "fig10", "fig11")

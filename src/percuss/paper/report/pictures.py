@@ -10,8 +10,6 @@ from pathlib import Path
 from percuss.paper.figure_files import Drawn
 from percuss.paper.report.prose import prose
 
-__all__ = ["LARGEST_SVG", "figure_element", "is_of_article", "thumbnail"]
-
 # A larger SVG would make the page slow on a telephone: its PNG stands there instead [bytes].
 LARGEST_SVG = 260_000
 # Least width of a small picture in pixels, twice what it takes on the page for fine screens, and

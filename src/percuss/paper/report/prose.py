@@ -5,8 +5,6 @@ from __future__ import annotations
 import re
 from html import escape
 
-__all__ = ["prose", "sentence"]
-
 WORDS = {
     "xi": "ξ",
     "pi": "π",

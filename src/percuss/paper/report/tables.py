@@ -12,8 +12,6 @@ from percuss.paper.report.claims import badge
 from percuss.paper.report.evidence_table import expected, mark, number
 from percuss.paper.report.prose import prose
 
-__all__ = ["printed_tables", "table_anchors", "table_rows"]
-
 TITLES = {
     "table 1": "Table 1: the critical velocity V*(m) of the example",
     "table 2": "Table 2: the critical velocity V_max(n) of odd harmonics",

@@ -53,8 +53,6 @@ if TYPE_CHECKING:
     from percuss.orbits import Manifolds
     from percuss.studies.study import Study
 
-__all__ = ["Basins"]
-
 STATES, IMPACTS = ("x0", "v0"), ("cycle", "v")
 START_PATHS = ("start.x0", "start.v0")
 # Impacts and periods of the saddles whose manifolds are drawn.

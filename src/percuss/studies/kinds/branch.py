@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from percuss.orbits import StructureBranch
     from percuss.studies.study import Study
 
-__all__ = ["Branch", "Steps", "follow"]
-
 # What pictures show of branches.
 OF_OSCILLATORS = ["impact_velocity", "grazing_margin", "multiplier", "period"]
 OF_STRUCTURES = ["amplitude", "multiplier"]

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from percuss.orbits import StructureCurve
     from percuss.studies.study import Study
 
-__all__ = ["Curve"]
-
 # Two curves are one whose ends differ by so little of the ranges, or of closed ones whose extents do.
 SAME_END, SAME_BOX = 1e-6, 0.01
 PointKind = Literal["fold", "period_doubling", "symmetry_breaking", "grazing", "torus"]

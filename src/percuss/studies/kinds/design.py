@@ -43,8 +43,6 @@ if TYPE_CHECKING:
     from percuss.optimization import ParetoFront
     from percuss.studies.study import Study
 
-__all__ = ["Design"]
-
 GOALS = ("least", "largest")
 NO_GOAL = 'neither "least" nor "largest", nor a number, the wanted value'
 NO_LIMIT = "not [least, largest], where inf is no limit"

@@ -48,8 +48,6 @@ if TYPE_CHECKING:
 
     from percuss.studies.study import Study
 
-__all__ = ["Diagram"]
-
 _ROW = TypeAdapter(Annotated[list[PhaseKey], Field(min_length=2, max_length=3)])
 _ROW_OF_STRUCTURE = TypeAdapter(Annotated[list[NumbersKey], Field(min_length=2, max_length=3)])
 _NAMES = ("x0", "v0", "t0")

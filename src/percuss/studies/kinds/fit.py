@@ -45,8 +45,6 @@ if TYPE_CHECKING:
     from percuss.fitting import Fit as FitResult
     from percuss.studies.study import Study
 
-__all__ = ["Fit"]
-
 NO_PRIOR = "not [mean, standard deviation], the latter above 0"
 # Residuals far below the noise that was given.
 FAR_TOO_SMALL = 0.01

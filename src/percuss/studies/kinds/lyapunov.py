@@ -23,8 +23,6 @@ if TYPE_CHECKING:
 
     from percuss.studies.study import Study
 
-__all__ = ["Lyapunov"]
-
 
 @table
 class Lyapunov(Question):

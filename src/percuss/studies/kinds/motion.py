@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from percuss.plotting.animation import Film
     from percuss.studies.study import Study
 
-__all__ = ["Motion"]
-
 
 @table
 class Motion(Question):

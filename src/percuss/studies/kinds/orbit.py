@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from percuss.orbits import PeriodicOrbit, StructureOrbit
     from percuss.studies.study import Study
 
-__all__ = ["Orbit", "Sought"]
-
 
 def _impacts(value: object) -> object:
     whole = isinstance(value, int) and not isinstance(value, bool) and value >= 0

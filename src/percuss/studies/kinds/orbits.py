@@ -18,8 +18,6 @@ from percuss.studies.tables import Count, Flag, Whole, default, table
 if TYPE_CHECKING:
     from percuss.studies.study import Study
 
-__all__ = ["Orbits"]
-
 # More lines and panels say nothing more.
 MOST_ROWS, MOST_PANELS = 20, 12
 

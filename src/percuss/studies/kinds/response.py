@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from percuss.orbits import Response as ResponseResult
     from percuss.studies.study import Study
 
-__all__ = ["Response"]
-
 
 @table
 class Response(Question):

@@ -46,8 +46,6 @@ if TYPE_CHECKING:
 
     from percuss.studies.study import Study
 
-__all__ = ["Sweep"]
-
 NO_VALUES = "no values"
 IN_PERIODS = "measures count in forcing periods"
 

@@ -27,8 +27,6 @@ from percuss.web.wasm import attractors, basins, exponents
 from percuss.web.wasm.entries import ENTRIES, SIGNATURES
 from percuss.web.wasm.sources import KERNELS_FILE, SECTION, sources_hash
 
-__all__ = ["build", "main"]
-
 TRIPLE = "wasm32-unknown-unknown"
 LAYOUT = "e-m:e-p:32:32-p10:8:8-p20:8:8-i64:64-n32:64-S128-ni:1:10:20"
 FEATURES = "+simd128,+nontrapping-fptoint,+bulk-memory,+sign-ext"

@@ -13,8 +13,6 @@ from percuss.kernels.record import MotionRecord, Run
 from percuss.web.wasm import attractors, basins, curve, exponents
 from percuss.web.wasm.basins import Space
 
-__all__ = ["ENTRIES", "SIGNATURES"]
-
 # The arguments of each entry: f and i are a double and an integer, F1, F2, F3 and I1, I2 arrays of
 # them with so many dimensions, C-contiguous; what stands in brackets is one tuple in Python.
 SPACE = "F2 F1 I1 F3 F2 I2 F2 F1 F1 F2 F2 F2 F2 F2 F2 F1 F3 F1 F1 F2 I2"

@@ -14,8 +14,6 @@ import sys
 from importlib import resources
 from importlib.resources.abc import Traversable
 
-__all__ = ["KERNELS_FILE", "kept_hash", "main", "sources_hash"]
-
 KERNELS_FILE = "kernels.wasm"
 # The custom section in which the file describes itself.
 SECTION = "percuss"
