@@ -283,3 +283,25 @@ def test_a_branch_does_not_turn_back_where_it_does_not_fold() -> None:
     assert (branch.n_impacts[-1], branch.is_stable[-1]) == (0, True)
     turns = np.flatnonzero(np.diff(np.sign(np.diff(branch.values))))
     assert len(turns) == sum(point.kind == "fold" for point in branch.special_points) == 4
+
+
+def test_motions_between_two_formal_neighbours_are_not_stepped_over() -> None:
+    """A fifth of a step long: the five harmonics keep the response off the wall between two grazes."""
+    parts = [
+        (1.778, 0.5, -1.696), (0.222, 1.0, -0.2506), (0.5557, 1.5, -1.9463), (0.215, 2.0, -0.5011),
+        (0.2904, 2.5, -2.1965),
+    ]  # fmt: skip
+    harmonics = tuple(pc.Harmonic(amplitude, omega, phase) for amplitude, omega, phase in parts)
+    force, wall, damping = pc.Forcing(harmonics, period=pc.pi_times(4)), 1.9376, 0.002276
+    osc = pc.Oscillator(LOW, damping, (pc.Wall(-wall, "below", 0.7),))
+    orbit = pc.find_orbit(osc, force, n_impacts=0, formal=True)
+    branch = pc.continue_orbit(orbit, over={"oscillator.stiffness": (LOW, 2.0)})
+
+    found = np.array([point.value for point in branch.special_points])
+    times = np.linspace(0.0, 4.0 * np.pi, 20_001)
+    x = np.zeros((len(found), len(times)))
+    for a, w, phase in parts:
+        gain = 1.0 / (found - w * w + 2j * damping * w)
+        x += (a * gain[:, None] * np.exp(1j * (w * times + phase))).real
+    assert found == pytest.approx([0.8477, 0.86795], abs=1e-4)
+    np.testing.assert_allclose(x.min(axis=1), -wall, rtol=1e-5)

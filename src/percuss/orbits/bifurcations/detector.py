@@ -34,6 +34,8 @@ AT_CORNER = 1e-6
 STANDING = 1e-13
 # Velocities and distances at a graze, as a part of the velocity and the period.
 AT_GRAZE = 1e-9
+# Part of a step over which the slope of the clearance is taken.
+NEXT = 1e-3
 
 COINCIDENCE = "impacts coincide: beyond it a flight would have a negative duration"
 
@@ -94,6 +96,8 @@ class BranchDetector:
             return Segment(
                 [], f"the velocities grow without bound beyond {here.text}", is_astray=True
             )
+        if family.n == 0 and _hides_grazes(here, new):
+            return Segment([], is_astray=True)
         rows: list[Row] = [(point, kind) for kind, point in special_points_between(here, new)]
         is_astray = hides_zeros(here, new, rows) or _hides_branch_point(here, new, rows)
         corner = coincidence_point(here, family.value(new.z), is_end=False)
@@ -121,6 +125,27 @@ class BranchDetector:
             return _changed([], here, change)
         growth = unbounded_growth(new, family.size(new.z), STANDING)
         return Segment([*rows, (new, None)] if growth else rows, growth, is_astray=is_astray)
+
+
+def _hides_grazes(here: Point[BranchEquations], new: Point[BranchEquations]) -> bool:
+    """Return whether a motion without events reaches a stop, or comes off one, within a step alone.
+
+    That is asked where the tangents of its clearance at both neighbours meet.
+    """
+    family, chord = here.problem, new.z - here.z
+
+    def clearance(part: float) -> float:
+        return family.test(here.z + part * chord, "clearance")
+
+    left, right = here.tests["clearance"], new.tests["clearance"]
+    if not left * right > 0.0:
+        return False
+    rise = (clearance(NEXT) - left) / NEXT
+    if rise * left >= 0.0:
+        return False
+    fall = (right - clearance(1.0 - NEXT)) / NEXT
+    part = (right - fall - left) / (rise - fall) if fall * left > 0.0 else 0.0
+    return 0.0 < part < 1.0 and (left + rise * part) * left <= 0.0 and clearance(part) * left < 0.0
 
 
 def _hides_branch_point(
