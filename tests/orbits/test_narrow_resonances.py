@@ -285,17 +285,24 @@ def test_a_branch_does_not_turn_back_where_it_does_not_fold() -> None:
     assert len(turns) == sum(point.kind == "fold" for point in branch.special_points) == 4
 
 
-def test_motions_between_two_formal_neighbours_are_not_stepped_over() -> None:
+@pytest.mark.parametrize("kind", ["oscillator", "structure"])
+def test_motions_between_two_formal_neighbours_are_not_stepped_over(kind: str) -> None:
     """A fifth of a step long: the five harmonics keep the response off the wall between two grazes."""
     parts = [
         (1.778, 0.5, -1.696), (0.222, 1.0, -0.2506), (0.5557, 1.5, -1.9463), (0.215, 2.0, -0.5011),
         (0.2904, 2.5, -2.1965),
     ]  # fmt: skip
     harmonics = tuple(pc.Harmonic(amplitude, omega, phase) for amplitude, omega, phase in parts)
-    force, wall, damping = pc.Forcing(harmonics, period=pc.pi_times(4)), 1.9376, 0.002276
-    osc = pc.Oscillator(LOW, damping, (pc.Wall(-wall, "below", 0.7),))
-    orbit = pc.find_orbit(osc, force, n_impacts=0, formal=True)
-    branch = pc.continue_orbit(orbit, over={"oscillator.stiffness": (LOW, 2.0)})
+    force, at, damping = pc.Forcing(harmonics, period=pc.pi_times(4)), -1.9376, 0.002276
+    if kind == "oscillator":
+        osc = pc.Oscillator(3, damping, (pc.Wall(at, "below", 0.7),))
+        orbit: Any = pc.find_orbit(osc, force, n_impacts=0)
+        branch: Any = pc.continue_orbit(orbit, over={"oscillator.stiffness": (LOW, 3)})
+    else:
+        wall = pc.Wall(at, "below", 0.7, on=0)
+        one = pc.Structure(mass=[1], stiffness=[3], damping=[2.0 * damping], stops=[wall])
+        orbit = pc.find_orbit(one, {0: force})
+        branch = pc.continue_orbit(orbit, over={"structure.stiffness.0.0": (LOW, 3)})
 
     found = np.array([point.value for point in branch.special_points])
     times = np.linspace(0.0, 4.0 * np.pi, 20_001)
@@ -303,5 +310,5 @@ def test_motions_between_two_formal_neighbours_are_not_stepped_over() -> None:
     for a, w, phase in parts:
         gain = 1.0 / (found - w * w + 2j * damping * w)
         x += (a * gain[:, None] * np.exp(1j * (w * times + phase))).real
-    assert found == pytest.approx([0.8477, 0.86795], abs=1e-4)
-    np.testing.assert_allclose(x.min(axis=1), -wall, rtol=1e-5)
+    assert found == pytest.approx([0.8477, 0.86795, 2.57373], abs=1e-4)
+    np.testing.assert_allclose(x.min(axis=1), at, rtol=1e-5)

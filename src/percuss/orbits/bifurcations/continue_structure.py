@@ -9,7 +9,7 @@ from typing import TypeAlias, cast
 import numpy as np
 
 from percuss.arrays import Floats
-from percuss.errors import PercussError
+from percuss.errors import ConvergenceError, PercussError
 from percuss.model.exact import Phase
 from percuss.model.faults import check_mapping
 from percuss.numerics import dot, norm
@@ -40,7 +40,13 @@ from percuss.orbits.continuation.follow import (
     special_points_of,
     unbounded_growth,
 )
-from percuss.orbits.continuation.locate import Zero, changes_sign, locate, locate_near
+from percuss.orbits.continuation.locate import (
+    Zero,
+    changes_sign,
+    locate,
+    locate_near,
+    turns_through_zero,
+)
 from percuss.orbits.continuation.problem import Point, along_parameter
 from percuss.orbits.orbit.resonance import COARSE, passes_modal_resonance
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
@@ -81,7 +87,8 @@ class _BranchDetector:
         """Return the special points between two neighbours, in order."""
         equations = here.problem
         too_long = _is_coarse(here, new) or passes_modal_resonance(here.orbit, new.orbit)
-        if too_long or _fell_on_simpler(here, new) or _fell_on_another(here, new):
+        fell = _fell_on_simpler(here, new) or _fell_on_another(here, new)
+        if too_long or fell or _hides_grazes(here, new):
             return Segment([], is_astray=True)
         rows: list[PlacedRow] = []
         is_astray = False
@@ -177,6 +184,24 @@ class _BranchDetector:
             rows.append((point, special))
         beyond = cast("Point[StructureEquations] | None", border.beyond)
         return Segment(rows, border.end_reason, beyond)
+
+
+def _hides_grazes(here: Point[StructureEquations], new: Point[StructureEquations]) -> bool:
+    """Return whether a response reaches a wall, or comes off one, within a step alone."""
+    ends = here.tests.get("clearance", math.nan), new.tests.get("clearance", math.nan)
+    if not (here.is_response and new.is_response):
+        return False
+    problem, chord = here.problem, new.z - here.z
+    normal = along_parameter(len(chord))
+
+    def clearance(part: float) -> float:
+        z = problem.corrected(here.z + part * chord, normal)
+        return problem.tests(z, problem.solution(z))["clearance"]
+
+    try:
+        return turns_through_zero(clearance, ends)
+    except ConvergenceError:
+        return False
 
 
 def _is_coarse(here: Point[StructureEquations], new: Point[StructureEquations]) -> bool:

@@ -22,6 +22,7 @@ from percuss.orbits.bifurcations.special_points import (
     special_points_between,
 )
 from percuss.orbits.continuation.follow import Segment, hides_zeros, unbounded_growth
+from percuss.orbits.continuation.locate import turns_through_zero
 from percuss.orbits.continuation.problem import Point
 from percuss.orbits.orbit.over_period import fastest
 from percuss.orbits.orbit.resonance import changes_much, passes_resonance
@@ -34,8 +35,6 @@ AT_CORNER = 1e-6
 STANDING = 1e-13
 # Velocities and distances at a graze, as a part of the velocity and the period.
 AT_GRAZE = 1e-9
-# Part of a step over which the slope of the clearance is taken.
-NEXT = 1e-3
 
 COINCIDENCE = "impacts coincide: beyond it a flight would have a negative duration"
 
@@ -128,24 +127,13 @@ class BranchDetector:
 
 
 def _hides_grazes(here: Point[BranchEquations], new: Point[BranchEquations]) -> bool:
-    """Return whether a motion without events reaches a stop, or comes off one, within a step alone.
-
-    That is asked where the tangents of its clearance at both neighbours meet.
-    """
+    """Return whether a motion without events reaches a stop, or comes off one, within a step alone."""
     family, chord = here.problem, new.z - here.z
 
     def clearance(part: float) -> float:
         return family.test(here.z + part * chord, "clearance")
 
-    left, right = here.tests["clearance"], new.tests["clearance"]
-    if not left * right > 0.0:
-        return False
-    rise = (clearance(NEXT) - left) / NEXT
-    if rise * left >= 0.0:
-        return False
-    fall = (right - clearance(1.0 - NEXT)) / NEXT
-    part = (right - fall - left) / (rise - fall) if fall * left > 0.0 else 0.0
-    return 0.0 < part < 1.0 and (left + rise * part) * left <= 0.0 and clearance(part) * left < 0.0
+    return turns_through_zero(clearance, (here.tests["clearance"], new.tests["clearance"]))
 
 
 def _hides_branch_point(

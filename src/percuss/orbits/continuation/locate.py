@@ -29,6 +29,8 @@ LEFT = 1e-4
 # First and largest scaled distance of the ends of a bracket from a solution, and the factor between
 # two.
 NEAR, FAR, FARTHER = 1e-7, 1e-2, 4.0
+# Part of a chord over which the slope of a test is taken.
+NEXT = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +67,29 @@ class Sample(NamedTuple):
 def changes_sign(before: float, after: float) -> bool:
     """Return whether a test reaches or passes zero from one point to the next."""
     return before != 0.0 and np.sign(before) * np.sign(after) <= 0.0
+
+
+def turns_through_zero(at: Callable[[float], float], ends: tuple[float, float]) -> bool:
+    """Return whether a test of one sign at both ends of a chord has the other between them.
+
+    The test is given ``at`` a part of the chord. It is asked where its tangents at the ends meet.
+
+    Examples
+    --------
+    >>> [turns_through_zero(lambda s: 0.3 - s * (1.0 - s) - low, (0.3 - low,) * 2) for low in (0, 0.1)]
+    [False, True]
+    """
+    left, right = ends
+    if not left * right > 0.0:
+        return False
+    rise = (at(NEXT) - left) / NEXT
+    if rise * left >= 0.0:
+        return False
+    fall = (right - at(1.0 - NEXT)) / NEXT
+    if fall * left <= 0.0:
+        return False
+    part = (right - fall - left) / (rise - fall)
+    return 0.0 < part < 1.0 and (left + rise * part) * left <= 0.0 and at(part) * left < 0.0
 
 
 def locate(
