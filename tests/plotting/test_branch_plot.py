@@ -106,6 +106,16 @@ def test_orbits_without_impacts_are_drawn_by_their_margin() -> None:
         plot_branch(free, new_axes(), quantity="impact_velocity")
 
 
+def test_the_axis_reaches_over_orbits_without_impacts() -> None:
+    osc = pc.Oscillator(1, "0.05", (pc.SoftStop(1, "above", 9, "0.5"),))
+    orbit = pc.find_orbit(osc, pc.cosine("0.7", amplitude="0.3"), n_impacts=0)
+    ax = plot_branch(pc.continue_orbit(orbit, over={"forcing.constant": (0, 0.6)}), new_axes())
+
+    drawn = np.concatenate([line.get_xdata()[np.isfinite(line.get_ydata())] for line in ax.lines])
+    assert min(x for x in drawn.tolist() if x > 0.0) > 0.4
+    assert ax.get_xlim()[0] < 0.0
+
+
 def test_a_quantity_that_is_none_is_named(branch: Branch) -> None:
     with pytest.raises(pc.ParameterError, match="none of"):
         plot_branch(branch, new_axes(), quantity="speed")

@@ -179,6 +179,11 @@ def plot_branch(
         ax.set_xlabel(parameter_of(branches[0], units))
         ax.set_ylabel(_label(name, units, branches, line))
         together = np.concatenate(columns)
+        # Orbits without impacts have a place on the axis, too.
+        parameters = np.concatenate([each.values for each in branches])
+        ends = float(parameters.min()), float(parameters.max())
+        ax.update_datalim([(end, float(np.nanmin(together))) for end in ends])
+        ax.autoscale_view(scaley=False)
         if name != "multiplier" and (together < 0.0).any() and (together > 0.0).any():
             ax.axhline(0.0, color=BLACK, linewidth=0.5, zorder=0.5)
         if name == "multiplier" and np.nanmax(together) > HUGE:
