@@ -219,13 +219,11 @@ def bracketed(
     """
     low, high = ends
     best = high if abs(high.value) < abs(low.value) else low
-    # The end that moved last, the other one, and the one before on the side of the last.
-    last, other, before = high, low, low
     lost = 0
-    for _ in range(MOST_STEPS):
+    for k in range(MOST_STEPS):
         if high.part - low.part <= tolerance or best.value == 0.0 or lost > MOST_LOST:
             break
-        part = _next(last, other, before, tolerance)
+        part = _next(low, high, tolerance, halve=k % 3 == 2)
         if lost:
             # Newton's method fails very near another branch only.
             part = low.part + ASIDE[lost % len(ASIDE)] * (high.part - low.part)
@@ -235,30 +233,20 @@ def bracketed(
             lost += 1
             continue
         if changes_sign(low.value, sample.value):
-            before, other, high = high, low, sample
+            high = sample
         else:
-            before, other, low = low, high, sample
-        last = sample
+            low = sample
         if abs(sample.value) <= abs(best.value):
             best = sample
     return low, high, best, lost > MOST_LOST
 
 
-def _next(last: Sample, other: Sample, before: Sample, tolerance: float) -> float:
-    """Return the next part: by inverse quadratic interpolation, or in the middle.
-
-    The interpolation is taken where it is monotonic between the ends (Chandrupatla 1997, Adv. Eng.
-    Softw. 28, 145), and half a tolerance off these, so that the other end comes near, too. The end
-    before the last has the sign of the last; at first it is the other one.
-    """
-    width = other.part - last.part
-    share = 0.5
-    if before is not other and before.value != last.value:
-        f, g, h = last.value, other.value, before.value
-        place = width / (other.part - before.part)
-        height = (f - g) / (h - g)
-        if height**2 < place and (1.0 - height) ** 2 < 1.0 - place:
-            back = (before.part - last.part) / width
-            share = f / (g - f) * h / (g - h) + back * f / (h - f) * g / (h - g)
-    least = min(0.5, 0.5 * tolerance / abs(width))
-    return last.part + min(max(share, least), 1.0 - least) * width
+def _next(low: Sample, high: Sample, tolerance: float, *, halve: bool) -> float:
+    """Return the next part: on the secant, a tolerance off the ends, or in the middle."""
+    width = high.part - low.part
+    fraction = low.value / (low.value - high.value)
+    if halve or not 0.0 <= fraction <= 1.0:
+        return low.part + 0.5 * width
+    # At a distance from the ends, so that the other end comes near, too.
+    least = min(0.5 * width, 0.5 * tolerance)
+    return min(max(low.part + fraction * width, low.part + least), high.part - least)
