@@ -287,7 +287,7 @@ def test_a_branch_does_not_turn_back_where_it_does_not_fold() -> None:
 
 @pytest.mark.parametrize("kind", ["oscillator", "structure"])
 def test_motions_between_two_formal_neighbours_are_not_stepped_over(kind: str) -> None:
-    """A fifth of a step long: the five harmonics keep the response off the wall between two grazes."""
+    """Within one step, the five harmonics keep the response off the wall between two grazes."""
     parts = [
         (1.778, 0.5, -1.696), (0.222, 1.0, -0.2506), (0.5557, 1.5, -1.9463), (0.215, 2.0, -0.5011),
         (0.2904, 2.5, -2.1965),

@@ -10,32 +10,25 @@ from numpy.typing import NDArray
 from percuss.ensembles.measures import outcome_dimensions
 from percuss.model.dimensions import dimensions_of
 from percuss.model.units import Units, is_unit
+from percuss.orbits.orbit.table_units import OF_ORBITS
 
 Columns: TypeAlias = Mapping[str, NDArray[Any]]
 
-# Dimensions of the columns of runs and orbits, by their names without digits at the end.
-DIMENSIONS = {
+# Dimensions of columns by their names without digits at the end: what datasets of orbits do not have.
+DIMENSIONS = OF_ORBITS | {
     "t": "time",
     "t0": "time",
-    "period": "time",
-    "v": "length/time",
     "v0": "length/time",
     "v_before": "length/time",
-    "v_after": "length/time",
     "impulse": "mass length/time",
     "effective_mass": "mass",
     "start": "time",
     "release": "time",
     "error_bound": "time",
     "impact_velocity_": "length/time",
-    "amplitude": "length",
     "amplitude_": "length",
-    "largest_displacement": "length",
-    "impact_velocity": "length/time",
     "min_impact_speed": "length/time",
-    "x": "length",
     "x0": "length",
-    "grazing_margin": "length",
     "stop_force": "mass length/time^2",
 }
 

@@ -13,7 +13,8 @@ from percuss.orbits.orbit.structure_orbit import StructureOrbit
 if TYPE_CHECKING:
     from xarray import Dataset
 
-DIMENSIONS = {
+# Dimensions of the columns of tables of orbits, by their names.
+OF_ORBITS = {
     "amplitude": "length",
     "attractor_amplitude": "length",
     "attractor_impact_velocity": "length/time",
@@ -54,7 +55,7 @@ def with_units(table: Dataset, of: _OfOscillator | StructureOrbit, *paths: str) 
     )
     of_paths = [dimensions_of(path, model, force) for path in paths]
     of_values = dict.fromkeys(VALUES, of_paths[0]) if len(paths) == 1 else {}
-    for name, dimension in (DIMENSIONS | of_values).items():
+    for name, dimension in (OF_ORBITS | of_values).items():
         if name in table and dimension:
             table[name].attrs["units"] = in_units(model.units, dimension)
     if len(paths) > 1:
